@@ -16,7 +16,8 @@ from comparison.report.plots import is_derived, scene_plots
 from comparison.report.schematic import schematic
 from comparison.report.templates import Origin, interactive_page, write_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
-from comparison.words import verdicts
+from comparison.words import card as cards
+from comparison.words import differences, verdicts
 from comparison.words.reliability import notes
 
 _BUILT_IN = {
@@ -90,7 +91,7 @@ def render(
         ],
         worst=_worst(ordered),
         tiers=tiers,
-        ratio=verdicts.ratio(comparisons)[0],
+        ratio=cards.ratio(comparisons)[0],
         threshold=_threshold(channels),
         of_tables=of_tables,
         models=_models(judged),
@@ -99,7 +100,7 @@ def render(
         channel_names=list(dict.fromkeys(channel.channel for channel in channels)),
         reliability=any(scene["reliability"] for scene in scenes),
         margin=MARGIN,
-        definition=verdicts.definition(comparisons),
+        definition=cards.definition(comparisons),
     )
 
 
@@ -211,7 +212,7 @@ def _sections(
 def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
     decisive, confirmation = tier.decisive, tier.confirmation
-    card = verdicts.card(tier)
+    card = cards.card(tier)
     facts = {
         "Predictable": percent(tier.coverage, tier.coverage_error),
         "Within the tolerance" if isnan(tier.coverage) else "Of these explained": percent(
@@ -229,11 +230,11 @@ def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
         "mark": verdicts.mark(tier),
         "card": card,
         "facts": {name: value for name, value in facts.items() if value not in {"", MISSING}},
-        "confirmation": verdicts.confirmation(tier),
+        "confirmation": differences.confirmation(tier),
         "suspicious": confirmation is not None and confirmation.suspicious,
         "reason": verdicts.scene_reason(tier),
         "finer": verdicts.finer_runs(tier),
-        "attribution": verdicts.attribution_lines(tier),
+        "attribution": differences.attribution_lines(tier),
         "channels": tables.channel_table(tier) if tier.channels else None,
         "cells": {name: _cell(channel) for name, channel in tier.channels.items()},
         "open": tables.open_channels(tier),

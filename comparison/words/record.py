@@ -9,6 +9,7 @@ from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
 from comparison.verdict.results import Attribution, ChannelComparison, Confirmation, SceneComparison
+from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
 
@@ -50,9 +51,9 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
         "confirmation": None
         if comparison.confirmation is None
-        else _confirmation(comparison.confirmation) | {"sentence": words.confirmation(comparison)},
+        else _confirmation(comparison.confirmation) | {"sentence": differences.confirmation(comparison)},
         "attribution": _attribution(comparison.attribution)
-        | {"sentences": words.attribution_lines(comparison)}
+        | {"sentences": differences.attribution_lines(comparison)}
         if comparison.channels
         else None,
         "impacts": None
@@ -71,7 +72,7 @@ def _confirmation(result: Confirmation) -> dict[str, Any]:
     numbers = {
         key: value for key, value in asdict(result).items() if key not in ("doubt", "parting", "parted")
     }
-    return numbers | {"suspicious": result.suspicious, "contact": words.parting(result)}
+    return numbers | {"suspicious": result.suspicious, "contact": differences.parting(result)}
 
 
 def _attribution(result: Attribution) -> dict[str, Any]:

@@ -1,42 +1,23 @@
-"""Sentences about verdicts: why a scene agrees or differs, what was confirmed, what to do next."""
+"""Sentences about verdicts: why a channel and a scene agree or differ, and all scenes in one sentence."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import isfinite, isnan
-from typing import Any
+from math import isnan
 
-import pandas as pd
-
-from comparison.accuracy.levels import thresholds
-from comparison.accuracy.uncertainty import (
-    ENSEMBLE_FACTOR,
-    PERTURBATION,
-    SAFETY_FACTOR,
-    SAFETY_FACTOR_IN_ORDER,
-    WINDOW,
-)
-from comparison.formatting import NO_BREAK, instant, number, percent, quantity
-from comparison.scene import Scene, command_line
-from comparison.tables.channels import CONTACTS, PIN
+from comparison.formatting import instant, number
 from comparison.tables.times import Shift
-from comparison.verdict.confirmation import ENOUGH, MEMBERS, OTHER_MEMBERS
 from comparison.verdict.results import (
-    SUSPICIOUS,
-    Attribution,
     Basis,
     ChannelComparison,
-    Confirmation,
-    Doubt,
-    Refinement,
     SceneComparison,
     decisive,
     rank,
 )
 from comparison.verdict.several import Pair, Standing
 from comparison.verdict.shipped import Departure
+from comparison.words.differences import attribution_lines, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
 
 SYMBOLS = {
@@ -50,16 +31,6 @@ SYMBOLS = {
 """Signs beside the words of a verdict, so that colour is not needed to tell it."""
 
 _TIMES = ("", "once", "twice", "three times", "four times")
-_CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
-# Of the samples outside, near which a run must still move as far. Where a stiffness of 0.1 % makes the
-# difference it is 65 % at the standard tier, whose band is not much narrower.
-_SUSPECT = 0.9
-_MOST = 0.5  # of the samples that are not predictable
-_CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
-_MANY = 5  # contacts that begin in it
-
-
-# One channel
 
 
 def reason(channel: ChannelComparison) -> str:
@@ -124,9 +95,6 @@ def _value(value: float, unit: str, digits: int = 3) -> str:
     return f"{value:.{digits}g} {unit}".rstrip()
 
 
-# A scene
-
-
 def scene_reason(scene: SceneComparison) -> str:
     """Return why the verdict of a scene is what it is."""
     if scene.error:
@@ -154,7 +122,7 @@ def scene_reason(scene: SceneComparison) -> str:
         f"{len(agreeing)} of {len(excited)} excited channels agree, nearest to its limit {_named(agreeing)}"
     )
     known = any(channel.u is not None for channel in excited)
-    text += f"; {_percent(scene.coverage)} of all samples are predictable" if known else ""
+    text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if known else ""
     if unsettled:
         text += f"; indeterminate: {', '.join(f'{c.channel} ({reason(c)})' for c in unsettled)}"
     return text
@@ -236,392 +204,6 @@ def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
 def _step(scene: SceneComparison) -> float:
     assert scene.scene is not None
     return float(scene.scene["solver"]["exudyn"]["step"])
-
-
-def _percent(share: float) -> str:
-    """Return a share as percent in plain characters, truncated: "100.00%" only for all."""
-    return "100.00%" if share == 1.0 else percent(share).replace(NO_BREAK, "")
-
-
-# An instant
-
-
-def describe(
-    time: float,
-    events: Mapping[str, pd.DataFrame | None],
-    *,
-    period: float | None,
-    scene: Mapping[str, Any] | None,
-) -> str:
-    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner".
-
-    Parameters
-    ----------
-    time
-        Since the start, s.
-    events
-        Label of a model -> its event table. Where the models are in different contacts, both are named.
-    period
-        Of a crank cycle, s; None: cycle and angle are not reported.
-    scene
-        The scene mapping, for the crank's angle at the start and its sense of rotation; without it from zero.
-    """
-    where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
-    if period is not None:
-        cycles = time / period
-        start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])
-        sense = -1.0 if scene is not None and scene["drive"]["speed_rpm"] < 0 else 1.0
-        where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
-    contacts = {label: contact(time, table) for label, table in events.items() if table is not None}
-    if len(set(contacts.values())) <= 1:
-        return ", ".join([where, *list(contacts.values())[:1]])
-    return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
-
-
-def contact(time: float, events: pd.DataFrame) -> str:
-    """Describe the contacts at an instant, or the last ones before it, numbered by corner.
-
-    Two corners of one side often touch at one instant: of the last contacts, all that overlap the one that
-    ended last are listed.
-
-    Parameters
-    ----------
-    time
-        Of the instant, s.
-    events
-        One row per contact: ``corner``, ``start`` and ``end`` in s.
-    """
-    numbered = events.sort_values("start", kind="stable")
-    numbered = numbered.assign(count=numbered.groupby("corner").cumcount() + 1)
-    begun = numbered[numbered["start"] <= time]
-    if begun.empty:
-        return "before the first contact"
-    current = begun[begun["end"] >= time]
-    word = "after" if current.empty else "during"
-    if current.empty:
-        last = begun["end"].to_numpy().argmax()
-        current = begun[begun["end"] >= begun["start"].to_numpy()[last]]
-    order = list(CONTACTS)
-    named = sorted(zip(current["corner"], current["count"], strict=True), key=lambda row: order.index(row[0]))
-    return f"{word} " + " and ".join(
-        f"the {_ordinal(count)} contact of the {_place(place)}" for place, count in named
-    )
-
-
-def _place(place: str) -> str:
-    return CONTACTS.get(place, place) + ("" if place == PIN else " corner")
-
-
-def _ordinal(count: int) -> str:
-    words = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
-    if count <= len(words):
-        return words[count - 1]
-    ending = {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th") if count % 100 not in {11, 12, 13} else "th"
-    return f"{count}{ending}"
-
-
-def _of_scene(time: float, scene: SceneComparison) -> str:
-    events = dict(zip(scene.labels, scene.events, strict=True))
-    return describe(time, events, period=scene.period if scene.scene else None, scene=scene.scene)
-
-
-# Confirmation
-
-
-def confirmation(scene: SceneComparison) -> str:
-    """Return what ensembles of runs say of a verdict "differ"; empty where none was."""
-    result, labels = scene.confirmation, scene.labels
-    if result is None:
-        return ""
-    since = "" if isnan(result.since) else f" from {result.since:.4g} s on"
-    if result.outcome == "unconfirmed":
-        return f"differ (unconfirmed, {result.fewest} runs){since}: {_doubt(result)}"
-    if result.outcome == "confirmed":
-        return _confirmed(result, labels, since)
-    return _underestimated(result, labels, since)
-
-
-def _doubt(result: Confirmation) -> str:
-    return {
-        Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
-        Doubt.RIGID: "no joint has clearance, so no start can be moved",
-        Doubt.SLOW: "both models are too slow for an ensemble",
-        Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
-        Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
-        None: "",
-    }[result.doubt]
-
-
-def _confirmed(result: Confirmation, labels: tuple[str, str], since: str) -> str:
-    outside = "each model's run is outside those of the other"
-    if 0 in result.members:
-        host, guest = labels if result.members[0] else labels[::-1]
-        outside = f"the {guest} run is outside those of {host}"
-    runs = " and ".join(
-        f"{count} {label}" for count, label in zip(result.members, labels, strict=True) if count
-    )
-    text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
-    if isfinite(result.excess):  # not where all members are one
-        text += f", {result.excess:.3g} times as far as the farthest of these"
-    return text if result.parting is None else f"{text}; they are first separated by {parting(result)}"
-
-
-def _underestimated(result: Confirmation, labels: tuple[str, str], since: str) -> str:
-    inside = " and ".join(
-        f"{count} of {members} {host} runs from moved starts are as far out as the {guest} run"
-        for count, members, host, guest in zip(
-            result.farther, result.members, labels, labels[::-1], strict=True
-        )
-        if count
-    )
-    text = (
-        "no difference of models, the uncertainty was underestimated by a factor "
-        f"{result.factor:.2g}{since}: {inside}"
-    )
-    if not result.suspicious:
-        return text
-    sign = "they split into clusters" if result.clustered else f"a factor above {SUSPICIOUS:g}"
-    return (
-        f"{text}; {sign}, which indicates a discontinuous event, possibly an intermittent fault: "
-        f"{parting(result) or 'no single contact'}"
-    )
-
-
-def parting(result: Confirmation) -> str:
-    """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
-    if result.parting is None:
-        return ""
-    having, sizes = result.parting.having, result.parting.sizes
-    counts = list(zip(having, sizes, result.parted, strict=True))
-    if result.parted[0] == result.parted[1]:  # two parts of one ensemble
-        counts = [(sum(having), sum(sizes), result.parted[0])]
-    occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    start = result.parting.start
-    return f"the contact of the {_place(result.parting.corner)} at {start:.6g} s, which occurs in {occurs}"
-
-
-# Attribution
-
-
-def attribution_lines(scene: SceneComparison) -> list[str]:
-    """Return what the difference of a scene is due to, most important first; empty if nothing is known."""
-    result = scene.attribution
-    outside = f"{result.outside_in} at {_of_scene(result.outside_from, scene)}" if result.outside_in else ""
-    if isnan(result.explained):
-        known = any(channel.u is not None for channel in scene.channels.values())
-        return [f"first outside the {'band' if known else 'tolerance'}: {outside}"] if outside else []
-    lines = [f"{_percent(result.explained)} of the judged samples explained"]
-    if result.cause:
-        lines.append(_cause(result))
-    if outside:
-        lines.append(f"first outside the band: {outside}")
-    lines += [
-        f"but near {result.still_moves[key]:.0%} of the samples outside {label} still changes under "
-        "refinement by as much as the difference: its uncertainty may be underestimated"
-        for key, label in zip("ab", scene.labels, strict=True)
-        if result.still_moves.get(key, 0.0) >= _SUSPECT
-    ]
-    if result.unpredictable:
-        lines.append(_unpredictable(result, scene.labels) + _advice(result))
-    return lines
-
-
-def _cause(result: Attribution) -> str:
-    left = result.remaining
-    first, second = (
-        f"{_refining(change, _setting(change))} {_effect(left[key], change.gain)}"
-        for key, change in zip("ab", result.refinements, strict=True)
-    )
-    both = f"both together {_effect(left['both'], min(change.gain for change in result.refinements))}"
-    if left["both"] > 1 + _CHANGED:
-        both += "; it grows, as accumulated round-off does with more steps"
-    if result.cause in {"a", "b"}:
-        side = "ab".index(result.cause)
-        chief, other = result.refinements[side], (second, first)[side]
-        effect = _effect(left[result.cause], chief.gain, "the difference")
-        return f"explained by {_setting(chief)}: {_refining(chief, 'it')} {effect}; {other}"
-    return {
-        "round-off": "at round-off: no setting has an effect",
-        "both": f"both contribute: {first}, {second}, {both}",
-        "neither": f"within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
-        "models": f"difference of models: no refinement removes it ({first}, {second})",
-    }[result.cause]
-
-
-def _refining(change: Refinement, setting: str) -> str:
-    """Return "halving exudyn's step (2e-06 s)"."""
-    return f"halving {setting}" if change.factor == 2 else f"dividing {setting} by {change.factor:g}"
-
-
-def _setting(change: Refinement) -> str:
-    """Return "exudyn's step (2e-06 s; with its tolerance, 1e-7)"."""
-    if not change.settings:
-        return f"{change.label}'s setting"
-    (chief, value), *others = change.settings.items()
-    along = "".join(f"; with its {key}, {other:g}" for key, other in others)
-    return f"{change.label}'s {chief} ({value:g}{' s' if chief == 'step' else ''}{along})"
-
-
-def _effect(remaining: float, gain: float, what: str = "it") -> str:
-    if remaining <= 1 - _CHANGED:
-        return f"divides {what} by {1 / remaining if remaining else float('inf'):.2g} ({gain:.3g} expected)"
-    if abs(remaining - 1) < 5e-4:
-        return f"changes {what} by less than 0.1%"
-    return f"changes {what} by {remaining - 1:+.1%}"
-
-
-def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
-    """State whose uncertainty makes samples of the indeterminate channels unpredictable."""
-    whose = {
-        "a": f"the uncertainty of {labels[0]} alone",
-        "b": f"the uncertainty of {labels[1]} alone",
-        "each": "the uncertainty of each model by itself",
-        "together": "only both uncertainties together",
-    }
-    shares = sorted(((result.unpredictable[key], words) for key, words in whose.items()), reverse=True)
-    (chief, words), *others = [item for item in shares if item[0] >= 0.005]
-    rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""
-    return (
-        f"of the samples that are not predictable in the indeterminate channels, {words} makes "
-        f"{chief:.0%} so, from {result.unpredictable_from:.4g} s on{rest}"
-    )
-
-
-def _advice(result: Attribution) -> str:
-    """State whether finer settings can help: not where neighbouring trajectories diverge too far."""
-    neighbours = result.unpredictable["neighbours"]
-    if neighbours >= _MOST:
-        return (
-            f"; for {neighbours:.0%} of them the spread of neighbouring starts suffices, whatever the setting"
-        )
-    # The tight tier has its own settings, independent of --accuracy.
-    return "; try --accuracy strict" if result.strict_helps else ""
-
-
-# The verdict card of a scene
-
-
-@dataclass(frozen=True)
-class Card:
-    """Texts of a card: one plain sentence, the observed orders, what to do next."""
-
-    sentence: str
-    order: str
-    advice: str
-    commands: tuple[str, ...]
-
-
-def card(scene: SceneComparison) -> Card:
-    """Return the card of a scene at one tier."""
-    advice, commands = _next(scene)
-    order = ", ".join(
-        f"{change.label} {number(change.observed, 2)} (expected {change.order:g})"
-        for change in scene.attribution.refinements
-        if not isnan(change.observed)
-    )
-    return Card(_sentence(scene), order, advice, tuple(filter(None, commands)))
-
-
-def _sentence(scene: SceneComparison) -> str:
-    if scene.verdict == "indeterminate":
-        return f"Not decided: {_undecided(scene)}."
-    channel = scene.decisive
-    if channel is None:
-        return f"{scene_reason(scene)}."
-    size, limit = (
-        quantity(value, channel.unit, 2) for value in (abs(channel.worst_difference), channel.worst_threshold)
-    )
-    most = "" if channel.limits.share == 1.0 else f", the maximum {number(channel.largest_ratio, 2)}"
-    text = (
-        f"{channel.label}: {channel.ratio_name} is {number(channel.ratio, 2)}{most}: {size} against {limit}"
-    )
-    if scene.verdict == "differ":
-        since = scene.attribution.outside_from
-        since = channel.worst_time if isnan(since) else since
-        text += f"; the trajectories diverge at {_of_scene(since, scene)}{_chatter(scene, since)}"
-    else:
-        text += f", at {channel.worst_time:.4g}{NO_BREAK}s; no channel is nearer to its limit"
-    if scene.refined and scene.confirmation is None:
-        text += f", of finer runs ({mark(scene)})"
-    return f"{text}{_card_confirmation(scene)}."
-
-
-def _chatter(scene: SceneComparison, time: float) -> str:
-    """Return ", just after chatter (7 contacts in the 20 ms before)"; empty where there was none."""
-    table = next((events for events in scene.events if events is not None), None)
-    if table is None or scene.period is None:
-        return ""
-    before = _CHATTER * scene.period
-    count = int(((table["start"] > time - before) & (table["start"] <= time)).sum())
-    if count < _MANY:
-        return ""
-    return f", just after chatter ({count} contacts in the {quantity(before, 's', 2)} before)"
-
-
-def _card_confirmation(scene: SceneComparison) -> str:
-    result = scene.confirmation
-    if result is None:
-        return ""
-    if result.outcome == "underestimated":
-        return f"; the uncertainty had been underestimated {number(result.factor, 2)} times and is corrected"
-    return f"; {mark(scene)}"
-
-
-def _undecided(scene: SceneComparison) -> str:
-    worst = scene.worst_channel
-    if worst is None or isnan(scene.coverage) or scene.unsettled:
-        return scene_reason(scene)
-    text = f"{percent(scene.coverage)} of the samples are predictable, at least "
-    text += f"{worst.limits.coverage:.0%} are required"
-    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    if any(channel.coverage > worst.coverage for channel in excited):
-        text += f"; least of all {worst.label} ({percent(worst.coverage)})"
-    return text + _card_confirmation(scene)
-
-
-def _next(scene: SceneComparison) -> tuple[str, list[str]]:
-    """Return what to do next, and the commands for it; the latter empty where there is nothing to do."""
-    if scene.verdict == "indeterminate" and scene.closer_command:
-        tables = "State the difference that is allowed, as a share of each scale:"
-        return tables if scene.ran is None else "See whether finer settings decide it:", [
-            scene.closer_command
-        ]
-    if scene.ran is None or scene.verdict == "indeterminate":
-        return "", []
-    if scene.verdict == "cannot compare":
-        if scene.failed is None:
-            return "Run the scene again once the cause is removed:", [scene.command]
-        return "Repeat the run that failed, by itself:", [_run(scene, scene.failed.scene, scene.failed.model)]
-    if scene.verdict == "differ":
-        return "Find which model errs, by a third opinion:", _third_opinion(scene, scene.ran)
-    if scene.confirmation is not None and scene.confirmation.suspicious:
-        what, closer = "A discontinuous event decides", scene.closer_command
-        return (f"{what}; look at it at finer settings:", [closer]) if closer else (f"{what}.", [])
-    return "Nothing to do.", []
-
-
-def _third_opinion(scene: SceneComparison, ran: Scene) -> list[str]:
-    """Return commands that run another formulation of one model and compare it with the reference."""
-    model, formulation = "exudyn", "full"
-    if ran.data["solver"]["exudyn"]["formulation"] == "full":
-        # The reference's multipliers are for an ideal crank pin.
-        ideal = ran.data["joints"]["crank_pin"] == "ideal"
-        model, formulation = ("reference", "multiplier") if ideal else ("exudyn", "tree")
-    host = scene.labels[1] if model == "reference" else scene.labels[0]
-    third = ran.variant({f"solver.{model}.formulation": formulation})
-    return [
-        _run(scene, third, model, formulation),
-        _run(scene, ran, host),
-        command_line("compare", [f"{scene.name}-{which}.csv" for which in (host, formulation)], {}),
-    ]
-
-
-def _run(scene: SceneComparison, ran: Scene, model: str, what: str = "") -> str:
-    """Return the command of one run."""
-    return ran.command("run", "--model", model, "--out", f"{scene.name}-{what or model}.csv")
-
-
-# All scenes
 
 
 def overall_verdict(scenes: Sequence[SceneComparison]) -> str:
@@ -732,86 +314,3 @@ def standings(results: Sequence[Standing]) -> str:
 def listed(names: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-# The rule
-
-
-def definition(scenes: Sequence[SceneComparison]) -> list[str]:
-    """Return the definition of the verdicts of these scenes, one step per line."""
-    tiers = {tier.tier: thresholds(tier.tier) for scene in scenes for tier in scene.tiers}
-    judged = [tier for scene in scenes for tier in scene.tiers]
-    known = [channel.u is not None for tier in judged for channel in tier.channels.values()]
-    fixed = thresholds()
-    alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
-    floor = _by_tier({name: f"{limits.coverage:.0%}" for name, limits in tiers.items()})
-    lines = []
-    if "tight" in tiers:
-        lines.append(
-            "Each scene is judged at two tiers. Standard: the scene's settings, as a user runs it. Tight: "
-            "the reference at its strict setting and Exudyn's tree of free bodies with error control; a "
-            "scene that requires five bodies (no clearance, reactions) runs with its own settings."
-        )
-    if any(known) or not known:
-        lines += [
-            f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
-            "refined run, to its coarser run (divided by the error ratio expected between two levels) and of "
-            f"the coarser run to its perturbed runs (start moved by {number(PERTURBATION, 1)} of the "
-            "clearance, offset and angle with equal and with opposite signs) "
-            f"within ±{WINDOW:.0%} of a crank cycle; where the three levels show the method's order, "
-            f"{SAFETY_FACTOR_IN_ORDER:g} times the extrapolated error; never below round-off. "
-            "Of both models: u = √(u₁² + u₂²).",
-            f"Predictable: the samples with u ≤ {alpha} of the channel's scale; of a force or an "
-            "acceleration only where the position that it depends on is predictable too. "
-            f"Coverage is their share; below {floor} the channel is indeterminate.",
-            f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
-            f"(explained), so that |E|/{fixed.k:g}u ({fixed.share:.0%}), the ratio that this share stays "
-            "within, is at most 1; that of a scene is the largest of its channels. Samples at which both "
-            "models are exactly zero are not counted. Differ: on fewer; of a channel below the floor, if it "
-            "would be fewer even with all other samples explained. A scene differs if one channel does; else "
-            "its coverage, the mean over its excited channels (one without a sample to judge counts as "
-            "zero), is compared with the same floor: below it is indeterminate, at or above it agrees.",
-        ]
-    if any(known):
-        lines.append(
-            "Differ is confirmed before it is reported: each model is rerun from at least "
-            f"{OTHER_MEMBERS} starts (the reference {MEMBERS['reference']}) that are moved by the initial "
-            "perturbation equivalent to its own error, and the other model's run is ranked in that ensemble "
-            "by its largest distance from the centre. It is confirmed if this exceeds, in both ensembles, "
-            "the distance of every member left out. Otherwise the uncertainty was underestimated: "
-            f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other model; any "
-            "verdict of theirs but agree is first re-tested at half the step, up to four times, until it is "
-            "known what they converge to, and a difference of models is what outlasts this. With fewer than "
-            f"{ENOUGH} runs the difference stays unconfirmed."
-        )
-    if any(tier.attribution.cause for tier in judged):
-        lines.append(
-            "Attribution of a difference: one model's run is replaced by its refined run, the other's is "
-            "kept. A setting whose refinement removes the difference explains it; a difference above the "
-            "threshold that no refinement removes is a difference of models."
-        )
-    if not all(known):
-        lines.append(
-            "Tables without a refined run carry no uncertainty: a fixed tolerance (a share of the scale) is "
-            "the threshold, every sample counts as predictable and all must be within it, unless a smaller "
-            "share was asked for; without a tolerance the verdict is indeterminate."
-        )
-    return lines
-
-
-def ratio(scenes: Sequence[SceneComparison]) -> tuple[str, str]:
-    """Return the name of the ratio that these verdicts rest on, and what it is."""
-    channels = [c for scene in scenes for tier in scene.tiers for c in tier.channels.values()]
-    limits = channels[0].limits if channels else thresholds()
-    against = "tolerance" if channels and channels[0].u is None else f"{limits.k:g}u"
-    share = f"{100 * limits.share:g}%"
-    name = channels[0].ratio_name if channels else f"|E|/{against} ({share})"
-    return name, f"the |difference| / {against} that {share} of the judged samples stay within"
-
-
-def _by_tier(numbers: Mapping[str, str]) -> str:
-    """Return "0.01 (standard tier) or 5e-05 (tight tier)"; for a single tier the number alone."""
-    if len(numbers) < 2:
-        return next(iter(numbers.values()), "")
-    return " or ".join(f"{text} ({tier} tier)" for tier, text in numbers.items())

@@ -19,7 +19,8 @@ from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison
-from comparison.words.verdicts import confirmation, scene_reason
+from comparison.words.differences import confirmation
+from comparison.words.verdicts import scene_reason
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 """Where an ensemble's starts lie apart."""

@@ -25,7 +25,9 @@ from comparison.tables.table import Table
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import Attribution, Confirmation, SceneComparison
-from comparison.words.verdicts import attribution_lines, card, confirmation, definition, reason, scene_reason
+from comparison.words.card import card, definition
+from comparison.words.differences import attribution_lines, confirmation
+from comparison.words.verdicts import reason, scene_reason
 
 
 def part(html: str, start: str, end: str) -> str:

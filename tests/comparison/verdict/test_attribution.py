@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 from comparison.verdict.compare import Runs, compare
+from comparison.words.differences import attribution_lines
 from comparison.words.record import as_mapping
-from comparison.words.verdicts import attribution_lines, reasons
+from comparison.words.verdicts import reasons
 
 LABELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")

@@ -16,7 +16,7 @@ from comparison.verdict.confirmation import (
     confirm,
 )
 from comparison.verdict.results import EXIT_CODES
-from comparison.words import verdicts as words
+from comparison.words import differences as words
 
 
 def test_where_models_agree_nothing_is_run(fake):

@@ -17,6 +17,7 @@ from comparison.verdict.confirmation import (
     scaled_members,
     starting_error,
 )
+from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.record import as_mapping
 from comparison.words.verdicts import reasons
@@ -107,11 +108,11 @@ def test_the_sentence_stands_on_the_console_and_in_the_json(fake):
     found = taken_back.confirmation
     assert reasons(taken_back)[:2] == [
         ("reason", words.scene_reason(taken_back)),
-        ("confirmation", words.confirmation(taken_back)),
+        ("confirmation", differences.confirmation(taken_back)),
     ]
     record = as_mapping(taken_back)["confirmation"]
     assert record["outcome"] == "underestimated"
     assert record["members"] == (99, 30)
     assert record["factor"] == found.factor
-    assert record["sentence"] == words.confirmation(taken_back)
+    assert record["sentence"] == differences.confirmation(taken_back)
     assert as_mapping(fake(wide).confirmed()[1])["confirmation"] is None

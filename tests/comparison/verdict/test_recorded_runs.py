@@ -18,7 +18,8 @@ from comparison.tables.table_files import read, write
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.recorded import Recorded, compare_recorded
 from comparison.verdict.validate import Validation, validate
-from comparison.words.verdicts import confirmation, scene_reason
+from comparison.words.differences import confirmation
+from comparison.words.verdicts import scene_reason
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}

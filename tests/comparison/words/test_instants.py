@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from comparison.scene import load_scene
-from comparison.words.verdicts import contact, describe
+from comparison.words.differences import contact, describe
 
 EVENTS = pd.DataFrame(
     [

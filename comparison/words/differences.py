@@ -1,0 +1,279 @@
+"""Sentences about a difference: its instant, its confirmation by ensembles, and what it is due to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite, isnan
+from typing import Any
+
+import pandas as pd
+
+from comparison.formatting import NO_BREAK, percent
+from comparison.tables.channels import CONTACTS, PIN
+from comparison.verdict.confirmation import ENOUGH
+from comparison.verdict.results import (
+    SUSPICIOUS,
+    Attribution,
+    Confirmation,
+    Doubt,
+    Refinement,
+    SceneComparison,
+)
+
+_CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
+# Of the samples outside, near which a run must still move as far. Where a stiffness of 0.1 % makes the
+# difference it is 65 % at the standard tier, whose band is not much narrower.
+_SUSPECT = 0.9
+_MOST = 0.5  # of the samples that are not predictable
+
+
+def describe(
+    time: float,
+    events: Mapping[str, pd.DataFrame | None],
+    *,
+    period: float | None,
+    scene: Mapping[str, Any] | None,
+) -> str:
+    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner".
+
+    Parameters
+    ----------
+    time
+        Since the start, s.
+    events
+        Label of a model -> its event table. Where the models are in different contacts, both are named.
+    period
+        Of a crank cycle, s; None: cycle and angle are not reported.
+    scene
+        The scene mapping, for the crank's angle at the start and its sense of rotation; without it from zero.
+    """
+    where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
+    if period is not None:
+        cycles = time / period
+        start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])
+        sense = -1.0 if scene is not None and scene["drive"]["speed_rpm"] < 0 else 1.0
+        where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
+    contacts = {label: contact(time, table) for label, table in events.items() if table is not None}
+    if len(set(contacts.values())) <= 1:
+        return ", ".join([where, *list(contacts.values())[:1]])
+    return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
+
+
+def contact(time: float, events: pd.DataFrame) -> str:
+    """Describe the contacts at an instant, or the last ones before it, numbered by corner.
+
+    Two corners of one side often touch at one instant: of the last contacts, all that overlap the one that
+    ended last are listed.
+
+    Parameters
+    ----------
+    time
+        Of the instant, s.
+    events
+        One row per contact: ``corner``, ``start`` and ``end`` in s.
+    """
+    numbered = events.sort_values("start", kind="stable")
+    numbered = numbered.assign(count=numbered.groupby("corner").cumcount() + 1)
+    begun = numbered[numbered["start"] <= time]
+    if begun.empty:
+        return "before the first contact"
+    current = begun[begun["end"] >= time]
+    word = "after" if current.empty else "during"
+    if current.empty:
+        last = begun["end"].to_numpy().argmax()
+        current = begun[begun["end"] >= begun["start"].to_numpy()[last]]
+    order = list(CONTACTS)
+    named = sorted(zip(current["corner"], current["count"], strict=True), key=lambda row: order.index(row[0]))
+    return f"{word} " + " and ".join(
+        f"the {_ordinal(count)} contact of the {_place(place)}" for place, count in named
+    )
+
+
+def _place(place: str) -> str:
+    return CONTACTS.get(place, place) + ("" if place == PIN else " corner")
+
+
+def _ordinal(count: int) -> str:
+    words = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+    if count <= len(words):
+        return words[count - 1]
+    ending = {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th") if count % 100 not in {11, 12, 13} else "th"
+    return f"{count}{ending}"
+
+
+def instant_of(time: float, scene: SceneComparison) -> str:
+    """Describe an instant (s) of a scene; see `describe`."""
+    events = dict(zip(scene.labels, scene.events, strict=True))
+    return describe(time, events, period=scene.period if scene.scene else None, scene=scene.scene)
+
+
+def confirmation(scene: SceneComparison) -> str:
+    """Return what ensembles of runs say of a verdict "differ"; empty where none was."""
+    result, labels = scene.confirmation, scene.labels
+    if result is None:
+        return ""
+    since = "" if isnan(result.since) else f" from {result.since:.4g} s on"
+    if result.outcome == "unconfirmed":
+        return f"differ (unconfirmed, {result.fewest} runs){since}: {_doubt(result)}"
+    if result.outcome == "confirmed":
+        return _confirmed(result, labels, since)
+    return _underestimated(result, labels, since)
+
+
+def _doubt(result: Confirmation) -> str:
+    return {
+        Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
+        Doubt.RIGID: "no joint has clearance, so no start can be moved",
+        Doubt.SLOW: "both models are too slow for an ensemble",
+        Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
+        Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
+        None: "",
+    }[result.doubt]
+
+
+def _confirmed(result: Confirmation, labels: tuple[str, str], since: str) -> str:
+    outside = "each model's run is outside those of the other"
+    if 0 in result.members:
+        host, guest = labels if result.members[0] else labels[::-1]
+        outside = f"the {guest} run is outside those of {host}"
+    runs = " and ".join(
+        f"{count} {label}" for count, label in zip(result.members, labels, strict=True) if count
+    )
+    text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
+    if isfinite(result.excess):  # not where all members are one
+        text += f", {result.excess:.3g} times as far as the farthest of these"
+    return text if result.parting is None else f"{text}; they are first separated by {parting(result)}"
+
+
+def _underestimated(result: Confirmation, labels: tuple[str, str], since: str) -> str:
+    inside = " and ".join(
+        f"{count} of {members} {host} runs from moved starts are as far out as the {guest} run"
+        for count, members, host, guest in zip(
+            result.farther, result.members, labels, labels[::-1], strict=True
+        )
+        if count
+    )
+    text = (
+        "no difference of models, the uncertainty was underestimated by a factor "
+        f"{result.factor:.2g}{since}: {inside}"
+    )
+    if not result.suspicious:
+        return text
+    sign = "they split into clusters" if result.clustered else f"a factor above {SUSPICIOUS:g}"
+    return (
+        f"{text}; {sign}, which indicates a discontinuous event, possibly an intermittent fault: "
+        f"{parting(result) or 'no single contact'}"
+    )
+
+
+def parting(result: Confirmation) -> str:
+    """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
+    if result.parting is None:
+        return ""
+    having, sizes = result.parting.having, result.parting.sizes
+    counts = list(zip(having, sizes, result.parted, strict=True))
+    if result.parted[0] == result.parted[1]:  # two parts of one ensemble
+        counts = [(sum(having), sum(sizes), result.parted[0])]
+    occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
+    start = result.parting.start
+    return f"the contact of the {_place(result.parting.corner)} at {start:.6g} s, which occurs in {occurs}"
+
+
+def attribution_lines(scene: SceneComparison) -> list[str]:
+    """Return what the difference of a scene is due to, most important first; empty if nothing is known."""
+    result = scene.attribution
+    outside = f"{result.outside_in} at {instant_of(result.outside_from, scene)}" if result.outside_in else ""
+    if isnan(result.explained):
+        known = any(channel.u is not None for channel in scene.channels.values())
+        return [f"first outside the {'band' if known else 'tolerance'}: {outside}"] if outside else []
+    lines = [f"{plain_percent(result.explained)} of the judged samples explained"]
+    if result.cause:
+        lines.append(_cause(result))
+    if outside:
+        lines.append(f"first outside the band: {outside}")
+    lines += [
+        f"but near {result.still_moves[key]:.0%} of the samples outside {label} still changes under "
+        "refinement by as much as the difference: its uncertainty may be underestimated"
+        for key, label in zip("ab", scene.labels, strict=True)
+        if result.still_moves.get(key, 0.0) >= _SUSPECT
+    ]
+    if result.unpredictable:
+        lines.append(_unpredictable(result, scene.labels) + _advice(result))
+    return lines
+
+
+def _cause(result: Attribution) -> str:
+    left = result.remaining
+    first, second = (
+        f"{_refining(change, _setting(change))} {_effect(left[key], change.gain)}"
+        for key, change in zip("ab", result.refinements, strict=True)
+    )
+    both = f"both together {_effect(left['both'], min(change.gain for change in result.refinements))}"
+    if left["both"] > 1 + _CHANGED:
+        both += "; it grows, as accumulated round-off does with more steps"
+    if result.cause in {"a", "b"}:
+        side = "ab".index(result.cause)
+        chief, other = result.refinements[side], (second, first)[side]
+        effect = _effect(left[result.cause], chief.gain, "the difference")
+        return f"explained by {_setting(chief)}: {_refining(chief, 'it')} {effect}; {other}"
+    return {
+        "round-off": "at round-off: no setting has an effect",
+        "both": f"both contribute: {first}, {second}, {both}",
+        "neither": f"within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
+        "models": f"difference of models: no refinement removes it ({first}, {second})",
+    }[result.cause]
+
+
+def _refining(change: Refinement, setting: str) -> str:
+    """Return "halving exudyn's step (2e-06 s)"."""
+    return f"halving {setting}" if change.factor == 2 else f"dividing {setting} by {change.factor:g}"
+
+
+def _setting(change: Refinement) -> str:
+    """Return "exudyn's step (2e-06 s; with its tolerance, 1e-7)"."""
+    if not change.settings:
+        return f"{change.label}'s setting"
+    (chief, value), *others = change.settings.items()
+    along = "".join(f"; with its {key}, {other:g}" for key, other in others)
+    return f"{change.label}'s {chief} ({value:g}{' s' if chief == 'step' else ''}{along})"
+
+
+def _effect(remaining: float, gain: float, what: str = "it") -> str:
+    if remaining <= 1 - _CHANGED:
+        return f"divides {what} by {1 / remaining if remaining else float('inf'):.2g} ({gain:.3g} expected)"
+    if abs(remaining - 1) < 5e-4:
+        return f"changes {what} by less than 0.1%"
+    return f"changes {what} by {remaining - 1:+.1%}"
+
+
+def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
+    """State whose uncertainty makes samples of the indeterminate channels unpredictable."""
+    whose = {
+        "a": f"the uncertainty of {labels[0]} alone",
+        "b": f"the uncertainty of {labels[1]} alone",
+        "each": "the uncertainty of each model by itself",
+        "together": "only both uncertainties together",
+    }
+    shares = sorted(((result.unpredictable[key], words) for key, words in whose.items()), reverse=True)
+    (chief, words), *others = [item for item in shares if item[0] >= 0.005]
+    rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""
+    return (
+        f"of the samples that are not predictable in the indeterminate channels, {words} makes "
+        f"{chief:.0%} so, from {result.unpredictable_from:.4g} s on{rest}"
+    )
+
+
+def _advice(result: Attribution) -> str:
+    """State whether finer settings can help: not where neighbouring trajectories diverge too far."""
+    neighbours = result.unpredictable["neighbours"]
+    if neighbours >= _MOST:
+        return (
+            f"; for {neighbours:.0%} of them the spread of neighbouring starts suffices, whatever the setting"
+        )
+    # The tight tier has its own settings, independent of --accuracy.
+    return "; try --accuracy strict" if result.strict_helps else ""
+
+
+def plain_percent(share: float) -> str:
+    """Return a share as percent in plain characters, truncated: "100.00%" only for all."""
+    return "100.00%" if share == 1.0 else percent(share).replace(NO_BREAK, "")
