@@ -79,6 +79,8 @@ def _assert_agree(
             scene=loaded,
             tolerance=loaded.tolerance if tolerance is None and loaded is not None else tolerance,
             share=share,
+            time_tolerance=0.0 if loaded is None else loaded.time_tolerance,
+            gate=None if loaded is None else loaded.gate,
             labels=labels,
             warnings=warnings,
         )

@@ -43,6 +43,10 @@ def compare(
     share: Annotated[
         float, typer.Option(metavar="X", help="Share of the samples that must be within the tolerance.")
     ] = 1.0,
+    time_tolerance: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="By which either table may be early or late; default 0."),
+    ] = None,
     mapping: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="TOML file that assigns another program's columns to channels."),
@@ -89,6 +93,8 @@ def compare(
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
+    if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
+        raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
     if period is not None and not 0 < period < float("inf"):
         raise typer.BadParameter(f"--period {period:g} must be a positive number")
     if at_events is not None and at_events not in AT_EVENTS:
@@ -109,11 +115,15 @@ def compare(
     )
     if tolerance is None and loaded is not None:
         tolerance = loaded.tolerance
+    if time_tolerance is None and loaded is not None and loaded.time_tolerance:
+        time_tolerance = loaded.time_tolerance
+    gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
     options: dict[str, Any] = {
         "--scene": scene,
         "--mapping": mapping,
         "--tolerance": None if tolerance is None else f"{tolerance:g}",
         "--share": None if share == 1 else f"{share:g}",
+        "--time-tolerance": time_tolerance,
         "--at-events": at_events,
         "--period": period,
         "--refinement-a": refinement_a,
@@ -141,6 +151,8 @@ def compare(
         scene=loaded,
         tolerance=tolerance,
         share=share,
+        time_tolerance=time_tolerance or 0.0,
+        gate=gate,
         period=period,
         labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
         command=command,

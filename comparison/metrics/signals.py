@@ -178,6 +178,43 @@ def tube_share(time: Array, reference: Array, other: Array, width: float = TUBE)
     return float(np.mean((other >= low) & (other <= high)))
 
 
+def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
+    r"""Return the distance of two signals of which either may be early or late, shape (n,).
+
+    Each is held against the range of the other within ``reach`` (s) to either side, with straight lines
+    between samples, and the larger distance counts,
+
+    .. math::
+
+        d(t) = \max\bigl(\mathrm{dist}(a(t), b([t - w, t + w])), \mathrm{dist}(b(t), a([t - w, t + w]))\bigr):
+
+    a peak that one of them lacks altogether is as far away as it is high, though the other one's samples are
+    within the range of its flanks. Exchanging the signals changes nothing.
+    """
+    return np.maximum(_beyond_range(time, a, b, reach), _beyond_range(time, b, a, reach))
+
+
+def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Array:
+    """Return how far values lie outside the range of another signal within the reach, shape (n,).
+
+    The other one is continued beyond its ends as it goes there.
+    """
+    steps = np.diff(other) / np.diff(time)
+    edges = time[0] - reach, time[-1] + reach
+    long = np.concatenate([[edges[0]], time, [edges[1]]])
+    other = np.concatenate([[other[0] - steps[0] * reach], other, [other[-1] + steps[-1] * reach]])
+    windows = np.column_stack(
+        [np.searchsorted(long, time - reach), np.searchsorted(long, time + reach, side="right")]
+    ).ravel()
+    # An index past the end ends the last window; what lies between two windows is not used.
+    padded = np.append(other, other[-1])
+    ends = [np.interp(time + side * reach, long, other) for side in (-1.0, 1.0)]
+    low = np.min([np.minimum.reduceat(padded, windows)[::2], *ends], axis=0)
+    high = np.max([np.maximum.reduceat(padded, windows)[::2], *ends], axis=0)
+    beyond: Array = np.maximum(np.maximum(low - values, values - high), 0.0)
+    return beyond
+
+
 def resampled(time: Array, signals: tuple[Array, ...], points: int) -> tuple[Array, tuple[Array, ...]]:
     """Return times and signals on a uniform grid, linearly interpolated, of at most so many points (>= 2).
 

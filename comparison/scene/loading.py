@@ -63,6 +63,10 @@ class Scene:
     """The shipped name or the path that it was read from; empty where it was not."""
     tolerance: float | None = None
     """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
+    time_tolerance: float = 0.0
+    """[compare] time_tolerance, s: how early or late either of them may be."""
+    gate: Mapping[str, float] = field(default_factory=dict)
+    """[compare.gate]: limits of metrics for such tables."""
     reliability: Reliability = field(default_factory=Reliability)
     """[reliability]: limits of the errors, bins."""
     random: tuple[RandomInput, ...] = ()
@@ -275,6 +279,8 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
         overrides=overrides,
         source=source,
         tolerance=keys.compare.tolerance,
+        time_tolerance=keys.compare.time_tolerance,
+        gate=keys.compare.gate,
         reliability=keys.reliability,
         random=tuple(keys.random),
     )

@@ -285,9 +285,15 @@ class Solver(Section):
 
 
 class Compare(Section):
-    """Tolerance for two tables without uncertainties: a share of each channel's scale."""
+    """Rules for two tables without uncertainties, for every channel.
+
+    The tolerance is a share of the channel's scale; within the time tolerance either table may be early or
+    late. A gate holds limits of `comparison.verdict.results.METRICS`.
+    """
 
     tolerance: Positive | None = None
+    time_tolerance: Annotated[NotNegative, S] = 0.0
+    gate: dict[str, Real] = Field(default_factory=dict)
 
 
 class Limits(Section):

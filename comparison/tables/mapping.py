@@ -81,6 +81,8 @@ class Mapping(Section):
         Column name -> rule, for either table.
     channels
         Channel -> its definition.
+    gate
+        Metric -> its limit, for every channel.
     a, b
         As ``columns``, for the first or the second table only; takes precedence over ``columns``.
     """
@@ -90,6 +92,7 @@ class Mapping(Section):
     channels: dict[str, Quantity] = Field(default={})
     a: dict[str, Rule] = Field(default={})
     b: dict[str, Rule] = Field(default={})
+    gate: dict[str, Real] = Field(default={})
 
     _file: str = PrivateAttr("mapping")
 
@@ -160,7 +163,7 @@ def _check(mapping: Mapping) -> None:
                     f"{where}: channel = {rule.channel!r} is not a channel of the press or of [channels]"
                 )
             _check_conversion(where, rule, "column")
-    if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels)):
+    if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
         raise TableError("names no column")
 
 

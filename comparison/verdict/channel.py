@@ -17,9 +17,10 @@ import numpy as np
 
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
+from comparison.metrics.signals import information, scaled
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
-from comparison.verdict.results import Basis, ChannelComparison
+from comparison.verdict.results import Basis, ChannelComparison, Check
 
 
 def compare_channel(
@@ -34,6 +35,8 @@ def compare_channel(
     tolerance: float | None,
     limits: Thresholds,
     share: float = 1.0,
+    time_tolerance: float = 0.0,
+    gate: Mapping[str, float] | None = None,
 ) -> ChannelComparison:
     """Judge one channel on a common grid; arrays of shape (n,).
 
@@ -67,6 +70,11 @@ def compare_channel(
         The tier's numbers.
     share
         Of the samples that must be within a tolerance.
+    time_tolerance
+        s; where there is no uncertainty either result may be so early or late. Neither may lack what the
+        other has.
+    gate
+        Metric -> limit (`comparison.verdict.results.METRICS`), where there is no uncertainty.
     """
     u_both = None if u[0] is None or u[1] is None else combined(u[0], u[1])
     extent = float(np.ptp(a)) if u_both is None else float(np.ptp(np.concatenate([a, b])))
@@ -88,11 +96,14 @@ def compare_channel(
         limits=limits,
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
+        time_tolerance=time_tolerance if u_both is None else 0.0,
     )
     judgement = _by_samples(comparison)
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if judgement["verdict"] == "indeterminate" and u_both is not None and channel.follows is None:
         judgement |= _by_largest_uncertainty(comparison, limits.k * float(u_both.max()))
+    if gate and u_both is None and judgement["verdict"] != "unexcited":
+        judgement |= _by_gate(comparison, gate, judgement["verdict"], judgement["basis"])
     return replace(comparison, **judgement)
 
 
@@ -103,7 +114,7 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
     fixed = channel.u is None
     explained, outside, numbers = nan, 0, {}
     if threshold is not None and count:
-        size = np.abs(channel.difference)
+        size = channel.size
         # A fixed threshold may be zero: of a channel that is constant in the first table.
         divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
         worst = int(np.where(judged, size / divisor, -1.0).argmax())
@@ -143,3 +154,22 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[
         "worst": int(size.argmax()),
         "worst_threshold": largest,
     }
+
+
+def _by_gate(
+    channel: ChannelComparison, gate: Mapping[str, float], verdict: str, basis: Basis
+) -> dict[str, Any]:
+    """Hold the metrics of a channel against their limits; a difference that samples show remains.
+
+    A metric is undefined where one result is constant and the other is not: its limit is not met.
+    """
+    values = information(channel.time, channel.a, channel.b, position=channel.definition.rate is not None)
+    values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
+    values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
+    checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
+    if verdict == "differ":
+        return {"checks": checks}
+    if not all(check.met for check in checks):
+        return {"checks": checks, "verdict": "differ", "basis": Basis.GATE}
+    decided = {} if basis is not Basis.NO_LIMIT else {"verdict": "agree", "basis": Basis.GATE}
+    return {"checks": checks, **decided}

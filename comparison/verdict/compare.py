@@ -28,7 +28,7 @@ from comparison.tables.table import Table, TableError, check
 from comparison.tables.times import holes, isolated
 from comparison.verdict.attribution import attribute
 from comparison.verdict.channel import compare_channel
-from comparison.verdict.results import ChannelComparison, SceneComparison, scene_coverage
+from comparison.verdict.results import METRICS, ChannelComparison, SceneComparison, scene_coverage
 
 _BESIDES = ("crank", "own")  # groups of channels
 _FEW = 16  # samples; of fewer every fourth one tells nothing
@@ -43,6 +43,8 @@ def compare(
     scene: Scene | None = None,
     tolerance: float | None = None,
     share: float = 1.0,
+    time_tolerance: float = 0.0,
+    gate: Mapping[str, float] | None = None,
     period: float | None = None,
     labels: tuple[str, str] = ("a", "b"),
     name: str = "compare",
@@ -66,6 +68,9 @@ def compare(
         "indeterminate". Without a scene the scales are the ranges of ``a``.
     share
         Of the samples that must be within the tolerance.
+    time_tolerance, gate
+        As of `comparison.verdict.channel.compare_channel`; beside a tolerance in value one in time (s), and
+        limits of metrics.
     period
         Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
     labels, name, command, warnings
@@ -80,9 +85,11 @@ def compare(
     Raises
     ------
     TableError
-        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
-        that does not increase, a truncated run.
+        If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
+        a number that is not finite, time that does not increase, a truncated run.
     """
+    if unknown := [metric for metric in gate or {} if metric not in METRICS]:
+        raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
     both = tuple(zip(labels, (a, b), strict=True))
     tables = {f"{label}{which}": table for label, runs in both for which, table in _runs(runs)}
     names = _names(a.base, b.base, scene, only)
@@ -131,6 +138,8 @@ def compare(
                 tolerance=tolerance,
                 limits=limits,
                 share=share,
+                time_tolerance=time_tolerance,
+                gate=gate if every == 1 else None,
             )
         return results
 
@@ -146,7 +155,9 @@ def compare(
     if interpolated is not None and tolerance is not None:
         warnings += _between((a, b)[interpolated].base, labels[interpolated], aligned, results, tolerance)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
-    if verdict != "differ" and not isnan(allowed_shift := _exceeded_shift(results, aligned, tolerance)):
+    if verdict != "differ" and not isnan(
+        allowed_shift := _exceeded_shift(results, aligned, tolerance, time_tolerance)
+    ):
         verdict = "differ"
     return SceneComparison(
         name=name if scene is None else scene.name,
@@ -166,7 +177,7 @@ def compare(
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
-        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]),
+        coverage_error=nan if gate else _sampling_error([scene_coverage(grid) for grid in grids]),
         attribution=attribute(
             (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
         ),
@@ -334,14 +345,17 @@ def _between(
 
 
 def _exceeded_shift(
-    results: Mapping[str, ChannelComparison], aligned: Aligned, tolerance: float | None
+    results: Mapping[str, ChannelComparison],
+    aligned: Aligned,
+    tolerance: float | None,
+    time_tolerance: float,
 ) -> float:
     """Return the time shift that a tolerance allows, s, where it is exceeded; else nan.
 
     Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
     accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
-    of its rate, the least of all positions: with a scene a hundredth of a crank cycle. Uncertainties have no
-    such limit.
+    of its rate, the least of all positions: with a scene a hundredth of a crank cycle; or the time tolerance.
+    Uncertainties have no such limit.
     """
     times = []
     for position in results.values():
@@ -358,6 +372,7 @@ def _exceeded_shift(
         if scale:
             times.append(position.scale / scale)
     limit = (tolerance or 0.0) * min(times, default=0.0)
+    limit = max(limit, time_tolerance) if limit else limit
     shift = aligned.shift
     exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan

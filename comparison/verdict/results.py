@@ -20,7 +20,7 @@ from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.metrics.contacts import Impacts, Pulse, impacts_of, pin_share, time_shares
 from comparison.metrics.outliers import Parting
-from comparison.metrics.signals import information, maximum, rms, scaled
+from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
@@ -55,8 +55,39 @@ class Basis(Enum):
     """Indeterminate: too many samples are outside to agree, too few to differ."""
     SAMPLES = auto()
     """Agree or differ, by the share of the judged samples within their threshold."""
+    GATE = auto()
+    """Agree or differ, by limits of metrics."""
     LARGEST = auto()
     """Differ, although too little is predictable: even the largest u of all times explains too little."""
+
+
+METRICS = {
+    **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled"), 1),
+    **dict.fromkeys((f"sprague_geers_{part}" for part in ("magnitude", "phase", "combined")), 1),
+    **dict.fromkeys((f"russell_{part}" for part in ("magnitude", "phase", "comprehensive")), 1),
+    "peak_time_difference": 1,
+    "iso18571": -1,
+    **dict.fromkeys((f"iso18571_{part}" for part in ("corridor", "phase", "magnitude", "slope")), -1),
+    **dict.fromkeys(("tube_share", "correlation"), -1),
+}
+"""Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
+
+Scaled ones are shares of the channel's scale; `comparison.metrics.signals.information` has the others.
+"""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A metric of a channel against the limit of a gate."""
+
+    metric: str
+    value: float
+    limit: float
+
+    @property
+    def met(self) -> bool:
+        """Whether an error is at most, a rating at least its limit; not where the metric is undefined."""
+        return abs(self.value) <= self.limit if METRICS[self.metric] > 0 else self.value >= self.limit
 
 
 @dataclass(frozen=True)
@@ -88,6 +119,10 @@ class ChannelComparison:
     """Index of the sample with the largest |a - b| / threshold, of those that decide."""
     worst_threshold: float = nan
     """Threshold there."""
+    time_tolerance: float = 0.0
+    """s, by which either may be early or late, where there is no uncertainty."""
+    checks: tuple[Check, ...] = ()
+    """Of the metrics that a gate limits."""
     coverage_error: float = nan
     rms_error: float = nan
     """Estimated errors of coverage and RMS by sampling, see `comparison.verdict.compare`; nan: unknown."""
@@ -111,6 +146,13 @@ class ChannelComparison:
     def difference(self) -> Array:
         """A - b, shape (n,)."""
         return self.a - self.b
+
+    @cached_property
+    def size(self) -> Array:
+        """What is held against the threshold, shape (n,): |a - b|, or within the time tolerance less."""
+        if self.time_tolerance and self.u is None:
+            return tube_distance(self.time, self.a, self.b, self.time_tolerance)
+        return np.abs(self.difference)
 
     @cached_property
     def u(self) -> Array | None:
@@ -145,7 +187,7 @@ class ChannelComparison:
         """Judged samples outside their threshold, shape (n,)."""
         if self.threshold is None:
             return np.zeros(self.time.shape, dtype=np.bool_)
-        return self.judged & (np.abs(self.difference) > self.threshold)
+        return self.judged & (self.size > self.threshold)
 
     @property
     def coverage(self) -> float:
@@ -161,6 +203,11 @@ class ChannelComparison:
     def worst_difference(self) -> float:
         """Difference at the worst sample; nan without one."""
         return nan if self.worst is None else float(self.difference[self.worst])
+
+    @property
+    def worst_size(self) -> float:
+        """What was held against the threshold at the worst sample; nan without one."""
+        return nan if self.worst is None else float(self.size[self.worst])
 
     @cached_property
     def max_difference(self) -> float:
@@ -205,7 +252,7 @@ class ChannelComparison:
             return nan
         largest = self.basis is Basis.LARGEST
         counted = self.nonzero if largest else self.judged
-        size = np.abs(self.difference[counted])
+        size = self.size[counted]
         if not size.size:
             return nan
         limit = np.full(size.shape, self.worst_threshold) if largest else self.threshold[counted]
@@ -216,9 +263,9 @@ class ChannelComparison:
     @property
     def largest_ratio(self) -> float:
         """The largest |a - b| / threshold of the samples that decide; nan without one."""
-        if self.worst_difference == 0.0:
+        if self.worst_size == 0.0:
             return 0.0
-        return abs(self.worst_difference) / self.worst_threshold if self.worst_threshold else inf
+        return self.worst_size / self.worst_threshold if self.worst_threshold else inf
 
     @property
     def ratio_name(self) -> str:
@@ -493,7 +540,10 @@ def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     predicted.
     """
     excited = [channel for channel in channels.values() if channel.verdict != "unexcited"]
-    judged = [0.0 if isnan(channel.explained) else channel.coverage for channel in excited]
+    judged = [
+        0.0 if isnan(channel.explained) and channel.basis is not Basis.GATE else channel.coverage
+        for channel in excited
+    ]
     return sum(judged) / len(judged) if judged else nan
 
 

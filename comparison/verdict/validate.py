@@ -87,6 +87,8 @@ class _Plan:
             *runs,
             scene=scene,
             tolerance=scene.tolerance,
+            time_tolerance=scene.time_tolerance,
+            gate=scene.gate,
             labels=self.models,
             command=self.command,
             warnings=warnings,

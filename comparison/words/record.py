@@ -90,6 +90,7 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
         "scale": channel.scale,
         **numbers,
         "information": dict(channel.metrics),
+        "gate": [asdict(check) | {"met": check.met} for check in channel.checks],
     }
 
 

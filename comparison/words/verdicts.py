@@ -9,6 +9,7 @@ from math import isnan
 from comparison.formatting import instant, number
 from comparison.tables.times import Shift
 from comparison.verdict.results import (
+    METRICS,
     Basis,
     ChannelComparison,
     SceneComparison,
@@ -53,6 +54,8 @@ def reason(channel: ChannelComparison) -> str:
             f"{_value(channel.worst_difference, channel.unit)}, {limits.k:g} times the largest uncertainty "
             f"of all times {_value(channel.worst_threshold, channel.unit, 2)}"
         )
+    if basis is Basis.GATE:
+        return _gate(channel)
     count = int(channel.judged.sum())
     if basis is Basis.FEW_JUDGED:
         return f"{count} predictable samples are non-zero, required: at least {limits.least_judged}"
@@ -62,11 +65,13 @@ def reason(channel: ChannelComparison) -> str:
             f"agree, fewer than the {limits.least_outside} that show a difference"
         )
     fixed = channel.u is None
+    worst = channel.worst_size if channel.time_tolerance else channel.worst_difference
+    late = f" within {channel.time_tolerance:g} s" if channel.time_tolerance else ""
     text = (
         f"{channel.outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
         f"{'the tolerance' if fixed else 'their threshold'}"
         f"{', at worst' if channel.outside else ', the nearest'} at t = {_worst_instant(channel)} s: the "
-        f"difference is {_value(channel.worst_difference, channel.unit)}, the threshold "
+        f"difference{late} is {_value(worst, channel.unit)}, the threshold "
         f"{_value(channel.worst_threshold, channel.unit, 2)}"
     )
     if fixed and channel.worst_threshold == 0.0:
@@ -76,6 +81,18 @@ def reason(channel: ChannelComparison) -> str:
     if channel.verdict == "differ" and channel.coverage < limits.coverage:
         text += f"; that is decided although only {channel.coverage:.1%} of the samples are predictable"
     return text
+
+
+def _gate(channel: ChannelComparison) -> str:
+    """Return which limit of a gate is not met, or that all are."""
+    failed = [check for check in channel.checks if not check.met]
+    if not failed:
+        return f"all {len(channel.checks)} limits of the gate are met"
+    check = max(failed, key=lambda check: not isnan(check.value))  # a known value before an undefined one
+    if isnan(check.value):
+        return f"{check.metric} is undefined: one of the two is constant"
+    bound = "at most" if METRICS[check.metric] > 0 else "at least"
+    return f"{check.metric} is {number(check.value)}, required: {bound} {check.limit:g}"
 
 
 def threshold_name(channel: ChannelComparison) -> str:
@@ -137,6 +154,8 @@ def _channels_differ(scene: SceneComparison) -> str:
 def _named(channels: Sequence[ChannelComparison]) -> str:
     """Return which of the judged channels is the worst, and why."""
     worst = decisive(channels)
+    if gated := [channel for channel in channels if channel.basis is Basis.GATE]:  # it has no ratio
+        return f"{gated[0].channel}: {reason(gated[0])}"
     assert worst is not None
     return f"{worst.channel}, {worst.ratio_name} = {number(worst.ratio, 2)}: {reason(worst)}"
 

@@ -97,4 +97,5 @@ def test_the_known_orders_of_both_models_are_shown(scene: SceneComparison) -> No
         Refinement("exudyn", {"step": 2e-6}, 2.0, 2.0, observed=1.98),
     )
     ordered = replace(scene, attribution=replace(scene.attribution, refinements=changes))
-    assert [card(each).order for each in (scene, ordered)] == ["", "exudyn 2.0 (expected 2)"]
+    unknown = replace(scene, attribution=Attribution())
+    assert [card(each).order for each in (unknown, ordered)] == ["", "exudyn 2.0 (expected 2)"]
