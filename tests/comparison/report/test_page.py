@@ -154,6 +154,10 @@ def test_the_navigation_has_no_section_that_is_not_there(
     for comparison, names in (
         (scene, ["Overview", "Plots", "Why", "Channels", "Contacts", "Runs", "Definition", "Reproduce"]),
         (broken, ["Overview", "Why", "Definition", "Reproduce"]),
+        (
+            replace(scene, events=(None, scene.events[1].iloc[:0])),
+            ["Overview", "Plots", "Why", "Channels", "Runs", "Definition", "Reproduce"],
+        ),
     ):
         html = page(comparison)
         navigation = re.findall(r'<a href="#([^"]+)">(\w+)</a>', part(html, "<nav", "</nav>"))
