@@ -24,7 +24,7 @@ from comparison.scene.criteria import Reliability
 from comparison.tables.table import Table
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.results import Attribution, Confirmation, SceneComparison
+from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
 from comparison.words.verdicts import attribution_lines, card, confirmation, definition, reason, scene_reason
 
 
@@ -223,6 +223,9 @@ def test_no_scene_at_all_is_not_agreement() -> None:
 
 
 def test_each_tier_has_its_card_reasons_channels_and_runs(tiered: SceneComparison) -> None:
+    halved = Refinement("exudyn", {"step": 1e-6}, factor=2.0, order=2.0, observed=1.98)
+    tiered = replace(tiered, attribution=replace(tiered.attribution, refinements=(halved,)))
+    assert card(tiered).order
     html = page(tiered)
     shown = words(html)
     for tier in tiered.tiers:
