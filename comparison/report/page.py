@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ from comparison.report.plots import is_derived, scene_plots
 from comparison.report.schematic import schematic
 from comparison.report.templates import Origin, interactive_page, write_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
-from comparison.words import card as cards
 from comparison.words import differences, verdicts
 from comparison.words.reliability import notes
 
@@ -116,27 +115,27 @@ def _worst(scenes: Sequence[SceneComparison]) -> dict[str, Any] | None:
 
     None where no channel was judged.
     """
-    judged = [
-        (rank(tier.verdict), channel.ratio, f"s{n}-{tier.tier}", tier, channel)
+    drawn = [
+        (tier, channel, f"s{n}-{tier.tier}")
         for n, scene in enumerate(scenes)
         for tier in scene.tiers
-        if (channel := _figured(tier)) is not None
+        if (channel := _drawn(tier)) is not None
     ]
-    if not judged:
+    if not drawn:
         return None
-    _, ratio, key, tier, channel = max(
-        judged, key=lambda each: (each[0], -1.0 if isnan(each[1]) else each[1])
+    tier, channel, key = max(
+        drawn, key=lambda item: (rank(item[0].verdict), -1.0 if isnan(item[1].ratio) else item[1].ratio)
     )
     return {
         "key": key,
         "scene": tier.name,
         "tier": tier.tier,
-        "ratio": number(ratio, 2),
+        "ratio": number(channel.ratio, 2),
         "figure": _figure(tier, channel, "worst"),
     }
 
 
-def _figured(tier: SceneComparison) -> ChannelComparison | None:
+def _drawn(tier: SceneComparison) -> ChannelComparison | None:
     """Return the channel to be drawn of a scene: that which decides, else the first that was excited."""
     excited = [channel for channel in tier.channels.values() if channel.verdict != "unexcited"]
     return tier.worst_channel or next(iter(excited), None)
@@ -147,6 +146,7 @@ def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> dict
     return {
         "svg": channel_figure(tier, channel, key),
         "heading": f"{channel.label} ({sign})" if sign else channel.label,
+        "tier": tier.tier,
         "labels": tier.labels,
         "verdict": channel.verdict,
         "worst": f"{channel.worst_time:.4g} s" if isfinite(channel.worst_time) else "",
@@ -160,14 +160,22 @@ def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
     # That with the worst verdict first.
     plotted = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
     plots = [{"tier": tier.tier, "text": scene_plots(tier)} for tier in plotted]
-    drawn = next((channel for tier in plotted if (channel := _figured(tier)) is not None), None)
-    owner = next((tier for tier in plotted if drawn is not None and drawn in tier.channels.values()), scene)
+    drawn = [(tier, channel) for tier in plotted if (channel := _drawn(tier)) is not None]
     contacts = tables.contact_table(scene)
+    without_contact = all(events is not None and events.empty for events in scene.events)
+    sections = {
+        "plots": ("Plots", any(data["text"] for data in plots)),
+        f"{scene.tier}-why": ("Why", True),
+        f"{scene.tier}-channels": ("Channels", bool(scene.channels)),
+        "contacts": ("Contacts", contacts is not None or without_contact),
+        "reliability": ("Reliability", any(tier["reliability"] for tier in tiers)),
+        "runs": ("Runs", any(tier["runs"] for tier in tiers)),
+    }
     return {
         "key": key,
         "name": scene.name,
         "worst": scene.worst_verdict,
-        "sections": _sections(scene, tiers, plotted=any(data["text"] for data in plots)),
+        "sections": [(id_, name) for id_, (name, there) in sections.items() if there],
         "title": scene.title,
         "description": scene.description,
         "labels": scene.labels,
@@ -175,13 +183,13 @@ def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
         "warnings": scene.warnings,
         "schematic": schematic(scene.scene),
         "plots": [data for data in plots if data["text"]],
-        "figure": None if drawn is None else _figure(owner, drawn, key) | {"tier": owner.tier},
+        "figure": _figure(*drawn[0], key) if drawn else None,
         "tiers": tiers,
         "derived": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
         "unexcited": ", ".join(
             name for name, channel in scene.channels.items() if channel.verdict == "unexcited"
         ),
-        "without_contact": all(events is not None and events.empty for events in scene.events),
+        "without_contact": without_contact,
         "contacts": contacts,
         "impacts": tables.impact_table(scene) if contacts is not None else None,
         "impact_window": quantity(WINDOW * scene.period, "s") if scene.period else MISSING,
@@ -193,31 +201,14 @@ def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
     }
 
 
-def _sections(
-    scene: SceneComparison, tiers: Sequence[Mapping[str, Any]], *, plotted: bool
-) -> list[tuple[str, str]]:
-    """Return id, after the scene's, and name of the sections that a scene has."""
-    first = scene.tier
-    sections = {
-        "plots": ("Plots", plotted),
-        f"{first}-why": ("Why", True),
-        f"{first}-channels": ("Channels", bool(scene.channels)),
-        "contacts": ("Contacts", any(events is not None for events in scene.events)),
-        "reliability": ("Reliability", any(tier["reliability"] for tier in tiers)),
-        "runs": ("Runs", any(tier["runs"] for tier in tiers)),
-    }
-    return [(key, name) for key, (name, there) in sections.items() if there]
-
-
 def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
     decisive, confirmation = tier.decisive, tier.confirmation
     card = cards.card(tier)
+    explained = "Within the tolerance" if isnan(tier.coverage) else "Of these explained"
     facts = {
         "Predictable": percent(tier.coverage, tier.coverage_error),
-        "Within the tolerance" if isnan(tier.coverage) else "Of these explained": percent(
-            tier.attribution.explained
-        ),
+        explained: percent(tier.attribution.explained),
         "Order of convergence": card.order,
     }
     return {
@@ -236,7 +227,10 @@ def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
         "finer": verdicts.finer_runs(tier),
         "attribution": differences.attribution_lines(tier),
         "channels": tables.channel_table(tier) if tier.channels else None,
-        "cells": {name: _cell(channel) for name, channel in tier.channels.items()},
+        "cells": {
+            name: (channel.verdict, "" if isnan(channel.ratio) else number(channel.ratio, 2))
+            for name, channel in tier.channels.items()
+        },
         "open": tables.open_channels(tier),
         "runs": tables.run_rows(tier.provenance),
         "versions": tables.version_lines(tier.provenance),
@@ -248,11 +242,6 @@ def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
             "table": tables.reliability_table(tier),
         },
     }
-
-
-def _cell(channel: ChannelComparison) -> Mapping[str, str]:
-    """Return the cell of a channel in the overview of all of them."""
-    return {"verdict": channel.verdict, "ratio": "" if isnan(channel.ratio) else number(channel.ratio, 2)}
 
 
 def _models(tiers: Sequence[SceneComparison]) -> list[dict[str, str]]:

@@ -49,12 +49,14 @@ function tickTexts(splits, unit, scaled = true) {
   const last = splits.length - 1;
   if (last < 1) return splits.map(v => quantity(v, unit));
   const step = splits[1] - splits[0], most = Math.max(...splits.map(Math.abs));
+  const whole = scaled ? prefix(most, unit) : [1, ""];
   if (most > 2000 * step) {
     const [factor, letter] = prefix(splits[last] - splits[0], unit), digits = decimals(step / factor);
+    const first = (splits[0] / whole[0]).toPrecision(Math.min(12, Math.ceil(Math.log10(most / step)) + 1));
     return splits.map((v, i) => i ? `+${((v - splits[0]) / factor).toFixed(digits)}` + (i === last ? ` ${letter}${unit}` : "")
-      : v.toPrecision(Math.min(12, Math.ceil(Math.log10(most / step)) + 1)));
+      : first + (scaled ? ` ${whole[1]}${unit}` : ""));
   }
-  const [factor, letter] = scaled ? prefix(most, unit) : [1, ""], digits = decimals(step / factor);
+  const [factor, letter] = whole, digits = decimals(step / factor);
   return splits.map((v, i) => (v / factor).toFixed(digits) + (scaled && i === last && letter + unit ? ` ${letter}${unit}` : ""));
 }
 

@@ -24,7 +24,7 @@ from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.results import Attribution, Confirmation, SceneComparison
+from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
 from comparison.words.card import card, definition
 from comparison.words.differences import attribution_lines, confirmation
 from comparison.words.verdicts import reason, scene_reason
@@ -156,6 +156,10 @@ def test_the_navigation_has_no_section_that_is_not_there(
     for comparison, names in (
         (scene, ["Overview", "Plots", "Why", "Channels", "Contacts", "Runs", "Definition", "Reproduce"]),
         (broken, ["Overview", "Why", "Definition", "Reproduce"]),
+        (
+            replace(scene, events=(None, scene.events[1].iloc[:0])),
+            ["Overview", "Plots", "Why", "Channels", "Runs", "Definition", "Reproduce"],
+        ),
     ):
         html = page(comparison)
         navigation = re.findall(r'<a href="#([^"]+)">(\w+)</a>', part(html, "<nav", "</nav>"))
@@ -221,6 +225,9 @@ def test_no_scene_at_all_is_not_agreement() -> None:
 
 
 def test_each_tier_has_its_card_reasons_channels_and_runs(tiered: SceneComparison) -> None:
+    halved = Refinement("exudyn", {"step": 1e-6}, factor=2.0, order=2.0, observed=1.98)
+    tiered = replace(tiered, attribution=replace(tiered.attribution, refinements=(halved,)))
+    assert card(tiered).order
     html = page(tiered)
     shown = words(html)
     for tier in tiered.tiers:
