@@ -8,7 +8,7 @@ from math import isfinite
 from comparison.cli.console import coloured, columns, wrapped
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.verdict.results import SceneComparison
-from comparison.words.card import ratio
+from comparison.words.cards import ratio
 from comparison.words.verdicts import mark, reason, reasons
 
 _COVERAGE, _RATIO = 3, 4

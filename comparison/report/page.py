@@ -16,7 +16,7 @@ from comparison.report.plots import is_derived, scene_plots
 from comparison.report.schematic import schematic
 from comparison.report.templates import Origin, interactive_page, write_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
-from comparison.words import differences, verdicts
+from comparison.words import cards, differences, verdicts
 from comparison.words.reliability import notes
 
 _BUILT_IN = {

@@ -25,7 +25,7 @@ from comparison.tables.table import Table
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
-from comparison.words.card import card, definition
+from comparison.words.cards import card, definition
 from comparison.words.differences import attribution_lines, confirmation
 from comparison.words.verdicts import reason, scene_reason
 

@@ -12,7 +12,7 @@ from comparison.execution.run import Job
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
-from comparison.words.card import card
+from comparison.words.cards import card
 
 
 def confirmed(scene: SceneComparison, **changes: object) -> SceneComparison:
