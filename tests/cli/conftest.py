@@ -1,0 +1,175 @@
+"""The program as its users have it: exit code, lines and files of a command, and documented names of Python.
+
+Nothing of the inside is imported, so that the same tests hold for any version that the interpreter has.
+Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree as ET
+
+import pytest
+from platformdirs import user_cache_path
+
+from comparison.cli import main
+
+
+class Ended(NamedTuple):
+    """What is left of a command."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def lines(self) -> list[str]:
+        return self.out.splitlines()
+
+
+class Sixbar:
+    """``sixbar`` in a folder of its own; called with the arguments of a command."""
+
+    def __init__(self, folder: Path, environment: dict[str, str], site: Path) -> None:
+        self.folder, self.environment, self.sites = folder, environment, [str(site)]
+        self.last = Ended(0, "", "")
+
+    @property
+    def numbers(self) -> Any:
+        """What the last command printed with ``--json``."""
+        return json.loads(self.last.out)
+
+    def __call__(self, *arguments: object, code: int = 0, **variables: str) -> Ended:
+        """Run a command in this process and require its exit code."""
+        out, err = io.StringIO(), io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+            patch.chdir(self.folder)
+            patch.setattr(sys, "path", [*self.sites, *sys.path])
+            for name, value in (self.environment | variables).items():
+                patch.setenv(name, value)
+            ended = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
+        assert "Traceback" not in ended.out + ended.err
+        assert ended.code == code, (arguments, ended)
+        self.last = ended
+        return ended
+
+    def start(self, *arguments: str, env: dict[str, str] | None = None, **options: Any) -> subprocess.Popen:
+        """Start a command as a process."""
+        path = os.pathsep.join([*self.sites, *filter(None, [os.environ.get("PYTHONPATH")])])
+        environment = os.environ | self.environment | {"PYTHONPATH": path} | (env or {})
+        options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "cwd": self.folder} | options
+        command = [sys.executable, "-m", "comparison", *arguments]
+        return subprocess.Popen(command, env=environment, text=True, **options)
+
+    def process(self, *arguments: str, code: int = 0, **options: Any) -> Ended:
+        """Run a command as a process and require its exit code."""
+        with self.start(*arguments, **options) as process:
+            out, err = (text or "" for text in process.communicate(timeout=600))  # s: it hangs
+        assert "Traceback" not in out + err
+        assert process.returncode == code, (arguments, out, err)
+        return Ended(code, out, err)
+
+    def refused(self, arguments: str | list[str], *pieces: str) -> str:
+        """Require bad input to be one line on stderr with these pieces, and no file to change."""
+        before = self.files()
+        ended = self(*(arguments.split() if isinstance(arguments, str) else arguments), code=2)
+        assert (ended.out, ended.err[:8], ended.err.count("\n")) == ("", "sixbar: ", 1), ended.err
+        assert not [piece for piece in pieces if piece not in ended.err], ended.err
+        assert self.files() == before
+        return ended.err
+
+    def files(self) -> dict[str, bytes]:
+        """All files below the folder, and with an ending slash all folders."""
+        paths = {str(path.relative_to(self.folder)): path for path in sorted(self.folder.rglob("*"))}
+        contents = {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
+        return contents | {f"{name}/": b"" for name, path in paths.items() if not path.is_file()}
+
+    def write(self, name: str, text: str | bytes) -> str:
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return name
+
+    def table(self, name: str, **columns: Any) -> str:
+        """Write a table with all digits of its numbers: ``sixbar.table("a.csv", time=..., x=...)``."""
+        rows = [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
+        return self.write(name, "\n".join([",".join(columns), *rows, ""]))
+
+    def press(self, name: str, text: str = "", **settings: str) -> str:
+        """Write a scene for the models of `presses`: ``sixbar.press("bad", beta='does = "fail"')``."""
+        head = f'[scene]\nextends = "150rpm-0.2mm"\n[drive]\ncycles = 1\n{text}'
+        output = "[output]\ngroups = []\nsamples_per_cycle = 200\n"
+        solvers = [f"[solver.{model}]\n{values}\n" for model, values in settings.items()]
+        return self.write(f"{name}.toml", "".join([head, output, *solvers]))
+
+    def text(self, name: str) -> str:
+        return (self.folder / name).read_text("utf-8")
+
+    def json(self, name: str) -> Any:
+        return json.loads(self.text(name))
+
+    def junit(self, name: str) -> dict[tuple[str, str], tuple[str, str]]:
+        """Test cases by suite and name: what each ends with, and its message; the counts are right."""
+        root, cases = ET.fromstring(self.text(name)), {}
+        for suite in root.findall("testsuite"):
+            for case in suite.findall("testcase"):
+                (tag, message), *_ = [(child.tag, child.get("message") or "") for child in case] or [("", "")]
+                cases[suite.get("name"), f"{case.get('classname')} {case.get('name')}"] = tag, message
+        tags = [tag for tag, _ in cases.values()]
+        counts = (len(tags), *map(tags.count, ("failure", "error", "skipped")))
+        assert counts == tuple(int(root.get(key)) for key in ("tests", "failures", "errors", "skipped"))
+        return cases
+
+
+@pytest.fixture(scope="session")
+def install(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Put a package with models where Python may find it, as an installer would, and return that place."""
+
+    def write(module: str, source: str, **models: str) -> Path:
+        site = tmp_path_factory.mktemp("site")
+        info = site / f"{module}-1.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1\n")
+        points = "".join(f"{name} = {module}:{function}\n" for name, function in models.items())
+        (info / "entry_points.txt").write_text(f"[sixbar.models]\n{points}")
+        (site / f"{module}.py").write_text(source)
+        return site
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def make(tmp_path_factory: pytest.TempPathFactory, install: Callable[..., Path]) -> Callable[[], Sixbar]:
+    """The program in a new folder, with a cache of the session, the models of `presses`, and unbroken lines.
+
+    Machine code may come from where the user's own runs left it: only the first run of a version compiles.
+    """
+    source = Path(__file__).with_name("presses.py").read_text("utf-8")
+    site = install("presses", source, alpha="alpha", beta="beta", gamma="gamma")
+    kernels = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("SIXBAR_CACHE_DIR") or user_cache_path()
+    cache = tmp_path_factory.mktemp("cache")
+    variables = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(kernels), "COLUMNS": "2000"}
+    return lambda: Sixbar(tmp_path_factory.mktemp("here"), variables, site)
+
+
+@pytest.fixture
+def sixbar(make: Callable[[], Sixbar]) -> Sixbar:
+    return make()
+
+
+@pytest.fixture(scope="session")
+def runs(make: Callable[[], Sixbar]) -> Sixbar:
+    """Short runs of both models: ``a.csv`` of the reference, ``b.csv`` of Exudyn's tree, ``a.parquet``."""
+    sixbar, short = make(), "--set drive.cycles=0.02 --set output.samples_per_cycle=2000 -q"
+    for out, model in (("a.csv", "reference"), ("a.parquet", "reference"), ("b.csv", "exudyn")):
+        tree = "--formulation tree" if model == "exudyn" else ""
+        sixbar(*f"run 150rpm-0.2mm --out {out} {short} --model {model} {tree}".split())
+    return sixbar

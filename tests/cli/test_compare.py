@@ -1,0 +1,173 @@
+"""How two tables are judged: by a tolerance, by further runs, at events; and what a comparison writes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+TIME = np.arange(101) * 0.01
+X = np.sin(9 * TIME)
+
+
+@pytest.fixture
+def tables(sixbar):
+    """Of a: b is off by 0.01 at 0.37 s; e twice at 0.5 s, first off by 0.3; p, q: few rows, and a hole."""
+    sixbar.table("a.csv", time=TIME, x=X)
+    sixbar.table("b.csv", time=TIME, x=X + 0.01 * (np.arange(101) == 37))
+    sixbar.table("e.csv", time=np.insert(TIME, 50, TIME[50]), x=np.insert(X, 50, X[50] + 0.3))
+    sixbar.table("f.csv", time=TIME, x=X, force=0 * X)
+    sixbar.table("g.csv", time=TIME, x=X, force=0 * X + 1e-9)
+    for name, missing in (("one", [40]), ("hole", range(40, 60)), ("end", range(90, 101))):
+        sixbar.table(f"{name}.csv", time=np.delete(TIME, missing), x=np.delete(X, missing))
+    sixbar.table("p.csv", time=TIME[:11], x=X[:11])
+    sixbar.table("q.csv", time=np.delete(TIME[:11], [3, 4, 5, 6]), x=np.delete(X[:11], [3, 4, 5, 6]))
+    return sixbar
+
+
+CODES = {
+    "a.csv a.csv": 3,
+    "a.csv b.csv --allow-indeterminate": 0,
+    "a.csv b.csv --tolerance 1e-2": 0,  # of a range of 2
+    "a.csv b.csv --tolerance 1e-3 --allow-indeterminate": 1,
+    "a.csv b.csv --tolerance 1e-3 --share 0.99": 0,
+    "a.csv b.csv --tolerance 1e-3 --share 0.995": 1,
+    "f.csv f.csv --tolerance 1e-3": 0,
+    "f.csv g.csv --tolerance 0.5": 1,  # the first is constant: only equal numbers agree
+    "a.csv one.csv --tolerance 1e-3": 0,
+    "e.csv a.csv --tolerance 1e-3 --at-events left": 1,
+    "e.csv a.csv --tolerance 1e-3 --at-events right": 0,
+    "e.csv e.csv --tolerance 1e-3 --at-events both": 0,
+}
+REFUSED = {
+    "a.csv hole.csv": "0.39|0.6 s|20 rows",
+    "hole.csv a.csv": "0.39|0.6 s|20 rows",
+    "a.csv end.csv": "truncated",
+    "e.csv a.csv": "0.5 s|repeated",
+    "a.csv f.csv": "'force'",
+    "p.csv q.csv": "rows are missing",
+}
+
+
+@pytest.mark.parametrize("both", REFUSED)
+def test_what_cannot_be_compared_never_agrees(both, tables):
+    tables.refused(f"compare {both} --tolerance 1", *REFUSED[both].split("|"))
+
+
+@pytest.mark.parametrize("arguments", CODES)
+def test_exit_codes(arguments, tables):
+    ended = tables("compare", *arguments.split(), code=CODES[arguments])
+    verdict = {0: "agree", 1: "differ", 3: "indeterminate"}[CODES[arguments]]
+    assert verdict in ended.out or "--allow" in arguments
+    assert ended.lines[-1] == "reports/out/compare/report.html"
+    assert (tables.folder / ended.lines[-1]).is_file()
+
+
+def test_the_numbers_are_written_for_programs(tables):
+    options = ["--tolerance", "1e-3", "--out", "c", "--json"]
+    lines = tables("compare", "a.csv", "b.csv", *options, code=1).err.splitlines()
+    assert lines[0].split()[:3] == ["channel", "verdict", "max"]
+    assert lines[-1] == "c/report.html"
+    numbers = tables.numbers
+    assert (numbers["verdict"], numbers["labels"], numbers["samples"]) == ("differ", ["a", "b"], 101)
+    assert numbers["decisive_channel"] == "x"
+    assert numbers["command"] == "sixbar compare a.csv b.csv --tolerance 0.001"
+    (channel,) = numbers["channels"].values()
+    assert (channel["outside"], channel["worst_time"], channel["unit"]) == (1, 0.37, "")
+    # Sums of a few doubles of up to 1; the sign is that of the first less the second.
+    expected = {"max_difference": 0.01, "worst_difference": -0.01, "worst_threshold": 1e-3 * np.ptp(X)}
+    assert {name: channel[name] for name in expected} == pytest.approx(expected, rel=1e-9)
+    # The root of the mean square over time: a triangle of one sample's spacing on either side would be 2/3.
+    assert 0.5 < channel["rms_difference"] ** 2 / (0.01**2 / 100) < 1.5
+    assert all(text in tables.text("c/report.html") for text in ("differ", numbers["command"]))
+    assert not [name for name in tables.files() if "reports" in name]
+
+
+def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
+    """Of x the scale is the clearance: 0.2 mm, or with ``[compare]`` in the scene, a share of that."""
+    scene = '[scene]\nextends = "150rpm-0.2mm"\n[output]\ngroups = []\nsamples_per_cycle = 50\n'
+    time = np.arange(101) * 0.4 / 50
+    names = ("slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
+    still = {name: np.sin(20 * time) for name in names}
+    for name, error in (("p", 0.0), ("q", 1e-6)):
+        sixbar.table(f"{name}.csv", time=time, slider_x=1e-3 * np.sin(20 * time) + error, **still)
+    command = ["compare", "p.csv", "q.csv", "--json", "--scene"]
+    sixbar(*command, sixbar.write("none.toml", scene), code=3)
+    assert sixbar.numbers["channels"]["slider_x"]["explained"] is None  # nothing to explain it by
+    sixbar(*command, sixbar.write("some.toml", scene + "[compare]\ntolerance = 1e-2\n"))
+    assert sixbar.numbers["channels"]["slider_x"]["scale"] == 2e-4
+    sixbar(*command, "some.toml", "--tolerance", "1e-3", code=1)
+    assert sixbar.numbers["channels"]["slider_x"]["verdict"] == "differ"
+    sixbar.refused([*command, "ideal"], "slider_ax")
+
+
+def test_the_finer_of_two_tables_is_interpolated_and_a_shift_in_time_never_corrected(sixbar):
+    def wave(name, time, late=0.0):
+        at = 9 * (time - late)
+        return sixbar.table(name, time=time, slider_x=np.sin(at), slider_vx=9 * np.cos(at))
+
+    first, late = wave("p.csv", TIME), 0.002
+    # Between samples 0.5 ms apart a line is off by 9 * 81 * 0.0005**2 / 8 of 9 at most: 2.5e-6.
+    fine = wave("q.csv", np.arange(2001) * 0.0005)
+    assert "q was interpolated" in sixbar("compare", first, fine, "--tolerance", "1e-5").err
+    moved = wave("r.csv", TIME, late)
+    sixbar("compare", first, moved, "--tolerance", "1e-3", "--json", code=1)
+    shift = sixbar.numbers["time_shift"]
+    # It is known to its own uncertainty, and that to a tenth of it.
+    assert abs(shift["value"] - late) < max(shift["uncertainty"], 0.1 * late)
+
+
+def test_whole_revolutions_of_the_crank_do_not_matter(sixbar):
+    angle, speed = 15 * TIME + 2, 0 * TIME + 15
+    sixbar.table("p.csv", time=TIME, crank_angle=angle, crank_speed=speed)
+    sixbar.table("q.csv", time=TIME, crank_angle=np.mod(angle, 2 * np.pi) - 2 * np.pi, crank_speed=speed)
+    sixbar("compare", "p.csv", "q.csv", "--tolerance", "1e-9")
+
+
+FINER = ("finer", "fine")
+ALL = (FINER, ("coarser", "coarse"), ("perturbed", "moved"), ("perturbed", "moved"))
+
+
+@pytest.fixture
+def refined(sixbar):
+    """Runs of two programs with errors of opposite sign that a finer setting divides by four: u is known."""
+    for name, sign, fault in (("p", 1, 0), ("q", -1, 0), ("r", -1, 1e-3)):
+        for end, size in (("", 1.0), ("-fine", 0.25), ("-coarse", 4.0), ("-moved", 4.001)):
+            y = 0.1 * np.sin(9 * TIME) + fault * np.cos(3 * TIME) + sign * size * 1e-6 * np.cos(5 * TIME)
+            sixbar.table(f"{name}{end}.csv", time=TIME, y=y)
+
+    def compare(a, b, kinds, *options, code=0):
+        sides = (("a", a), ("b", b))
+        further = [f"--{kind}-{side}={name}-{end}.csv" for side, name in sides for kind, end in kinds]
+        command = ["compare", f"{a}.csv", f"{b}.csv", "--json", *further, *options]
+        return command if code == 2 else (sixbar(*command, code=code), sixbar.numbers)
+
+    return compare
+
+
+def test_further_runs_judge_by_their_uncertainty(refined):
+    ended, numbers = refined("p", "q", [FINER])
+    assert "perturbed" in ended.err  # there are none
+    assert (numbers["verdict"], numbers["channels"]["y"]["coverage"]) == ("agree", 1.0)
+    # The models are 2e-6 apart at most; their errors, and so their uncertainties, are 1e-6 and more.
+    assert numbers["channels"]["y"]["max_difference"] == pytest.approx(2e-6, rel=1e-3)
+    assert 0 < numbers["ratio"] <= 1
+    options = ["--refinement-a", "2,2", "--refinement-b=2,2", "--period", "0.7"]
+    ended, numbers = refined("p", "r", ALL, *options, code=1)
+    assert "perturbed" not in ended.err
+    # Without an ensemble a difference beyond the uncertainty is one.
+    assert (numbers["verdict"], numbers["confirmation"]["outcome"]) == ("differ", "unconfirmed")
+    assert "--period 0.7" in numbers["command"]
+
+
+def test_the_order_that_is_stated_counts(refined):
+    """The runs show that an error falls by 4 with the step: that of order 2 is trusted, of order 4 is not."""
+    ratios = []
+    for order in ("2,2", "2,4"):
+        _, numbers = refined("p", "q", ALL, f"--refinement-a={order}", f"--refinement-b={order}")
+        ratios.append(numbers["channels"]["y"]["largest_ratio"])
+    assert ratios[0] > 1.2 * ratios[1]  # u of what is not trusted is larger by 1.8 (measured)
+
+
+def test_further_runs_of_other_times_are_refused(refined, sixbar):
+    sixbar.table("p-fine.csv", time=TIME[:90], y=X[:90])
+    sixbar.refused(refined("p", "q", [FINER], code=2), "p finer", "times")

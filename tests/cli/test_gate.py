@@ -1,0 +1,72 @@
+"""`sixbar gate`: a baseline is made, held, and a change of a model, a scene or the file is seen."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+SCENE = '[scene]\nextends = "ideal"\n[drive]\ncycles = 0.02\n[output]\ngroups = []\n'
+UPDATE = ["--update", "--baseline", "b.toml", "--jobs", "1", "-q"]
+GATE = ["gate", "--baseline", "b.toml", "--out", "g", "--jobs", "1"]
+
+
+@pytest.fixture(scope="module")
+def recorded(make):
+    """A baseline of one short scene."""
+    sixbar = make()
+    ended = sixbar("gate", sixbar.write("tiny.toml", SCENE), *UPDATE)
+    assert ended.lines[-1] == "b.toml"
+    assert ended.lines[0].startswith("tiny: 2 runs, ")
+    return sixbar.text("b.toml")
+
+
+@pytest.fixture
+def baseline(recorded, sixbar):
+    sixbar.write("tiny.toml", SCENE)
+    sixbar.write("b.toml", recorded)
+    return recorded
+
+
+@pytest.mark.usefixtures("baseline")
+def test_what_is_unchanged_passes_and_a_scene_that_changed_is_a_regression(sixbar):
+    assert sixbar(*GATE).lines[-1] == "g/summary.md"
+    found = sixbar.json("g/gate.json")
+    assert (found["exit_code"], {check["status"] for check in found["checks"]}) == (0, {"passed"})
+    assert found["command"] == "sixbar gate --baseline b.toml"
+    suites = {(check["suite"], check["group"]) for check in found["checks"]}
+    runs = {("tiny", "reference tight"), ("tiny", "exudyn standard")}
+    assert suites == {("thresholds", "comparison"), *runs}
+    assert {"settings", "counters", "slider_y", "slider_x"} < {check["name"] for check in found["checks"]}
+    assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(found["checks"])
+    assert str(len(found["checks"])) in sixbar.text("g/summary.md")
+    sixbar.write("tiny.toml", SCENE + "[mechanism.rod4]\nlength = 0.2400001\n")
+    ended = sixbar(*GATE, code=1)
+    assert "REGRESSION" in ended.out
+    assert sixbar.json("g/gate.json")["exit_code"] == 1
+    assert "failure" in {tag for tag, _ in sixbar.junit("g/junit.xml").values()}
+    assert "failed" in sixbar.text("g/summary.md")
+
+
+def test_a_baseline_that_was_edited_is_refused(baseline, sixbar):
+    value = re.search(r"\[0\.004, (0\.\d+)", baseline)[1]
+    for changed in (baseline.replace(value, value[:-3] + "000"), baseline[: len(baseline) // 2], "x = 1\n"):
+        sixbar.write("b.toml", changed)
+        sixbar.refused(GATE, "b.toml")
+
+
+@pytest.mark.usefixtures("baseline")
+def test_a_scene_that_is_gone_or_that_the_baseline_lacks_is_a_regression(sixbar):
+    sixbar.write("other.toml", SCENE)
+    assert "other" in sixbar("gate", "other.toml", *GATE[1:], code=1).out
+    (sixbar.folder / "tiny.toml").unlink()
+    assert "tiny" in sixbar(*GATE, code=1).out
+
+
+def test_an_update_adds_a_scene_to_those_that_are_held(baseline, sixbar):
+    ended = sixbar("gate", sixbar.write("other.toml", SCENE.replace("0.02", "0.03")), *UPDATE)
+    assert [line.partition(":")[0] for line in ended.lines] == ["other", "tiny", "b.toml"]
+    held = sixbar.text("b.toml")
+    assert set(re.findall(r'^\[scenes\."(\w+)"\]', held, re.MULTILINE)) == {"tiny", "other"}
+    # What was held is held as it was.
+    assert baseline[baseline.index('[scenes."tiny".reference') :] in held

@@ -1,0 +1,194 @@
+"""Bad command lines and scenes: exit code 2, one line with place, value and rule, and nothing written."""
+
+from __future__ import annotations
+
+import pytest
+
+RUN = "run ideal --model reference --out new.csv"
+GRID = "study sweep ideal --grid drive.speed_rpm=100"
+LATIN = "study sweep ideal --latin drive.cycles"
+COMPARE = "compare x.csv y.csv"
+MISTAKES = {
+    "swim": "'swim'",
+    "plan ideal --nope": "--nope|sixbar plan --help",
+    "plan": "scene",
+    "scenes extra": "extra",
+    "channels nowhere": "'nowhere'|150rpm-0.2mm|wedge",
+    "plan idael": "'idael'|did you mean 'ideal'",
+    "run ideal": "--model",
+    "run ideal --model adams --out new.csv": "'adams'|reference, exudyn",
+    "run ideal --model reference --out a.xls": "a.xls|.csv or .parquet",
+    "run ideal --model reference --out dangling.csv": "dangling.csv: |link",
+    "run ideal --model reference --out ~nosuchuser/a.csv": "~nosuchuser|home",
+    f"run ideal --model reference --out {'a' * 240}.csv": "aaa.csv|200 bytes",
+    f"{RUN} --accuracy fine": "'fine'|draft, standard, strict|positive",
+    f"{RUN} --accuracy -1": "'-1'|positive",
+    f"{RUN} --accuracy 1e-30 --no-check": "1e-30 m|smallest error bound",
+    f"{RUN} --uncertainty --no-check": "--uncertainty|--no-check",
+    f"{RUN} --formulation nope": "solver.reference.formulation = 'nope'|minimal",
+    f"{RUN} --set solver.reference.method=nope": "method = 'nope'|dop853|LSODA",
+    "run ideal --model exudyn --formulation nope --out a.csv": "'nope'|'full'|'tree'",
+    "run ideal --model exudyn --formulation native --out a.csv": "formulation = 'native'|'full'",
+    "validate ideal --jobs 0": "--jobs",
+    "validate nowhere.toml": "'nowhere.toml'",
+    "validate ideal --models reference,adams": "'adams'",
+    "validate ideal --models reference,reference": "reference",
+    "validate ideal --models reference,exudyn,reference": "reference|twice",
+    "validate ideal --models reference,exudyn,": "''",
+    "validate ideal --accuracy fine": "'fine'|draft, standard, strict",
+    "compare x.csv": "'b'",
+    f"{COMPARE} --tolerance -1": "--tolerance -1|positive",
+    f"{COMPARE} --tolerance nan": "--tolerance nan|positive",
+    f"{COMPARE} --share 0": "--share 0|above 0 and at most 1",
+    f"{COMPARE} --share 1.5": "--share 1.5|at most 1",
+    f"{COMPARE} --period -1": "--period -1|positive",
+    f"{COMPARE} --at-events before": "'before'|left, right, both",
+    f"{COMPARE} --refinement-a 2": "--refinement-a '2'|2,4",
+    f"{COMPARE} --finer-a y.csv": "y |finer",
+    f"{COMPARE} --coarser-a y.csv": "x|finer",
+    f"{COMPARE} --perturbed-b y.csv": "y|finer",
+    f"{COMPARE} --scene ideal --tolerance 0.1": "x: |slider_y",
+    "plot x.csv --channels slider_vx": "x: |'slider_vx'|slider_x",
+    f"plot x.csv --channels {','.join(['slider_x'] * 31)}": "--channels|31|30",
+    "plot x.csv --out a.bmp": "a.bmp|.svg, .png or .pdf",
+    "plot x.csv --from 2 --to 1": "x: |two samples",
+    "plot x.csv y.csv x.csv": "3 tables",
+    "plot x.csv x.csv": "x.csv|twice",
+    "animate x.csv": "x: |--scene",
+    "animate x.csv --scene ideal": "x: |'slider_y'",
+    "animate x.csv --out a.avi": "a.avi|.html",
+    "gate --baseline nowhere.toml": "nowhere.toml: |--update",
+    "gate --baseline x.csv": "x.csv: |TOML",
+    "settings ideal --seconds 0": "--seconds 0|positive",
+    "settings ideal --out a.png": "a.png|.svg",
+    "study nope": "'nope'|verdicts|sweep",
+    "study verdicts --jobs 0": "--jobs",
+    "study sweep ideal --grid drive.speed_rpm": "--grid 'drive.speed_rpm'|key=a,b,c",
+    "study sweep ideal --grid drive.speed=1": "'drive.speed'|did you mean 'drive.speed_rpm'",
+    "study sweep ideal --list x.csv": "'time'",
+    f"{LATIN}=2:1": "'drive.cycles=2:1'|low < high",
+    f"{LATIN}=1:2 --points 0": "--points 0|1 to",
+    f"{GRID} --latin drive.cycles=1:2": "--grid|--latin",
+    f"{GRID} --output nope": "--output 'nope'|peak_error:slider_y",
+    f"{GRID} --output max:slider_w": "--output 'max:slider_w'|did you mean",
+    f"{GRID} --model adams": "'adams'",
+    f"{GRID} --scheduler nowhere": "--scheduler nowhere|tcp://host:port",
+    **dict.fromkeys(
+        [
+            "run ideal --model reference --out file/a.csv", "gate ideal --update --baseline file/b.toml",
+            "validate ideal --out file", f"{COMPARE} --out file", "study verdicts --out file",
+            f"{GRID} --out file",
+        ],
+        "file: |not a folder",
+    ),
+    **dict.fromkeys(
+        [
+            "run ideal --model reference --out folder.csv", f"{COMPARE} --json folder.csv",
+            "gate ideal --update --baseline folder.csv",
+        ],
+        "folder.csv: |not a file",
+    ),
+    **dict.fromkeys(
+        [
+            "plot nowhere.csv", "compare nowhere.csv y.csv", f"{COMPARE} --mapping nowhere.csv",
+            "study sweep ideal --list nowhere.csv",
+        ],
+        "nowhere.csv: |No such file",
+    ),
+    **dict.fromkeys(
+        ["validate one.toml other/one.toml", "gate one.toml other/one.toml --update"], "'one'|two scenes"
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(sixbar):
+    for name in ("x.csv", "y.csv"):
+        sixbar.table(name, time=[0, 1, 2], slider_x=[1, 2, 3])
+    sixbar.write("file", "")
+    for name in ("one.toml", "other/one.toml"):
+        sixbar.write(name, '[scene]\nextends = "ideal"\nname = "one"\ntitle = "one"\n')
+    (sixbar.folder / "folder.csv").mkdir()
+    (sixbar.folder / "dangling.csv").symlink_to("nowhere/x.csv")
+    return sixbar
+
+
+@pytest.mark.parametrize("command", MISTAKES, ids=lambda command: command[:70])
+def test_a_mistake_is_one_line(command, folder):
+    folder.refused(command, *MISTAKES[command].split("|"))
+
+
+@pytest.mark.xfail(strict=True, reason="of both it is said that without any there is nothing to sweep")
+def test_two_ways_to_choose_points_are_not_said_to_be_none(sixbar):
+    assert "without" not in sixbar.refused(f"{GRID} --latin drive.cycles=1:2", "--grid", "--latin")
+
+
+@pytest.mark.xfail(strict=True, reason="crank_speed is no channel of a run, but of tables from elsewhere")
+def test_what_is_suggested_exists(sixbar):
+    assert "'max:crank_speed'" not in sixbar.refused(f"{GRID} --output max:crankspeed", "'max:crankspeed'")
+
+
+VALUES = {
+    "drive.cycles": "--set 'drive.cycles'|key=value",
+    "=3": "--set '=3'|key=value",
+    "drive.speed_rpm=fast": "drive.speed_rpm = 'fast'|number",
+    "drive.speed_rpm=nan": "drive.speed_rpm = nan rpm|finite",
+    "drive.speed_rpm=0": "drive.speed_rpm = 0.0 rpm|zero",
+    "drive.cycles=-1": "drive.cycles = -1|> 0",
+    "drive.cycles=1e12": "drive.cycles = 1000000000000|samples",
+    "drive.speed=3": "drive.speed |did you mean drive.speed_rpm",
+    "clearance.slider=-1e-4": "clearance.slider = -0.0001 m|>= 0",
+    "clearance.slider=0": "clearance.slider = 0.0 m|joints.slider = 'clearance'",
+    "clearance=3": "clearance = 3|section",
+    "contact.law=nope": "contact.law = 'nope'|'hertz-corners'|'paper-switching'|'foundation'",
+    "contact.law=strip": "contact.law = 'strip'|'foundation'",  # a law of earlier versions
+    "contact.impact_speed=now": "contact.impact_speed = 'now'|'frozen'|'current'",
+    "contact.restitution=1.1": "contact.restitution = 1.1|<= 1",
+    "contact.poisson=0.6": "contact.poisson = 0.6|<= 0.5",
+    "friction.transition_speed=1e-5": "friction.transition_speed = 1e-05 m/s|friction.static_speed",
+    "joints.slider=free": "joints.slider = 'free'|'clearance' or 'ideal'",
+    "mechanism.rocker_branch=0": "mechanism.rocker_branch = 0|-1 or 1",
+    "mechanism.rocker_pivot=[1]": "mechanism.rocker_pivot = [1]|2 values",
+    'output.groups=["corner"]': "'corner'|'accelerations', 'corners', 'joints' or 'energy'",
+    "output.samples_per_cycle=10.5": "output.samples_per_cycle = 10.5|integer",
+    "solver.exudyn.step=0": "solver.exudyn.step = 0 s|> 0",
+    "solver.adams.step=1": "solver.adams|installed",
+    "compare.tolerance=-1": "compare.tolerance = -1|> 0",
+    "reliability.bins=-1": "reliability.bins = -1|>= 1",
+    "mechanism.crank.length=9": "mechanism|assembled",
+}
+
+
+@pytest.mark.parametrize("change", VALUES)
+def test_a_bad_value_is_named_with_its_rule(change, sixbar):
+    where = [] if VALUES[change].startswith("--set") else ["scene '150rpm-0.2mm"]
+    command = ["plan"] if "crank.length" not in change else ["run", "--model", "exudyn", "--out", "x.csv"]
+    sixbar.refused([*command, "150rpm-0.2mm", "--set", change], *where, *VALUES[change].split("|"))
+
+
+PAPER = '[scene]\nextends = "paper"\n'
+FILES = {
+    '[scene]\nextends = "bad.toml"\n': "scene.extends|circular",
+    '[scene]\nextends = "lost.toml"\n': "'lost.toml'",
+    "[drive]\nspeed_rpm = 1\n": "mechanism|missing|scene.extends",
+    "[scene\n": "TOML|line 1",
+    PAPER + 'name = "a/b"\n': "scene.name = 'a/b'",
+    PAPER + "[drives]\nspeed_rpm = 1\n": "drives|did you mean drive",
+    "drive = 3\n" + PAPER: "drive = 3|section",
+    PAPER + f"x = {'[' * 2000}{']' * 2000}\n": "nested",
+    PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",
+    b'[scene]\ntitle = "\xff"\n': "UTF-8",
+    b"#" * 20_000_000: "larger than",
+}
+
+
+@pytest.mark.parametrize("text", FILES, ids=lambda text: repr(text[:50]))
+def test_a_bad_scene_file_is_one_line_that_cannot_colour_a_terminal(text, sixbar):
+    err = sixbar.refused(f"plan {sixbar.write('bad.toml', text)}", *FILES[text].split("|"))
+    assert "\x1b" not in err
+
+
+def test_names_that_are_no_text_or_would_colour_a_terminal(sixbar):
+    sixbar.refused(["plan", "\udcff.toml"], r"\udcff.toml", "UTF-8")
+    for command in (["plan", "\x1b]0;title\x07"], ["\x1b[31m"], ["plan", "ideal", "--\x1b[31m"]):
+        assert "\x1b" not in sixbar.refused(command, r"\x1b")

@@ -1,0 +1,169 @@
+"""Ctrl-C, a killed worker, a full or read-only disk, odd streams: one line, and nothing half-written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+PATIENCE = 600.0  # s; how long something may take on a busy machine that takes a second on an idle one
+VALIDATE = ["validate", "--models", "alpha,beta", "--out", "v", "-q", "--jobs", "1"]
+RUN = ["run", "--model", "beta", "--out", "x.csv", "-q"]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and devices of POSIX")
+
+
+def until(condition):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def interrupted(sixbar, *arguments):
+    """Start a command, send Ctrl-C as a terminal does once a run hangs, and return what it printed."""
+
+    def alive():
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
+
+    log = sixbar.folder / sixbar.write("log", "")
+    process = sixbar.start(
+        *arguments, env={"PRESSES_LOG": str(log)}, start_new_session=True,
+        # What runs in the background hands down that SIGINT is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    until(lambda: "hang" in log.read_text() or process.poll() is not None)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=PATIENCE)
+    until(lambda: not alive())
+    log.unlink()
+    assert (process.returncode, err[:19], err.count("\n")) == (130, "sixbar: interrupted", 1)
+    return out
+
+
+def test_ctrl_c_leaves_the_report_of_the_scenes_that_are_finished(sixbar):
+    sixbar.write("v/tables/hang-beta.csv", "of an earlier call")
+    good, hang = sixbar.press("good"), sixbar.press("hang", beta='does = "hang"')
+    assert "1 of 2 scenes. Not compared: hang." in interrupted(sixbar, *VALIDATE, good, hang)
+    summary = sixbar.json("v/summary.json")
+    assert (summary["exit_code"], summary["not_compared"]) == (130, ["hang"])
+    assert [scene["verdict"] for scene in summary["scenes"]] == ["agree"]
+    assert [tag for tag, _ in sixbar.junit("v/junit.xml").values()].count("error") == 1
+    assert "incomplete" in sixbar.text("v/report.html")
+    assert not (sixbar.folder / "v/tables/hang-beta.csv").exists()
+
+
+@pytest.mark.parametrize("command", [VALIDATE, RUN], ids=lambda command: command[0])
+def test_ctrl_c_before_anything_is_finished_writes_nothing(command, sixbar):
+    path = sixbar.press("hang", beta='does = "hang"')
+    before = sixbar.files()
+    assert interrupted(sixbar, *command, path) == ""
+    assert sixbar.files() == before
+
+
+def test_a_worker_that_is_killed_costs_its_run_alone(sixbar):
+    """As where memory runs out: the other runs of the scene and the other scene go on."""
+    log, killed = sixbar.folder / sixbar.write("log", ""), set()
+    scenes = sixbar.press("hang", beta='does = "hang"'), sixbar.press("good", beta="tolerance = 5e-9")
+    process = sixbar.start(*VALIDATE, *scenes, env={"PRESSES_LOG": str(log)})
+
+    def kill_those_that_hang():
+        for line in log.read_text().splitlines():
+            _, does, pid, *_ = line.split()
+            if does == "hang" and pid not in killed:
+                killed.add(pid)
+                os.kill(int(pid), signal.SIGKILL)
+        return process.poll() is not None
+
+    until(kill_those_that_hang)
+    out, err = process.communicate()
+    assert (process.returncode, bool(killed)) == (70, True), (out, err)
+    bad, good = sixbar.json("v/summary.json")["scenes"]
+    assert (bad["verdict"], good["verdict"]) == ("cannot compare", "agree")
+    assert "its process" in bad["reason"]
+
+
+def test_the_script_is_the_module(sixbar):
+    script = [str(Path(sys.executable).with_name("sixbar")), "plan", "idael"]
+    ended = subprocess.run(script, capture_output=True, text=True, cwd=sixbar.folder, check=False)
+    module = sixbar.process("plan", "idael", code=2)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (2, module.out, module.err)
+    assert module.err == sixbar.refused("plan idael")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
+def test_a_full_disk_behind_stdout_is_one_line(sixbar):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        ended = sixbar.process("scenes", stdout=full, code=2)
+    assert "No space left on device" in ended.err
+    assert ended.err.count("\n") == 1
+
+
+def test_a_reader_that_leaves_early_is_no_verdict(sixbar):
+    process = sixbar.start("scenes")
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    process.stderr.close()
+    assert process.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
+
+
+@pytest.mark.parametrize("closed", [0, 1, 2])
+def test_a_stream_that_is_closed_changes_no_exit_code(closed, sixbar):
+    def close():
+        os.close(closed)
+
+    assert bool(sixbar.process("scenes", preexec_fn=close).out) == (closed != 1)
+    assert bool(sixbar.process("plan", "nowhere", code=2, preexec_fn=close).err) == (closed != 2)
+
+
+@pytest.mark.parametrize("size", [0, 3000, 30_000])
+def test_on_a_disk_that_is_full_old_files_stay_as_they_were(size, sixbar):
+    def small_files():
+        import resource
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # the write fails, the process does not end
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    sixbar.table("a.csv", time=[0, 1, 2, 3], x=[0, 1, 0, 2])
+    sixbar.table("b.csv", time=[0, 1, 2, 3], x=[0, 1, 0, 3])
+    command = ["compare", "a.csv", "b.csv", "--out", "c", "--json", "--tolerance"]
+    sixbar(*command, "1")
+    before = sixbar.files()
+    ended = sixbar.process(*command, "2", code=2, preexec_fn=small_files)
+    assert ended.err.splitlines()[-1].startswith("sixbar: ")
+    assert "internal error" not in ended.err
+    assert sixbar.files() == before
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_not_be_written_is_refused(sixbar):
+    (sixbar.folder / "shut").mkdir(mode=0o500)
+    sixbar.refused("run ideal --model reference --out shut/x.csv", "shut")
+
+
+def test_without_a_cache_that_can_be_written_a_command_works_and_says_so(sixbar):
+    cache = {"SIXBAR_CACHE_DIR": str(sixbar.folder / sixbar.write("file", ""))}
+    ended = sixbar.process(*RUN, sixbar.press("one"), env=cache)
+    assert ended.err.count("sixbar: warning: ") == ended.err.count("\n") == 1
+    assert "file" in ended.err
+
+
+def test_a_pipe_is_not_waited_for_and_a_folder_that_is_gone_is_one_line(sixbar):
+    os.mkfifo(sixbar.folder / "pipe.csv")  # nobody writes to it
+    gone = sixbar.folder / "gone"
+    gone.mkdir()
+    for command, place, options in (
+        (["compare", "pipe.csv", "pipe.csv"], "pipe.csv", {}),
+        (["scenes"], "the working directory ", {"cwd": gone, "preexec_fn": gone.rmdir}),
+    ):
+        ended = sixbar.process(*command, code=2, **options)
+        assert (ended.out, ended.err[:8], ended.err.count("\n")) == ("", "sixbar: ", 1)
+        assert place in ended.err

@@ -1,0 +1,139 @@
+"""Names that README.md and docs/*.md give to programs: the examples run, and do what is said of them."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import re
+import shlex
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.report.pictures.notebook import tabulated
+from comparison.scene import load_scene
+from comparison.tables.table import Table
+
+ROOT = Path(__file__).parents[2]
+
+
+def block(name, language, number=0):
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / name).read_text("utf-8"), re.DOTALL)[number]
+
+
+def printed(code):
+    out = io.StringIO()
+    with redirect_stdout(out):
+        exec(code, {"__name__": "__main__"})  # our own text
+    return out.getvalue()
+
+
+def test_the_five_lines_of_the_readme():
+    status, contacts, *_, largest = printed(block("README.md", "python")).split()
+    assert (status, int(contacts) > 10) == ("success", True)
+    assert -0.5503 < float(largest) < -0.5497  # within the guide: 0.2 mm to either side, and a depth
+
+
+def test_the_channels_of_a_scene():
+    names = printed(block("docs/engine.md", "python", 2))
+    assert names.startswith("['slider_x', 'slider_y'")
+    assert names.count("'") == 2 * 21
+
+
+def test_the_estimate_of_a_runs_error():
+    """The example of docs/accuracy.md, and what it names beside."""
+    code = block("docs/accuracy.md", "python").replace('"drive.cycles": 1}', '"drive.cycles": 0.02}')
+    code += "    print(len(found.tried), list(found.with_uncertainty().frame)[:3])\n"
+    first, second = printed(code).splitlines()
+    kept, coverage, u, x = first.split()
+    assert (kept, float(coverage)) == ("True", 1.0)
+    assert 0 < float(u) <= 1e-8
+    assert -0.5503 < float(x) < -0.5497
+    assert second.endswith("['time', 'slider_x', 'slider_x_u']")
+
+
+def test_a_scene_in_python():
+    scene = load_scene("150rpm-0.2mm", {"drive.speed_rpm": 210, "clearance.slider": 3e-4})
+    assert (scene.data["drive"]["speed_rpm"], scene.data["clearance"]["slider"]) == (210, 3e-4)
+    assert scene.name.startswith("150rpm-0.2mm+")
+    # A copy: the shipped scene is as it was.
+    assert load_scene("150rpm-0.2mm").data["drive"]["speed_rpm"] == 150
+    for name, changes, place in (("nowhere", {}, "nowhere"), ("ideal", {"drive.cycles": 0}, "drive.cycles")):
+        with pytest.raises(ValueError, match=place) as refused:
+            load_scene(name, changes)
+        assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("model", ["reference_model", "exudyn_model"])
+def test_a_result_becomes_a_table_for_notebooks(model):
+    changes = {"drive.cycles": 0.02, "output.samples_per_cycle": 2000, "solver.exudyn.formulation": "tree"}
+    simulate, shares = importlib.import_module(model).simulate, []
+    result = simulate(load_scene("150rpm-0.2mm", changes).data, progress=shares.append)
+    assert (result.status, result.remedy) == ("success", "")
+    assert all(0 <= share <= 1 for share in shares)
+    table = tabulated(result)
+    assert list(table.frame)[:2] == ["time", "slider_x"]
+    assert table.frame["slider_x"].to_numpy() == pytest.approx(result.columns["slider_x"], abs=0)
+    assert list(table.events)[:3] == ["corner", "start", "end"]
+    assert table.plot("slider_x") is not None
+
+
+TIME = np.arange(101) * 0.004
+A = pd.DataFrame({"time": TIME, "slider_x": np.sin(TIME), "slider_vx": np.cos(TIME)})
+B = A.assign(slider_vx=A.slider_vx * 1.0001)
+
+
+def test_the_fixture_of_pytest_passes(assert_agree, tmp_path):
+    A.to_csv(tmp_path / "a.csv", index=False)
+    assert_agree(str(tmp_path / "a.csv"), Table(A), tolerance=1e-12)
+    assert_agree(A, B, tolerance=1e-2)
+    assert_agree(A, B, allow_indeterminate=True)
+    outlier = B.assign(slider_vx=B.slider_vx + 0.3 * (np.arange(101) == 3))
+    assert_agree(A, outlier, tolerance=1e-2, share=0.98)
+
+
+@pytest.mark.parametrize(
+    ("other", "options", "pieces"),
+    [
+        (B, {"tolerance": 1e-5}, "differ: |slider_vx"),
+        (B, {}, "indeterminate: "),
+        (B, {"tolerance": 1e-5, "allow_indeterminate": True}, "differ: "),
+        (A.drop(columns="slider_vx"), {"tolerance": 1.0}, "slider_vx"),
+        (A.assign(slider_vx=float("nan")), {"tolerance": 1.0}, "slider_vx|nan"),
+        (A.iloc[:50], {"tolerance": 1.0}, "truncated"),
+        ("nowhere.csv", {"tolerance": 1.0}, "nowhere.csv"),
+    ],
+    ids=["differ", "no tolerance", "no doubt", "missing", "nan", "truncated", "no file"],
+)
+def test_the_fixture_of_pytest_fails_with_the_verdict(other, options, pieces, assert_agree):
+    with pytest.raises(AssertionError) as failed:
+        assert_agree(A, other, **options)
+    assert all(piece in str(failed.value).splitlines()[0] for piece in pieces.split("|"))
+
+
+def test_the_model_of_the_page_on_engines_agrees(sixbar, install):
+    """docs/engine.md as a reader would follow it: a package, a scene, four commands."""
+    sixbar.sites.append(str(install("my_press", block("docs/engine.md", "python"), mine="simulate")))
+    sixbar.write("mine.toml", block("docs/engine.md", "toml", 1))
+    commands = [shlex.split(line) for line in block("docs/engine.md", "sh").splitlines()]
+    assert [command[1] for command in commands] == ["run", "run", "compare", "validate"]
+    for _, *arguments in commands:
+        sixbar(*arguments, *(["--quick", "--jobs", "1"] if arguments[0] == "validate" else []))
+
+
+def test_the_mapping_of_the_page_on_tables(sixbar):
+    """The file of Adams that docs/foreign-tables.md shows, and its mapping."""
+    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml")
+    time = np.arange(801) * 1e-3
+    x, y, angle = 1e-4 * np.sin(9 * time), 0.19 + 0.01 * np.cos(9 * time), 1e-3 * np.sin(5 * time)
+    rows = zip(time * 1e3, -x * 1e3, y * 1e3, -np.degrees(angle), 0 * x, 0 * x, strict=True)
+    sixbar.write("adams.tab", head + "".join("\t".join(repr(float(v)) for v in row) + "\n" for row in rows))
+    sixbar.write("adams.toml", mapping)
+    sixbar.table("ours.csv", time=time, slider_x=-0.55 + x, slider_y=y, slider_angle=angle)
+    command = block("docs/foreign-tables.md", "sh").split()
+    assert command[:3] == ["sixbar", "compare", "ours.csv"]
+    sixbar(*command[1:], "--json")
+    assert list(sixbar.numbers["channels"]) == ["slider_x", "slider_y", "slider_angle"]

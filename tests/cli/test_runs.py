@@ -1,0 +1,278 @@
+"""What `run`, `plan`, `scenes`, `channels`, `plot`, `animate`, `settings` and `study` print and write."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shlex
+
+import pytest
+
+SHORT = ["--set", "drive.cycles=0.02", "--set", "output.samples_per_cycle=2000", "-q"]
+MOTION = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
+SCENES = [
+    "150rpm-0.2mm", "300rpm-0.2mm", "69GPa", "90rpm-0.1mm", "90rpm-0.5mm", "both-clearances", "crank-pin",
+    "ideal", "poisson-0.33", "surface", "wedge",
+]  # fmt: skip
+COMMANDS = [
+    "scenes", "channels", "plan", "run", "settings", "validate", "compare", "plot", "animate", "gate",
+    "study",
+]  # fmt: skip
+
+
+def columns(sixbar, name):
+    with (sixbar.folder / name).open(newline="") as file:
+        heading, *rows = csv.reader(file)
+    return dict(zip(heading, zip(*(map(float, row) for row in rows), strict=True), strict=True))
+
+
+def test_help_and_version(sixbar):
+    for arguments in ([], ["--help"]):
+        out = sixbar(*arguments).out
+        assert all(f" {command} " in out for command in COMMANDS)
+        assert "Exit codes: 0 agree; 1 differ" in out
+    assert sixbar("--version").out.startswith("sixbar-crossval ")
+    for command in COMMANDS:
+        assert "Usage: sixbar " in sixbar(command, "-h").out
+
+
+def test_scenes_and_channels(sixbar):
+    def printed(*command):
+        return json.loads(sixbar(*command, "--json").out), sixbar(*command).lines
+
+    listed, lines = printed("scenes")
+    assert [line.split()[0] for line in lines[1:]] == [scene["name"] for scene in listed] == SCENES
+    by_name = {scene["name"]: scene for scene in listed}
+    assert by_name["90rpm-0.5mm"]["clearance"] == {"slider": 5e-4}
+    assert by_name["crank-pin"]["clearance"] == {"crank_pin": 2e-4}
+    assert (by_name["300rpm-0.2mm"]["speed_rpm"], by_name["surface"]["cycles"]) == (300, 0.3)
+    assert all(scene["title"] and scene["hash"] for scene in listed)
+    listed, _ = printed("channels")
+    by_name = {channel["name"]: channel for channel in listed}
+    assert [name for name in by_name if by_name[name]["group"] == "motion"] == MOTION
+    assert (by_name["corner_ll_normal"]["unit"], by_name["slider_alpha"]["unit"]) == ("N", "rad/s^2")
+    assert {"crank_torque", "reaction_O_x", "guide_force", "energy_residual"} < set(by_name)
+    listed, lines = printed("channels", "ideal")
+    names = [line.split()[0] for line in lines[1:]]
+    assert names == [channel["name"] for channel in listed]
+    assert names == [*MOTION, "slider_ax", "slider_ay", "slider_alpha"]
+
+
+NAMES = {
+    "": "150rpm-0.2mm",
+    "--set drive.speed_rpm=150": "150rpm-0.2mm",  # as it is
+    "--set clearance.slider=4e-4": "150rpm-0.2mm+clearance.slider=0.0004",
+    "--set drive.cycles=1 --set drive.cycles=2": "150rpm-0.2mm",  # the last one counts
+    "--set scene.name=mine --set drive.cycles=1": "mine",
+}
+
+
+@pytest.mark.parametrize("changes", NAMES)
+def test_a_plan_names_what_is_changed_integrated_and_left_out(changes, sixbar):
+    ended = sixbar("plan", "150rpm-0.2mm", *changes.split())
+    assert ended.lines[0].startswith(f"{NAMES[changes]}: ")
+    assert "150 rpm, 21 channels" in ended.lines[0]
+    assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
+    assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
+    assert ended.err == ""
+
+
+def test_a_name_is_one_of_a_file_and_a_start_in_the_wall_is_a_warning(sixbar):
+    names = set()
+    for value in ("69e9", "70e9"):
+        changes = ["--set", "output.groups=[]", "--set", f"contact.youngs_modulus={value}"]
+        names.add(sixbar("plan", "150rpm-0.2mm", *changes).lines[0].partition(":")[0])
+    assert len(names) == 2
+    assert all(name.startswith("150rpm-0.2mm+") and "[" not in name for name in names)
+    ended = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4")
+    assert ended.err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")
+    assert ended.err.count("\n") == 1
+
+
+def test_a_scene_extends_others_and_is_changed_last(sixbar):
+    """The nearest value of a key counts: that of ``--set``, of the file, of the one that it extends."""
+    parent = '[scene]\nextends = "90rpm-0.1mm"\ntitle = "T"\n[drive]\ncycles = 3\nspeed_rpm = 80\n'
+    sixbar.write("deep/own.toml", parent)
+    sixbar.write("child.toml", '[scene]\nextends = "deep/own.toml"\n[drive]\ncycles = 0.02\n')
+    run = ["run", "child.toml", "--model", "reference", "--out", "x.csv", "-q"]
+    changes = ("drive.speed_rpm=-70", "output.groups=[]", "drive.speed_rpm=-75")
+    sixbar(*run, *(f"--set={change}" for change in changes))
+    scene = sixbar.json("x.json")["scene"]
+    assert (scene["drive"]["speed_rpm"], scene["drive"]["cycles"]) == (-75, 0.02)
+    assert (scene["clearance"]["slider"], scene["output"]["groups"]) == (1e-4, [])
+    # The paper's own numbers came all the way.
+    assert (scene["mechanism"]["crank"]["length"], scene["contact"]["restitution"]) == (0.045, 0.9)
+    # Samples at exact multiples of T / n: of 0.8 s by 1000, to the last digit that is written.
+    assert columns(sixbar, "x.csv")["time"] == pytest.approx([k * 0.8 / 1000 for k in range(21)], rel=1e-15)
+
+
+@pytest.mark.parametrize(("table", "model"), [("a", "reference"), ("b", "exudyn")])
+def test_a_run_writes_a_table_its_events_and_its_record(table, model, runs):
+    written = columns(runs, f"{table}.csv")
+    assert list(written)[:7] == ["time", *MOTION]
+    # To the end of 0.02 cycles of 0.4 s, included; a column has as many digits as a double.
+    assert (len(written), len(written["time"])) == (22, 41)
+    assert written["time"][-1] == pytest.approx(0.008, rel=1e-15)
+    # The start: 0.05 mm beside the guide's line.
+    assert written["slider_x"][0] == pytest.approx(-0.55 + 5e-5, abs=1e-15)
+    record = runs.json(f"{table}.json")
+    assert (record["model"], record["status"]) == (model, "success")
+    assert record["scene"]["drive"] == {"speed_rpm": 150.0, "cycles": 0.02}
+    assert {"settings", "counters", "versions", "platform", "scene_hash", "formulation"} < set(record)
+    assert record["extrema"]["slider_x"]["max"] >= max(written["slider_x"]) - 1e-15
+    events = runs.text(f"{table}.events.csv").splitlines()[0]
+    assert events == "corner,start,end,normal_speed,impulse,peak_force,largest_depth"
+
+
+def test_both_models_and_both_formats_agree(runs):
+    runs("compare", "a.csv", "a.parquet", "--tolerance", "1e-15")
+    # The scene is recorded beside both: its clearance is the scale. Errors of both were measured as 1e-9 m.
+    runs("compare", "a.csv", "b.csv", "--tolerance", "1e-4", "--json")
+    assert runs.numbers["channels"]["slider_x"]["scale"] == 2e-4
+
+
+def test_a_run_names_the_files_that_it_wrote_the_table_last(sixbar):
+    home = {"HOME": str(sixbar.folder), "USERPROFILE": str(sixbar.folder)}
+    ended = sixbar("run", "ideal", "--model", "exudyn", "--out", "~/deep/x.parquet", *SHORT, **home)
+    assert ended.err == ""
+    written = {str(sixbar.folder / name) for name in sixbar.files() if not name.endswith("/")}
+    assert set(ended.lines) == written > {ended.lines[-1]}
+    assert ended.lines[-1] == str(sixbar.folder / "deep/x.parquet")
+
+
+SETTINGS = {
+    "--model exudyn --accuracy strict": {"step": 5e-7},
+    "--model exudyn --formulation tree --accuracy draft": {"formulation": "tree"},
+    "--model reference --formulation multiplier": {"formulation": "multiplier"},
+    "--model reference --set solver.reference.tolerance=1e-7": {"tolerance": 1e-7},
+}
+
+
+@pytest.mark.parametrize("options", SETTINGS)
+def test_settings_reach_the_model(options, sixbar):
+    ended = sixbar("run", "150rpm-0.2mm", "--out", "x.csv", *SHORT, *options.split())
+    record = sixbar.json("x.json")
+    assert record["scene"]["solver"][record["model"]].items() >= SETTINGS[options].items()
+    assert ("expected: " in ended.out) == ("--accuracy" in options)
+    assert ("accuracy" in record) == ("--accuracy" in options)
+
+
+SLIDE = ["run", "150rpm-0.2mm", "--model", "reference", "--out", "x.csv", *SHORT]
+SLIDE += ["--set", "clearance.slider=3e-4"]
+
+
+def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
+    ended = sixbar(*SLIDE, "--accuracy", "1e-8", "--uncertainty")
+    assert "further runs" in ended.lines[0]
+    assert "slider_x is within 1e-08 m" in ended.out
+    expected = {"wanted_m": 1e-8, "kept": True, "limit": None, "coverage": 1.0, "until_s": None}
+    assert sixbar.json("x.json")["accuracy"].items() >= expected.items()
+    assert max(columns(sixbar, "x.csv")["slider_x_u"]) <= 1e-8
+    # What is no channel is ignored by a comparison, and can be drawn.
+    sixbar("compare", "x.csv", "x.csv", "--tolerance", "1e-9")
+    sixbar("plot", "x.csv", "--channels", "slider_x,slider_x_u")
+    ended = sixbar(*SLIDE, "--accuracy", "1e-18", code=3)
+    assert "1e-18 m is not reachable" in ended.out
+    record = sixbar.json("x.json")["accuracy"]
+    assert record["kept"] is False
+    assert record["limit"] in ("the finest setting errs more", "neighbouring starts part")
+    assert len(columns(sixbar, "x.csv")["time"]) == 41  # the best one
+
+
+def test_a_check_is_made_or_not_as_is_asked(sixbar):
+    assert "--check" in sixbar(*SLIDE).err  # nobody measured this scene: it says how to find out
+    assert sixbar(*SLIDE, "--no-check").err == ""
+    assert "further runs" not in sixbar(*SLIDE, "--accuracy", "1e-8", "--no-check").out
+    assert sixbar.json("x.json")["accuracy"]["from"].startswith("measured on ")
+    assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
+
+
+PARTIAL = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
+FAILURES = {
+    "fail": (2, "newton-failed; try a smaller step", PARTIAL),
+    "violate": (2, "invariant-violated; open-depth: ", PARTIAL),
+    "refuse": (2, "is not simulated yet", set()),
+    "nan": (2, "slider_vy is nan in data row 8", set()),
+    "die": (70, "its process ended with code 3", set()),
+    "bug": (70, "RuntimeError: index out of range", {"x.traceback.txt"}),
+}
+
+
+@pytest.mark.parametrize("does", FAILURES)
+def test_a_run_that_fails_writes_no_table(does, sixbar):
+    code, reason, left = FAILURES[does]
+    path = sixbar.press("bad", alpha=f'does = "{does}"')
+    ended = sixbar("run", path, "--model", "alpha", "--out", "x.csv", "-q", code=code)
+    assert (ended.out, ended.err.count("\n")) == ("", 1)
+    assert ended.err.startswith("sixbar: scene 'bad': ")
+    assert reason in ended.err
+    assert {path.name for path in sixbar.folder.iterdir() if "extrema" not in path.name} == left | {path}
+    assert all(name in ended.err for name in left & {"x.partial.csv", "x.traceback.txt"})
+
+
+def test_pictures_of_tables(runs):
+    window = ["--channels", "slider_x,slider_vx", "--from=0.001", "--to=0.007"]
+    for out, start in (("x.png", b"\x89PNG"), ("x.pdf", b"%PDF"), ("x.svg", b"<svg")):
+        assert runs("plot", "a.csv", "b.csv", "--out", out, *window).lines == [out]
+        assert start in (runs.folder / out).read_bytes()[:2000]
+    assert runs("plot", "a.csv").lines == ["a.svg"]
+    assert runs("animate", "a.csv", "b.csv").lines == ["a-b.html"]
+    page = runs.text("a-b.html")
+    assert "<script" in page
+    assert "src=" not in page  # one offline file
+    assert runs("animate", "a.csv", "--scene", "150rpm-0.2mm", "--out", "c.html", "-q").lines == ["c.html"]
+
+
+def test_the_settings_that_are_recommended_run(sixbar):
+    # Every setting is tried: so much time is never needed.
+    ended = sixbar("settings", "ideal", "--seconds", "600", "--out", "deep/w.svg", *SHORT)
+    assert ended.lines[-1] == "deep/w.svg"
+    assert "<svg" in sixbar.text("deep/w.svg")[:2000]
+    assert all(part in ended.out for part in ("setting", "error (m)", "front", "reference"))
+    commands = [line.strip() for line in ended.lines if line.strip().startswith("sixbar run ")]
+    assert "--set drive.cycles=0.02" in commands[0]
+    written = sixbar(*shlex.split(commands[0])[1:], "-q").lines[-1]
+    assert len(columns(sixbar, written)["time"]) == 41
+
+
+@pytest.mark.slow
+def test_a_study_writes_a_page(sixbar):
+    path = sixbar("study", "crank-pin", "--small", "--out", "s", "-q").lines[-1]
+    assert path == "s/README.md"
+    assert sixbar.text(path).startswith("# ")
+
+
+def swept(sixbar, scene, folder, *options, models="alpha,beta"):
+    """Run a sweep and return what it printed, and the rows of its table."""
+    command = ["study", "sweep", scene, "--model", models, "--jobs", "1", "-q", "--output", "end:slider_x"]
+    ended = sixbar(*command, *options, "--out", folder)
+    assert ended.lines[-1] == f"{folder}/sweep.csv"
+    return ended, list(csv.DictReader(sixbar.text(f"{folder}/sweep.csv").splitlines()))
+
+
+def test_a_sweep_has_a_row_for_each_run_also_for_those_that_fail_and_is_resumed(sixbar):
+    grid = ["--grid", "drive.speed_rpm=100,200", "--grid", "friction.coefficient=0.1,-1"]
+    options = [*grid, "--output", "contacts"]
+    ended, rows = swept(sixbar, sixbar.press("one"), "grid", *options, models="alpha")
+    assert "2 of 4 runs" in ended.err
+    points = [(float(row["drive.speed_rpm"]), float(row["friction.coefficient"])) for row in rows]
+    assert points == [(100, 0.1), (100, -1), (200, 0.1), (200, -1)]
+    assert [row["status"] == "success" for row in rows] == [True, False, True, False]
+    assert "friction.coefficient = -1" in rows[1]["message"]
+    assert "\n" not in rows[1]["message"]
+    assert (float(rows[0]["contacts"]), rows[1]["contacts"]) == (1, "")
+    assert swept(sixbar, "one.toml", "grid", *options, models="alpha")[1] == rows
+
+
+def test_a_list_and_a_latin_hypercube_are_sweeps_too(sixbar):
+    path = sixbar.press("one")
+    sixbar.write("list.csv", "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n")
+    _, rows = swept(sixbar, path, "listed", "--list", "list.csv")
+    names = "point,drive.speed_rpm,clearance.slider,model,status,message,end:slider_x"
+    assert ",".join(rows[0]) == names
+    assert len(rows) == 2 * 2
+    latin = ["--latin", "drive.speed_rpm=100:200", "--points", "3", "--seed"]
+    drawn = [swept(sixbar, path, f"latin{n}", *latin, seed)[1] for n, seed in enumerate("112")]
+    assert drawn[0] == drawn[1] != drawn[2]
+    speeds = sorted({float(row["drive.speed_rpm"]) for row in drawn[0]})
+    assert [int((speed - 100) // (100 / 3)) for speed in speeds] == [0, 1, 2]  # one in each third

@@ -1,0 +1,240 @@
+"""Tables of other programs: what is read, in which units and by which names, and what is refused.
+
+Three columns, time, x and v, in many dialects. What has two readings, or is no number, is refused.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat
+
+TIME = np.arange(11) * 0.1
+X, V = np.sin(TIME).round(6), np.cos(TIME).round(6)
+
+
+def rows(separator=",", show="{:.6f}".format, columns=(TIME, X, V)):
+    return "\n".join(separator.join(map(show, row)) for row in zip(*columns, strict=True)) + "\n"
+
+
+def digits(value):
+    return repr(float(value))
+
+
+PLAIN = "time,x,v\n" + rows()
+LAST = "0.841471"  # the last number of x
+DIALECTS = {
+    "decimal-comma.csv": "time;x;v\n" + rows(";", lambda value: f"{value:.6f}".replace(".", ",")),
+    "title-and-tabs.txt": "Press, run 7\nmade elsewhere\ntime\tx\tv\n" + rows("\t"),
+    "broken-title.csv": '"Press\nrun 7"\n' + PLAIN,
+    "form-feed.txt": "Press run 7\f\ntime x v\n" + rows(" "),
+    "spaces.out": "! of a sensor\n  time   x   v\n" + rows("   "),
+    "windows.csv": PLAIN.replace("\n", "\r\n").replace("time", "TIME"),
+    "old-mac.csv": PLAIN.replace("\n", "\r").replace("time", "t"),
+    "commented.txt": "# time, x, v\n" + rows(" "),
+    "percent.txt": "% made by\ntime x v\n" + rows(" "),
+    "fortran.txt": "time x v\n" + rows(" ", lambda value: f"{value:.8E}".replace("E", "D")),
+    "fortran-without-letter.txt": "time x v\n" + rows(" ").replace("0.000000", "1.5-101"),
+    "quoted.csv": '"time","x","v"\n' + rows(",", '"{:.6f}"'.format),
+    "index.csv": ",time,x,v\n" + "".join(f"{n},{row}\n" for n, row in enumerate(rows().split())),
+    "empty-row.csv": PLAIN + ",,\n",
+    "utf-16.csv": ("Größe\n" + PLAIN).encode("utf-16"),
+    "cp1252.csv": ("Größe\n" + PLAIN).encode("cp1252"),
+    "utf-8-sig.csv": ("Größe\n" + PLAIN).encode("utf-8-sig"),
+    "left.sto": "Coordinates\nversion=1\nnRows=11\nnColumns=3\ninDegrees=yes\n\nendheader\ntime\tx\tv\n"
+    + rows("\t", "{:16.8f}".format),
+}
+
+
+def binary(name, folder):
+    frame, path = pd.DataFrame({"time": TIME, "x": X, "v": V}), folder / name
+    if path.suffix == ".parquet":
+        frame.to_parquet(path)
+    elif path.suffix == ".xlsx":
+        pytest.importorskip("openpyxl")
+        frame.to_excel(path, index=False)
+    else:
+        savemat(path, dict(frame.items()) if name == "a.mat" else {"run": dict(frame.items())})
+    return path.rename(folder / "recognised-by-its-content.dat").name
+
+
+@pytest.mark.parametrize("name", [*DIALECTS, "a.parquet", "a.mat", "struct.mat", "a.xlsx"])
+def test_every_number_of_a_dialect_is_read(name, sixbar):
+    """The other table is off by 0.01 in its last number alone: all are compared, and that one differs."""
+    name = sixbar.write(name, DIALECTS[name]) if name in DIALECTS else binary(name, sixbar.folder)
+    sixbar.write("other.csv", PLAIN.replace(LAST, "0.851471"))
+    sixbar("compare", name, "other.csv", "--tolerance", "1e-3", "--json", code=1)
+    numbers = sixbar.numbers
+    x, v = (numbers["channels"][channel] for channel in "xv")
+    assert (numbers["samples"], list(numbers["channels"])) == (11, ["x", "v"])
+    assert (x["verdict"], x["outside"], x["worst_time"]) == ("differ", 1, pytest.approx(1.0, rel=1e-15))
+    # Both have six decimals: they round at 1e-16, and a digit that is lost is 1e-6.
+    assert (x["max_difference"], v["max_difference"]) == pytest.approx((0.01, 0.0), abs=1e-9)
+
+
+NAMES = {rows(" "): ["#2", "#3"], PLAIN.replace("x,v", "/rod2[w.X],pos(1)"): ["/rod2[w.X]", "pos(1)"]}
+
+
+@pytest.mark.parametrize("text", NAMES, ids=["none", "with brackets"])
+def test_names_of_columns(text, sixbar):
+    sixbar.write("a.txt", text)
+    ended = sixbar("compare", "a.txt", "a.txt", "--tolerance", "1e-9", "--json")
+    assert list(sixbar.numbers["channels"]) == NAMES[text]
+    assert "without names" in ended.err or "#2" not in NAMES[text]
+
+
+UNITS = {
+    "time,x [mm],v (mm/s)\n": ((1, 1e3, 1e3), "time,x [m],v [m/s]\n"),
+    "time,x,v\nms,in,cm/s\n": ((1e3, 1 / 0.0254, 100), "time,x [m],v [m/s]\n"),
+    "time,x,v\n[s],[deg],[deg/s]\n": ((1, 180 / np.pi, 180 / np.pi), "time,x,v\ns,rad,rad/s\n"),
+    "time,x [kN],v [N mm]\n": ((1, 1e-3, 1e3), "time,x [N],v [N m]\n"),
+    "time,x [rpm],v [MPa]\n": ((1, 30 / np.pi, 1e-6), "time,x [rad/s],v [Pa]\n"),
+    "time [h],x [mm/s^2],v [N/mm]\n": ((1 / 3600, 1e3, 1e-3), "time,x [m/s^2],v [N/m]\n"),
+    "time,x [deg/sec**2],v [deg]\n": ((1, 180 / np.pi, 180 / np.pi), "time,x [rad/s^2],v [rad]\n"),
+}
+
+
+@pytest.mark.parametrize("head", UNITS)
+def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
+    factors, other = UNITS[head]
+    scaled = [column * factor for column, factor in zip((TIME, X, V), factors, strict=True)]
+    sixbar.write("a.csv", head + rows(",", digits, scaled))
+    sixbar.write("b.csv", other + rows())
+    # Conversions round at 2e-16; a factor that is wrong is off by more than a hundredth.
+    sixbar("compare", "b.csv", "a.csv", "--tolerance", "1e-9", "--json")
+    assert sixbar.numbers["channels"]["x"]["unit"].replace("²", "^2") in other
+
+
+NO_TABLES = [
+    *((PLAIN.replace(LAST, bad), "x| 11") for bad in ("nan", "inf", "", "1.#QNAN", "N/A", "1 500")),
+    (PLAIN.replace("x,v", "x,x"), "b.csv|'x'|twice"),
+    (PLAIN.replace("x,v", "x,w"), "'v'"),
+    ("time,x\n" + rows(columns=(TIME, X)), "'v'"),
+    (PLAIN.replace("time", "a"), "b.csv|time"),
+    ("time,x,v\n" + rows(columns=(TIME[::-1], X, V)), "b: time|row 2"),
+    ("time,x,v\n" + rows(columns=(TIME[:8], X[:8], V[:8])), "0.7 s|truncated"),
+    (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
+    (PLAIN + PLAIN, "row 11"),
+    ("", "no row"),
+    ("time,x,v\n", "no row"),
+    ("time,x,v\n0,1,2\n", "b: 1 data rows"),
+    ("time;x\n0,0;250\n0,1;1.500\n", "point|comma"),
+    ("time;x\n0,0;2.5\n0,1;1,5\n", "point|comma"),
+    ("0,1,2\n" + rows(), "line 1|names or numbers"),
+    ("time,x,v,slider_x\ns,,,kg\n0,1,1,1\n1,2,2,2\n", "'kg'|slider_x"),
+    ("time,x,v,slider_x\ns,,,furlong\n0,1,1,1\n1,2,2,2\n", "'furlong'"),
+    ("# " + "a" * 200_000 + "\n" + PLAIN, "line of more than"),
+    (f"time,{'a' * 2000}\n0,1\n1,2\n", "name of more than"),
+    ("\x89HDF\r\n\x1a\n" + "0" * 100, "b.csv: |HDF5"),
+    ("\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + "0" * 600, "b.csv: |Excel"),
+    ("MATLAB 7.3 MAT-file".ljust(116) + "\0" * 8 + "\0\2IM".ljust(388, "\0") + "\x89HDF\r\n\x1a\n", "-v7"),
+]
+
+
+@pytest.mark.parametrize(("text", "pieces"), NO_TABLES, ids=[repr(text[-50:]) for text, _ in NO_TABLES])
+def test_what_is_no_table_of_numbers_is_refused(text, pieces, sixbar):
+    sixbar.write("plain.csv", PLAIN)
+    sixbar.write("b.csv", text.encode("latin-1"))
+    sixbar.refused("compare plain.csv b.csv --tolerance 1", "b", *pieces.split("|"))
+
+
+@pytest.mark.parametrize("name", ["plain.json", "plain.events.csv"])
+def test_a_companion_that_is_damaged_is_refused(name, sixbar):
+    sixbar.write("plain.csv", PLAIN)
+    sixbar.write(name, "{" if name.endswith("json") else "corner,start\nll,0\n")
+    sixbar.refused("compare plain.csv plain.csv --tolerance 1", "plain")
+
+
+MAPPING = """compare = ["slider_x", "slider_angle"]
+[columns]
+TIME = {channel = "time", unit = "ms"}
+".press.X" = {channel = "slider_x", unit = "mm", sign = -1, offset = -550.0}
+[b]
+"#3" = {channel = "slider_angle", unit = "deg", factor = -2.0}
+"""
+
+
+@pytest.fixture
+def adams(sixbar):
+    """The motion by another program: in ms, mm to the left of the guide, half of the angle clockwise."""
+    offset, angle = 2e-4 * X, 1e-3 * V
+    sixbar.table("ours.csv", time=TIME, slider_x=-0.55 + offset, slider_angle=angle, slider_vx=V)
+    columns = (TIME * 1e3, -(offset * 1e3), -np.degrees(angle) / 2, V)
+    head = 'Adams table: press, last run\n"TIME"\t".press.X"\t".press.ROT"\t".other"\n'
+    sixbar.write("adams.tab", head + rows("\t", digits, columns))
+
+    def command(old="", new=""):
+        sixbar.write("map.toml", MAPPING.replace(old, new) if old else MAPPING)
+        return ["compare", "ours.csv", "adams.tab", "--mapping", "map.toml", "--tolerance", "1e-6"]
+
+    return command
+
+
+def test_a_mapping_assigns_columns_with_unit_sign_factor_and_offset(adams, sixbar):
+    """A channel is (sign * factor * column + offset) * unit."""
+    ended = sixbar(*adams(), "--json")
+    assert list(sixbar.numbers["channels"]) == ["slider_x", "slider_angle"]
+    warnings = [line for line in ended.err.splitlines() if line.startswith("sixbar: warning: ")]
+    for name in (".other", "slider_vx"):  # nothing is left out silently
+        assert any(name in line for line in warnings)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"mm"', '"cm"'), ("sign = -1", "sign = 1"), ("-550.0", "-550.1"), ("-2.0", "-1.0"), ('"deg"', '"rad"')],
+)
+def test_every_part_of_a_mapping_counts(old, new, adams, sixbar):
+    sixbar(*adams(old, new), code=1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pieces"),
+    [
+        ('"mm"', '"furlong"', "map.toml|'.press.X'|unit|furlong"),
+        ('"mm"', '"kg"', "'kg'|slider_x"),
+        (', unit = "mm"', "", "adams.tab: |'.press.X'|unit"),
+        ("sign = -1", "signs = -1", "map.toml|signs"),
+        ("sign = -1", "sign = 2", "map.toml|columns.'.press.X'.sign = 2|1 or -1"),
+        ('channel = "slider_x", ', "", "map.toml|columns.'.press.X'.channel|missing"),
+        ('channel = "slider_x"', 'channel = "slider_z"', "map.toml|'slider_z'"),
+        (".press.X", ".press.Z", "'.press.Z'|did you mean '.press.X'"),
+        ("[columns]", "[columns", "map.toml|line 2"),
+        ("slider_angle", "slider_x", "slider_x"),
+        ("compare = ", f"x = {'[' * 2000}{']' * 2000}\ncompare = ", "map.toml|nested"),
+    ],
+)
+def test_a_bad_mapping_is_one_line(old, new, pieces, adams, sixbar):
+    sixbar.refused(adams(old, new), *pieces.split("|"))
+
+
+OWN = """[channels]
+knee = {unit = "deg", scale = 60.0, angle = true, rate = "speed"}
+speed = {unit = "deg/s"}
+moment = {unit = "N m", factor = 736.0}
+[a]
+knee_r = {channel = "knee"}
+w = {channel = "speed"}
+h = {channel = "moment"}
+[b]
+"#2" = {channel = "knee", unit = "rad"}
+"#3" = {channel = "speed", unit = "rad/s"}
+h = {channel = "moment", unit = "N m"}
+"""
+
+
+def test_a_mapping_defines_channels_of_its_own(sixbar):
+    sixbar.write("own.toml", OWN)
+    knee, speed = 30 * np.sin(TIME), 30 * np.cos(TIME)
+    sixbar.table("a.csv", **{"time": TIME, "knee_r [deg]": knee, "w [deg/s]": speed, "h [N m]": X})
+    # Whole revolutions of an angle do not matter.
+    sixbar.table("b.csv", time=TIME, p=np.radians(knee) + 2 * np.pi, q=np.radians(speed), h=X)
+    command = ["compare", "a.csv", "b.csv", "--mapping", "own.toml", "--json", "--tolerance"]
+    sixbar(*command, "1e-9")  # conversions round at 1e-15
+    channels = sixbar.numbers["channels"]
+    assert (channels["knee"]["unit"], channels["knee"]["scale"]) == ("deg", 60.0)
+    # Both have it per body weight: its scale is the range of the first, as the factor makes it.
+    assert channels["moment"]["scale"] == pytest.approx(736 * np.ptp(X), rel=1e-12)
+    sixbar.table("b.csv", time=TIME, p=np.radians(knee + 0.5), q=np.radians(speed), h=X)
+    assert "knee" in sixbar(*command, "0.005", code=1).out  # allowed are 0.3 degrees
+    sixbar(*command, "0.01")
