@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from math import inf, isfinite, isnan
 
+from typing import TYPE_CHECKING
+
 from comparison.accuracy.measured import SETTINGS, Caution, Expected
 from comparison.accuracy.plan import Plan
-from comparison.accuracy.refine import FLOOR, AccurateRun, Cost, Estimate, Limit
-from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
-from comparison.accuracy.work_precision import Timed, WorkPrecision
 from comparison.execution.run import Outcome
 from comparison.scene import Scene
 from comparison.tables import channels
+
+if TYPE_CHECKING:  # they load scipy, which a single run does not need
+    from comparison.accuracy.refine import AccurateRun, Cost, Estimate
+    from comparison.accuracy.work_precision import Timed, WorkPrecision
 
 HEADINGS = ("setting", "error (m)", "time (s)", "front")
 """Of `settings_table`."""
@@ -85,6 +88,9 @@ def cost_before(cost: Cost) -> str:
 
 def accuracy_line(run: AccurateRun) -> str:
     """Return which error a run has, until when, and why it is not smaller."""
+    from comparison.accuracy.refine import FLOOR, Limit
+
+
     cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s)"
     estimate, scene = run.estimate, run.level.scene
     if estimate is None:
@@ -132,6 +138,9 @@ def _where(estimate: Estimate, wanted: float, period: float) -> str:
 
 def _divergence(scene: Scene, estimate: Estimate) -> str:
     """Return how far neighbouring trajectories diverge."""
+    from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
+
+
     farthest = float(estimate.spread.max()) / SAFETY_FACTOR
     if movable(scene) is None or farthest == 0.0:
         return ""
@@ -147,6 +156,9 @@ def _stopped(outcome: Outcome | None) -> str:
 
 def settings_basis(result: WorkPrecision) -> str:
     """Return what the errors of settings are distances from, and on which part of the run."""
+    from comparison.accuracy.uncertainty import SAFETY_FACTOR
+
+
     if result.exact is None or result.confirming is None:
         return "no two runs have a result: errors are unknown"
     exact, other = _title(result.exact), _title(result.confirming)

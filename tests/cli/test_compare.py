@@ -66,7 +66,7 @@ def test_the_numbers_are_written_for_programs(tables):
     options = ["--tolerance", "1e-3", "--out", "c", "--json"]
     lines = tables("compare", "a.csv", "b.csv", *options, code=1).err.splitlines()
     assert lines[0].split()[:3] == ["channel", "verdict", "max"]
-    assert lines[-1] == "c/report.html"
+    assert "c/report.html" in lines
     numbers = tables.numbers
     assert (numbers["verdict"], numbers["labels"], numbers["samples"]) == ("differ", ["a", "b"], 101)
     assert numbers["decisive_channel"] == "x"

@@ -11,7 +11,7 @@ COMPARE = "compare x.csv y.csv"
 MISTAKES = {
     "swim": "'swim'",
     "plan ideal --nope": "--nope|sixbar plan --help",
-    "plan": "scene",
+    "plan": "SCENE",
     "scenes extra": "extra",
     "channels nowhere": "'nowhere'|150rpm-0.2mm|wedge",
     "plan idael": "'idael'|did you mean 'ideal'",
@@ -83,7 +83,7 @@ MISTAKES = {
     ),
     **dict.fromkeys(
         [
-            "run ideal --model reference --out folder.csv", f"{COMPARE} --json folder.csv",
+            "run ideal --model reference --out folder.csv",
             "gate ideal --update --baseline folder.csv",
         ],
         "folder.csv: |not a file",

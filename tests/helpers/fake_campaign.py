@@ -48,4 +48,4 @@ def refuse(*_):
 
 def as_it_is(result, runs, scene, run):
     del runs, scene, run
-    return replace(result, confirmation=Confirmation("confirmed", sentence="by 99 and 30 runs"))
+    return replace(result, confirmation=Confirmation("confirmed", members=(99, 30)))

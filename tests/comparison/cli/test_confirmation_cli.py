@@ -122,7 +122,7 @@ def test_run_keeps_the_whole_table_of_a_broken_invariant_and_says_so(scene_file,
 
 
 def test_an_ensemble_whose_runs_break_an_invariant_confirms_nothing(scene_file, gravity, monkeypatch, capsys):
-    from comparison.agreement import confirmation
+    from comparison.verdict import confirmation
 
     usual = confirmation.moved_starts
     monkeypatch.setattr(

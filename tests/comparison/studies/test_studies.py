@@ -34,7 +34,7 @@ def folder(fakes, tmp_path_factory):
     """Where `make reports` wrote all studies of fake models, small."""
     folder = tmp_path_factory.mktemp("studies")
     (folder / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
-    (folder / "comparison" / "agreement").mkdir(parents=True)
+    (folder / "comparison" / "verdict").mkdir(parents=True)
     # Most of the time processes would start; nothing that they import changes meanwhile.
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
         monkeypatch.chdir(folder)
@@ -104,7 +104,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(folder):
     assert made in (folder / "reports" / "verdicts" / "README.md").read_text("utf-8")
     assert platform_name() in made
     assert f"numpy {np.__version__}" in made
-    recorded = tomllib.loads((folder / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))
+    recorded = tomllib.loads((folder / "comparison" / "verdict" / "verdicts.toml").read_text("utf-8"))
     assert made == f"Made on {recorded['made']['machine']}; {recorded['made']['date']}."
     known = recorded["scenes"]["150rpm-0.2mm"]
     assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
@@ -197,7 +197,7 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
 def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
     sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
     near = compare(*sides, scene=scene, labels=("reference", "exudyn"))
-    far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], difference=near.time)})
+    far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], b=near.channels["slider_x"].a - near.time)})
     made = {"machine": "a machine", "date": "2030-01-01"}
     for tight, marked in ((None, False), (near, False), (far, True)):
         results = verdicts.Results([replace(near, tight=tight)], made)

@@ -164,7 +164,7 @@ def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case
     models.stretch["exudyn"] = 1e-3
     models.of_settings = lambda _, solver: 1e-3 if solver["method"] == "LSODA" else 0.0
     add(examine(case, models, as_it_is))
-    found = Confirmation("underestimated", factor=6.0, sentence="six times too small")
+    found = Confirmation("underestimated", factor=6.0)
     add(examine(case, models, lambda result, *_: replace(result, verdict="agree", confirmation=found)))
     models.status["exudyn"] = Outcome("newton-failed", "try a smaller step")
     add(examine(case, models, refuse))

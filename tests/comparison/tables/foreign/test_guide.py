@@ -41,7 +41,6 @@ def test_the_guide_works(documented, capsys):
     assert "No significant time shift" in err
     html = Path("reports/out/compare/report.html").read_text("utf-8")
     assert "No significant time shift" in html
-    assert "crank cycles" in html
     assert "--mapping adams.toml" in html
     assert "-.press.slider.X in mm -550" in html.replace("−", "-")
     numbers = json.loads(out)
