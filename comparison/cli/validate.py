@@ -150,7 +150,8 @@ def _validate_pair(
     lines = [words.headline(comparisons), words.incomplete(comparisons, missing)]
     if models == MODELS and request.accuracy is None:
         record = verdicts_record()
-        lines.append(words.departures(departures(loaded[: len(results)], comparisons, record), record["made"]))
+        departed = departures(loaded[: len(results)], comparisons, record)
+        lines.append(words.departures(departed, record["made"]))
     for line in () if quiet else verdict_lines(comparisons, verbose=verbose):
         typer.echo(line, err=err)  # with colours
     say(*(line for text in lines for line in wrapped(text)), err=err)

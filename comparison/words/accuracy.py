@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf, isfinite, isnan
-
 from typing import TYPE_CHECKING
 
 from comparison.accuracy.measured import SETTINGS, Caution, Expected
@@ -90,7 +89,6 @@ def accuracy_line(run: AccurateRun) -> str:
     """Return which error a run has, until when, and why it is not smaller."""
     from comparison.accuracy.refine import FLOOR, Limit
 
-
     cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s)"
     estimate, scene = run.estimate, run.level.scene
     if estimate is None:
@@ -140,7 +138,6 @@ def _divergence(scene: Scene, estimate: Estimate) -> str:
     """Return how far neighbouring trajectories diverge."""
     from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
 
-
     farthest = float(estimate.spread.max()) / SAFETY_FACTOR
     if movable(scene) is None or farthest == 0.0:
         return ""
@@ -157,7 +154,6 @@ def _stopped(outcome: Outcome | None) -> str:
 def settings_basis(result: WorkPrecision) -> str:
     """Return what the errors of settings are distances from, and on which part of the run."""
     from comparison.accuracy.uncertainty import SAFETY_FACTOR
-
 
     if result.exact is None or result.confirming is None:
         return "no two runs have a result: errors are unknown"

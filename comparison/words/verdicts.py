@@ -130,6 +130,8 @@ def scene_reason(scene: SceneComparison) -> str:
         return _channels_differ(scene)
     unsettled = [channel for channel in excited if channel.verdict == "indeterminate"]
     if scene.verdict == "indeterminate":
+        if not unsettled:
+            return "too few samples are predictable"
         worst = min(unsettled, key=lambda channel: channel.coverage)
         reasons = {reason(channel) for channel in unsettled}
         which = "" if len(reasons) == 1 else f", most of all {worst.channel}"
@@ -156,7 +158,8 @@ def _named(channels: Sequence[ChannelComparison]) -> str:
     worst = decisive(channels)
     if gated := [channel for channel in channels if channel.basis is Basis.GATE]:  # it has no ratio
         return f"{gated[0].channel}: {reason(gated[0])}"
-    assert worst is not None
+    if worst is None:
+        return "none by itself"
     return f"{worst.channel}, {worst.ratio_name} = {number(worst.ratio, 2)}: {reason(worst)}"
 
 
@@ -260,6 +263,8 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
     count = Counter(scene.verdict for scene in scenes)
     ordered = sorted(count.items(), key=lambda item: -rank(item[0]))
     if len(scenes) == 1:
+        if scenes[0].title == "Two tables":
+            return f"the two tables {words[scenes[0].verdict][1]}"
         return f"the scene {scenes[0].name} {words[scenes[0].verdict][0]}"
     parts = [f"{count} {words[verdict][count > 1]}" for verdict, count in ordered]
     return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} scenes {listed(parts)}"

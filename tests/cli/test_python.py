@@ -46,7 +46,7 @@ def test_the_channels_of_a_scene():
 def test_the_estimate_of_a_runs_error():
     """The example of docs/accuracy.md, and what it names beside."""
     code = block("docs/accuracy.md", "python").replace('"drive.cycles": 1}', '"drive.cycles": 0.02}')
-    code += "    print(len(found.tried), list(found.with_uncertainty().frame)[:3])\n"
+    code += "    print(len(result.tried), list(result.with_uncertainty().frame)[:3])\n"
     first, second = printed(code).splitlines()
     kept, coverage, u, x = first.split()
     assert (kept, float(coverage)) == ("True", 1.0)

@@ -197,7 +197,8 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
 def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
     sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
     near = compare(*sides, scene=scene, labels=("reference", "exudyn"))
-    far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], b=near.channels["slider_x"].a - near.time)})
+    x = near.channels["slider_x"]
+    far = replace(near, channels={"slider_x": replace(x, b=x.a - near.time)})
     made = {"machine": "a machine", "date": "2030-01-01"}
     for tight, marked in ((None, False), (near, False), (far, True)):
         results = verdicts.Results([replace(near, tight=tight)], made)

@@ -90,7 +90,7 @@ def test_names_of_another_program_are_escaped_in_the_report(capsys):
 
 
 def test_the_channels_of_the_guide_compare(capsys):
-    _, mapping = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
+    _, mapping, _ = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
     put("map.toml", mapping)
     time = np.linspace(0, 1, 101)
     knee, speed, moment = 30 * np.sin(6 * time), 180 * np.cos(6 * time), 0.1 * np.cos(time)
