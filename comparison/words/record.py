@@ -8,7 +8,7 @@ from typing import Any
 from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
-from comparison.verdict.results import Attribution, ChannelComparison, Confirmation, SceneComparison
+from comparison.verdict.results import Attribution, ChannelComparison, SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
@@ -49,9 +49,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, comparison.situations, strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
-        "confirmation": None
-        if comparison.confirmation is None
-        else _confirmation(comparison.confirmation) | {"sentence": differences.confirmation(comparison)},
+        "confirmation": confirmation_record(comparison),
         "attribution": _attribution(comparison.attribution)
         | {"sentences": differences.attribution_lines(comparison)}
         if comparison.channels
@@ -68,11 +66,16 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     }
 
 
-def _confirmation(result: Confirmation) -> dict[str, Any]:
+def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
+    """Return the confirmation of a verdict "differ" with its sentence; None where there was none."""
+    result = comparison.confirmation
+    if result is None:
+        return None
     numbers = {
         key: value for key, value in asdict(result).items() if key not in ("doubt", "parting", "parted")
     }
-    return numbers | {"suspicious": result.suspicious, "contact": differences.parting(result)}
+    sentences = {"contact": differences.parting(result), "sentence": differences.confirmation(comparison)}
+    return numbers | {"suspicious": result.suspicious} | sentences
 
 
 def _attribution(result: Attribution) -> dict[str, Any]:

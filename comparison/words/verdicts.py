@@ -263,7 +263,7 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
     count = Counter(scene.verdict for scene in scenes)
     ordered = sorted(count.items(), key=lambda item: -rank(item[0]))
     if len(scenes) == 1:
-        if scenes[0].title == "Two tables":
+        if scenes[0].scene is None:  # of other programs
             return f"the two tables {words[scenes[0].verdict][1]}"
         return f"the scene {scenes[0].name} {words[scenes[0].verdict][0]}"
     parts = [f"{count} {words[verdict][count > 1]}" for verdict, count in ordered]

@@ -24,6 +24,7 @@ from comparison.studies.detection.pairs import summary
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.results import SceneComparison
+from comparison.words.record import confirmation_record
 
 Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneComparison]
 """Confirms a verdict "differ" by ensembles: a comparison, the runs, what they ran, who runs it."""
@@ -150,8 +151,7 @@ def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> Non
     clock.lap("families")
     if result.verdict == "differ":
         result = confirm(result, both, case.scene, run)
-        confirmation = result.confirmation
-        row["confirmation"] = None if confirmation is None else asdict(confirmation)
+        row["confirmation"] = confirmation_record(result)
         clock.lap("confirmation")
     shortened = summary(result)
     coverage = _coverage(result)
