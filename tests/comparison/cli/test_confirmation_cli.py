@@ -108,19 +108,6 @@ def test_a_run_that_breaks_an_invariant_cannot_be_compared_and_its_table_is_kept
     assert "invariant-violated" in Path("v/report.html").read_text()
 
 
-def test_run_keeps_the_whole_table_of_a_broken_invariant_and_says_so(scene_file, gravity, capsys):
-    path = scene_file("wall", gravity.violate)
-    assert main(["run", path, "--model", "exudyn", "--out", "a.csv"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert "invariant-violated; open-depth: " in err
-    assert err.endswith("allowed are 1e-11 m; all 201 samples are in a.partial.csv\n")
-    assert len(read("a.partial.csv").frame) == 201
-    assert not Path("a.csv").exists()
-    assert main(["run", scene_file("bad", gravity.fail), "--model", "exudyn", "--out", "b.csv"]) == 2
-    assert "201 samples until then are in b.partial.csv" in capsys.readouterr().err
-
-
 def test_an_ensemble_whose_runs_break_an_invariant_confirms_nothing(scene_file, gravity, monkeypatch, capsys):
     from comparison.verdict import confirmation
 

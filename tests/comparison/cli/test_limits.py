@@ -13,15 +13,10 @@ from comparison.execution.store import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep.points import LARGEST_LIST
-from comparison.tables.table_files import LARGEST, write
+from comparison.tables.table_files import LARGEST
 
 SWEEP = ["study", "sweep", "ideal", "--list", "{path}"]
 COMPARE = ["compare", "{path}", "sound.csv"]
-
-
-@pytest.fixture(autouse=True)
-def _sound(make_table):
-    write(make_table(), Path("sound.csv"))
 
 
 def large(path: Path, size: int) -> None:
@@ -71,28 +66,3 @@ def test_a_store_of_rows_that_is_too_large():
 def test_a_pipe_that_nobody_writes_to_is_not_waited_for(command, name, capsys):
     os.mkfifo(name)
     assert name.partition(".")[0] in refused(command, name, capsys)
-
-
-@pytest.mark.parametrize(
-    ("text", "reported"),
-    [
-        ("# " + "a" * 200_000 + "\n", "has a line of more than 100000 characters"),
-        ("(" * 90_000 + "\n", "each column needs a name, or none does"),
-        (f"time,{'a' * 2000}\n", "has a name of more than 1000 characters"),
-    ],
-)
-def test_lines_and_names_that_are_too_long(text, reported, capsys):
-    """The time to find names in a line grows as the square of its length."""
-    Path("own.csv").write_text(text + "0,1\n1,2\n")
-    assert reported in refused(COMPARE, "own.csv", capsys)
-
-
-def test_more_channels_than_a_picture_holds(capsys):
-    command = ["plot", "{path}", "--channels", ",".join(["slider_x"] * 31)]
-    assert "--channels names 31; at most 30" in refused(command, "sound.csv", capsys)
-
-
-def test_a_mapping_that_is_nested_too_deeply(capsys):
-    Path("map.toml").write_text(f"x = {'[' * 2000}{']' * 2000}")
-    command = ["compare", "sound.csv", "sound.csv", "--mapping", "{path}"]
-    assert "is nested too deeply" in refused(command, "map.toml", capsys)

@@ -52,29 +52,6 @@ def test_a_run_whose_table_could_not_be_written_does_not_begin(
     assert fake_models.read_text() == ""
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["validate", "ideal", "--out=file"],
-        ["gate", "ideal", "--update", "--baseline=file/b.toml"],
-        ["gate", "ideal", "--update", "--baseline=folder.csv"],
-        ["study", "sweep", "ideal", "--grid=drive.speed_rpm=100", "--out=file"],
-        ["study", "verdicts", "--out=dangling.csv"],
-    ],
-)
-def test_nor_does_any_other_command(command, fake_models, capsys):
-    assert main(command) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert fake_models.read_text() == ""
-
-
-def test_a_tilde_that_the_shell_left_is_the_home_folder(scene_file, tmp_path, capsys):
-    assert main(run(scene_file("own"), "~/a.csv")) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "home" / "a.csv")
-    assert read(tmp_path / "home" / "a.csv").provenance["model"] == "exudyn"
-    assert not Path("~").exists()
-
-
 @pytest.fixture
 def _full(monkeypatch, tmp_path):
     """The disk of the working directory is full as soon as a result is written."""

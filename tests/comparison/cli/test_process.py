@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from importlib.resources import files
 from pathlib import Path
 
@@ -18,23 +16,12 @@ pytestmark = pytest.mark.usefixtures("fake_models")
 ROOT = Path(str(files("comparison"))).parent
 
 
-PATIENCE = 600.0
-
-
 def process(*arguments: str, **options) -> subprocess.Popen[str]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([*sys.path[:1], str(ROOT)])}
     return subprocess.Popen(
         [sys.executable, "-m", "comparison", *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, **options,
     )  # fmt: skip
-
-
-def _group_lives(group: int) -> bool:
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys):
@@ -47,38 +34,6 @@ def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys
     assert "internal error: ZeroDivisionError: a b at test_process.py:" in err
     assert "please report" in err
     assert err.count("\n") == 1
-
-
-def test_an_interruption_ends_with_130_in_one_line_and_leaves_no_process(fake_models, scene_file, gravity):
-    running = process(
-        "validate", scene_file("hang", gravity.hang), "--out", "v", "-q", start_new_session=True,
-        # A test run in the background hands down that SIGINT is ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    deadline = time.monotonic() + PATIENCE
-    while not any("exudyn" in line for line in fake_models.read_text().splitlines()):
-        assert time.monotonic() < deadline
-        assert running.poll() is None
-        time.sleep(0.02)
-    os.killpg(running.pid, signal.SIGINT)  # as Ctrl-C on a terminal: to every process of the group
-    out, err = running.communicate(timeout=PATIENCE)
-    assert running.returncode == 130
-    assert out == ""
-    assert err.splitlines() == ["sixbar: interrupted; finished runs are cached"]
-    # multiprocessing's own bookkeeping process ends when it notices that the others have.
-    deadline = time.monotonic() + PATIENCE
-    while _group_lives(running.pid) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not _group_lives(running.pid)
-    assert not Path("v").exists()
-
-
-def test_a_reader_that_leaves_early_causes_no_traceback():
-    running = process("scenes")
-    running.stdout.close()
-    assert running.stderr.read() == ""
-    running.stderr.close()
-    assert running.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
 
 
 def test_help_imports_nothing_heavy():

@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 
@@ -46,35 +44,6 @@ def test_one_run_without_the_check_or_where_the_scene_was_measured(scene_file, c
     assert len(fake_models.read_text().splitlines()) == 1
     assert record()["from"] == "measured on 150rpm-0.2mm"
     assert bool(record()["cautions"]) == bool(options)
-
-
-def test_what_is_not_reachable_is_said_and_the_best_table_written(scene_file, capsys):
-    assert run(scene_file("own", extra="[clearance]\nslider = 3e-4\n"), "--accuracy", "1e-15") == 3
-    said = capsys.readouterr().out
-    assert "1e-15 m is not reachable: it holds nowhere; " in said
-    assert " m is reached on 25% of the run. " in said
-    assert "solver.exudyn.tolerance = 1e-11" in said
-    assert (record()["kept"], record()["limit"]) == (False, "the finest setting errs more")
-    assert len(read("a.csv").frame) == 201
-
-
-def test_the_estimated_error_becomes_a_column_that_is_no_channel(scene_file, capsys):
-    path = scene_file("own", extra="[clearance]\nslider = 3e-4\n")
-    assert run(path, "--accuracy", "draft", "--uncertainty") == 0
-    assert "estimated error of slider_x: at most " in capsys.readouterr().out
-    table = read("a.csv")
-    u = table.values("slider_x_u")
-    assert np.all(u > 0)
-    assert list(table.frame)[:3] == ["time", "slider_x", "slider_x_u"]
-    assert "slider_x_u" not in table.channels
-    assert main(["compare", "a.csv", "a.csv", "--tolerance", "1e-3", "--out", "c"]) == 0
-    assert main(["plot", "a.csv", "--channels", "slider_x,slider_x_u"]) == 0
-
-
-def test_the_column_needs_the_check(scene_file, capsys):
-    assert run(scene_file("own"), "--uncertainty", "--no-check") == 2
-    assert "--uncertainty needs the further runs" in capsys.readouterr().err
-    assert list(Path.cwd().iterdir()) == []
 
 
 @pytest.mark.parametrize(("what", "code"), [("fail", 2), ("crash", 70), ("refuse", 2)])

@@ -54,15 +54,3 @@ def test_an_interrupt_prints_what_was_measured(scene_file, monkeypatch, capsys):
     assert "sixbar run" in out
     assert out.count("reference minimal, tolerance") + out.count("exudyn") > 15
     assert "1e-13" in out.split("not begun")[0]
-
-
-@pytest.mark.parametrize(
-    ("options", "rule"),
-    [
-        (["--seconds", "0"], "--seconds 0 must be a positive number"),
-        (["--out", "wp.png"], "wp.png: the name must end in .svg"),
-    ],
-)
-def test_mistakes_are_one_line(options, rule, capsys):
-    assert main(["settings", "ideal", *options]) == 2
-    assert rule in capsys.readouterr().err
