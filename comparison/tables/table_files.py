@@ -162,10 +162,12 @@ def _columns(path: Path, integers: tuple[str, ...] = ()) -> Columns | None:
     """Read columns of real numbers, but for those of integers; None where there is no file."""
     if not path.is_file():
         return None
-    frame = read_frame(path)
-    # A force of whole numbers is no column of integers.
-    real = [name for name in frame if name not in integers and frame[name].dtype.kind in "iu"]
-    return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
+    columns = {str(name): column.to_numpy() for name, column in read_frame(path).items()}
+    return {
+        # A force of whole numbers is no column of integers.
+        name: values.astype(float) if values.dtype.kind in "iu" and name not in integers else values
+        for name, values in columns.items()
+    }
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
