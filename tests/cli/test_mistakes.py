@@ -118,12 +118,10 @@ def test_a_mistake_is_one_line(command, folder):
     folder.refused(command, *MISTAKES[command].split("|"))
 
 
-@pytest.mark.xfail(strict=True, reason="of both it is said that without any there is nothing to sweep")
 def test_two_ways_to_choose_points_are_not_said_to_be_none(sixbar):
     assert "without" not in sixbar.refused(f"{GRID} --latin drive.cycles=1:2", "--grid", "--latin")
 
 
-@pytest.mark.xfail(strict=True, reason="crank_speed is no channel of a run, but of tables from elsewhere")
 def test_what_is_suggested_exists(sixbar):
     assert "'max:crank_speed'" not in sixbar.refused(f"{GRID} --output max:crankspeed", "'max:crankspeed'")
 

@@ -31,9 +31,10 @@ USUAL = (
 
 
 def names() -> list[str]:
-    """List every quantity that a run may be asked for."""
+    """List every quantity that a run may be asked for; no model writes channels of the crank."""
+    written = [name for name, channel in channels().items() if channel.group != "crank"]
     return [
-        *(f"{what}:{channel}" for what in OF_CHANNELS for channel in channels()),
+        *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
         *(f"peak_error:{channel}" for channel in OF_ERRORS),
         "contacts",
         "impulse",

@@ -36,13 +36,16 @@ def chosen_points(
     SweepError
         If not exactly one of them is given.
     """
-    if sum((bool(axes), file is not None, bool(ranges))) == 1:
-        if axes:
-            return grid(axes)
-        if ranges:
-            return latin_hypercube(ranges, count, seed)
-        if file is not None:
-            return listed(file)
+    given = [("--grid", bool(axes)), ("--list", file is not None), ("--latin", bool(ranges))]
+    ways = [name for name, is_given in given if is_given]
+    if len(ways) > 1:
+        raise SweepError(f"{' and '.join(ways)}: give one of --grid, --list and --latin")
+    if axes:
+        return grid(axes)
+    if ranges:
+        return latin_hypercube(ranges, count, seed)
+    if file is not None:
+        return listed(file)
     raise SweepError("give one of --grid, --list and --latin: without any there is nothing to sweep")
 
 
