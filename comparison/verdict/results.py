@@ -563,6 +563,7 @@ def no_comparison(
         warnings=scene.warnings,
         scene=scene.data,
         command=command,
+        ran=scene,
         error=error,
         failed=failed,
         tier=tier,
