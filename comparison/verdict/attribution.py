@@ -90,7 +90,7 @@ def _first(channels: Channels, time: Array) -> Attribution:
         if threshold is not None and beyond.any():
             first = int(beyond.argmax())
             limit = float(threshold[first])
-            starts.append((first, -abs(float(channel.difference[first])) / limit if limit else -inf, name))
+            starts.append((first, -float(channel.size[first]) / limit if limit else -inf, name))
     if not starts:
         return Attribution()
     first, _, name = min(starts)

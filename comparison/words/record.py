@@ -8,7 +8,7 @@ from typing import Any
 from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
-from comparison.verdict.results import Attribution, ChannelComparison, SceneComparison
+from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
@@ -26,7 +26,9 @@ _NUMBERS = (
     "largest_ratio",
     "worst_time",
     "worst_difference",
+    "worst_size",
     "worst_threshold",
+    "time_tolerance",
     "outside",
 )
 
@@ -50,7 +52,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "situations": dict(zip(comparison.labels, comparison.situations, strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
         "confirmation": confirmation_record(comparison),
-        "attribution": _attribution(comparison.attribution)
+        "attribution": asdict(comparison.attribution)
         | {"sentences": differences.attribution_lines(comparison)}
         if comparison.channels
         else None,
@@ -76,12 +78,6 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     }
     sentences = {"contact": differences.parting(result), "sentence": differences.confirmation(comparison)}
     return numbers | {"suspicious": result.suspicious} | sentences
-
-
-def _attribution(result: Attribution) -> dict[str, Any]:
-    numbers = asdict(result)
-    refinements = [asdict(change) for change in result.refinements]
-    return numbers | {"refinements": refinements}
 
 
 def _channel(channel: ChannelComparison) -> dict[str, Any]:
