@@ -154,7 +154,7 @@ def russell(time: Array, reference: Array, other: Array) -> Russell:
 
 
 def tube_share(time: Array, reference: Array, other: Array, width: float = TUBE) -> float:
-    r"""Share of the samples that lie in a tube around the reference; information, never a gate.
+    r"""Share of the samples that lie in a tube around the reference; alone a poor gate.
 
     The reference is widened by a rectangle of half-width ``width`` of its duration and half-height ``width``
     of its range R:
