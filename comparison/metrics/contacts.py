@@ -260,10 +260,8 @@ def _touches(
 
     Shapes (n,), the second by place. Contacts of one place may overlap.
     """
-    spans = {
-        place: np.clip(events.loc[events["corner"] == place, ["start", "end"]].to_numpy(float), *span)
-        for place in places
-    }
+    bounds = np.column_stack([_column(events, "start"), _column(events, "end")])
+    spans = {place: np.clip(bounds[_starts(events, place)[0]], *span) for place in places}
     edges = np.unique(np.concatenate([span, *(contacts.ravel() for contacts in spans.values())]))
     touches = {}
     for place, contacts in spans.items():
