@@ -306,7 +306,7 @@ def _validate_pairs(
             "outcome": row.standing.outcome,
             "outlier": row.standing.outlier,
             "sentence": sentence(row.standing),
-            "verdicts": {" and ".join(result.pair): result.found["verdict"] for result in row.results},
+            "verdicts": {" and ".join(result.pair): result.record["verdict"] for result in row.results},
         }
         for row in rows
     ]
@@ -332,6 +332,6 @@ def _rows(models: Sequence[str], results: dict[tuple[str, str], list[dict[str, A
     rows = []
     for scenes in zip(*results.values(), strict=True):
         pair_results = [PairResult(pair, scene) for pair, scene in zip(results, scenes, strict=True)]
-        verdicts = {result.pair: result.found["verdict"] for result in pair_results}
+        verdicts = {result.pair: result.record["verdict"] for result in pair_results}
         rows.append(Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), pair_results))
     return rows

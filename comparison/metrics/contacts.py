@@ -153,7 +153,7 @@ def compare_impacts(
         if not len(pairs):
             return np.nan
         values = _column(a, name)[in_a], _column(b, name)[in_b]
-        return _ratio(differences(name).max(), max(of.max() for of in values))
+        return _ratio(differences(name).max(), max(part.max() for part in values))
 
     count_a, count_b = int(in_a.sum()), int(in_b.sum())
     delays = differences("start")

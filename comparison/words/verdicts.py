@@ -294,7 +294,10 @@ def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
     """
     if not changed:
         return ""
-    verdicts = [f"{each.scene}, {each.tier}: {each.verdict}, not {each.recorded}" for each in changed]
+    verdicts = [
+        f"{departure.scene}, {departure.tier}: {departure.verdict}, not {departure.recorded}"
+        for departure in changed
+    ]
     return f"not the verdicts on record (on {made['machine']}; {made['date']}): {'; '.join(verdicts)}"
 
 
