@@ -28,9 +28,7 @@ def gate(
         list[str] | None,
         typer.Argument(metavar="SCENE", hidden=True),
     ] = None,
-    baseline: Annotated[Path, typer.Option(metavar="FILE", help="The baseline.")] = Path(
-        "sixbar-baseline.toml"
-    ),
+    baseline: Annotated[Path, typer.Option(metavar="FILE", help="The baseline.")] = BASELINE,
     update: Annotated[
         bool,
         typer.Option(
@@ -53,6 +51,7 @@ def gate(
     from comparison.regression.baseline import read, scenes_of
     from comparison.regression.check import gate as hold_against
     from comparison.scene import load_scene
+    from comparison.words.regression import summary
 
     folder, baseline = out or REPORTS / "gate", expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
@@ -61,15 +60,13 @@ def gate(
         return _update(asked, baseline, jobs or cpus(), quiet=quiet)
     folder = check_folder(folder)
     record = read(baseline)
-    found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
-    from comparison.words.regression import summary
-
+    chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     warn_about_the_cache()
     with progress("gate", quiet=quiet) as report:
-        result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
+        result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
     lines = [summary(result)] if quiet else _lines(result)
-    say(*(each for line in lines for each in wrapped(line, rest="    ")), err=json)
+    say(*(part for line in lines for part in wrapped(line, rest="    ")), err=json)
     if json:
         print_json(_numbers(result, command))
     page = saved(lambda folder: _write(result, folder, command), folder)

@@ -82,8 +82,8 @@ def plan(scene: SceneName, overrides: Overrides = None, json: AsJson = False) ->
     warn(loaded.warnings)
     plans = [plan_run(loaded, model) for model in MODELS]
     if json:
-        return print_json([asdict(each) for each in plans])
-    for text in (channels_line(loaded), *(line for each in plans for line in plan_lines(each))):
+        return print_json([asdict(planned) for planned in plans])
+    for text in (channels_line(loaded), *(line for planned in plans for line in plan_lines(planned))):
         say(*wrapped(text, rest=" " * _PLAN_INDENT))
     return 0
 

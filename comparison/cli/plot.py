@@ -30,12 +30,8 @@ def plot(
         Path | None,
         typer.Option(metavar="FILE", help="The picture: .svg (default), .png or .pdf.", show_default=False),
     ] = None,
-    start: Annotated[
-        float | None, typer.Option("--from", metavar="SECONDS", help="Start of the time shown.")
-    ] = None,
-    end: Annotated[
-        float | None, typer.Option("--to", metavar="SECONDS", help="End of the time shown.")
-    ] = None,
+    start: _Start = None,
+    end: _End = None,
 ) -> int:
     """Draw channels of one table, or of two over each other."""
     from comparison.files import check_file

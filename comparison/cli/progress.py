@@ -107,11 +107,11 @@ class Lines:
     def _print(self, now: float) -> None:
         self._printed, self._shown = now, self._share
         start, before = self._first or (now, self._share)
-        said = f"{self._share:.0%}"
+        line = f"{self._share:.0%}"
         if self._share > before:  # cached runs are there at once, and tell nothing about the others
             rest = (now - start) * (1.0 - self._share) / (self._share - before)
-            said += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
+            line += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
         if self._finished:
-            said += f"; {self._finished}"
+            line += f"; {self._finished}"
         self._finished = ""
-        say(f"sixbar: {self._text}: {said}", err=True)
+        say(f"sixbar: {self._text}: {line}", err=True)

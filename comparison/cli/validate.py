@@ -168,16 +168,23 @@ def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | Non
     Raises
     ------
     SceneError
-        If two scenes have one name.
+        If two scenes have one name, or a gate names what is no metric.
     AccuracyError
         If the accuracy is out of reach.
     """
     from comparison.accuracy.levels import solver_values
     from comparison.scene import SceneError
+    from comparison.tables.table import TableError
+    from comparison.verdict.compare import check_gate
 
     names = [scene.name for scene in scenes]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise SceneError(f"scene {twice!r}: two scenes have this name; names in a report must be unique")
+    for scene in scenes:
+        try:
+            check_gate(scene.gate)
+        except TableError as error:
+            raise SceneError(f"scene {scene.name!r}: compare.{error}") from None
     if accuracy is not None:
         for scene in scenes:
             for model in models:
@@ -273,6 +280,7 @@ def _validate_pairs(
     """Validate all pairs of models, write the page of all of them, and return the worst exit code.
 
     The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
+    Ctrl-C ends with the report of the pair under way: no page of all models is written.
     """
     from comparison.files import check_folder, write_json
     from comparison.report.pairwise import write_pairwise
@@ -286,6 +294,8 @@ def _validate_pairs(
         say(f"{pair[0]} and {pair[1]}:", err=json)
         own = folder / "-".join(pair)
         codes.append(_validate_pair(request, pair, own, verbose=verbose, quiet=quiet, err=json)[0])
+        if codes[-1] == INTERRUPTED:
+            return INTERRUPTED
         results[pair] = _read_scenes(own)
     rows = _rows(models, results)
     code, command = exit_code(codes), request.command(models)
@@ -296,7 +306,7 @@ def _validate_pairs(
             "outcome": row.standing.outcome,
             "outlier": row.standing.outlier,
             "sentence": sentence(row.standing),
-            "verdicts": {" and ".join(result.pair): result.found["verdict"] for result in row.results},
+            "verdicts": {" and ".join(result.pair): result.record["verdict"] for result in row.results},
         }
         for row in rows
     ]
@@ -322,6 +332,6 @@ def _rows(models: Sequence[str], results: dict[tuple[str, str], list[dict[str, A
     rows = []
     for scenes in zip(*results.values(), strict=True):
         pair_results = [PairResult(pair, scene) for pair, scene in zip(results, scenes, strict=True)]
-        verdicts = {result.pair: result.found["verdict"] for result in pair_results}
+        verdicts = {result.pair: result.record["verdict"] for result in pair_results}
         rows.append(Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), pair_results))
     return rows

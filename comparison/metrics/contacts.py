@@ -153,7 +153,7 @@ def compare_impacts(
         if not len(pairs):
             return np.nan
         values = _column(a, name)[in_a], _column(b, name)[in_b]
-        return _ratio(differences(name).max(), max(of.max() for of in values))
+        return _ratio(differences(name).max(), max(part.max() for part in values))
 
     count_a, count_b = int(in_a.sum()), int(in_b.sum())
     delays = differences("start")
@@ -260,10 +260,8 @@ def _touches(
 
     Shapes (n,), the second by place. Contacts of one place may overlap.
     """
-    spans = {
-        place: np.clip(events.loc[events["corner"] == place, ["start", "end"]].to_numpy(float), *span)
-        for place in places
-    }
+    bounds = np.column_stack([_column(events, "start"), _column(events, "end")])
+    spans = {place: np.clip(bounds[_starts(events, place)[0]], *span) for place in places}
     edges = np.unique(np.concatenate([span, *(contacts.ravel() for contacts in spans.values())]))
     touches = {}
     for place, contacts in spans.items():

@@ -51,12 +51,12 @@ def peaks(time: Array, a: Array, b: Array, zero: float = 0.0) -> tuple[tuple[flo
     above = max(float(a.max()), float(b.max())) - zero
     below = zero - min(float(a.min()), float(b.min()))
     side = 1.0 if above >= (1.0 - EQUAL) * below else -1.0
-    found = []
+    pairs = []
     for signal in (a, b):
         away = side * (signal - zero)
         farthest = int((away >= away.max() - EQUAL * abs(away.max())).argmax())
-        found.append((float(signal[farthest]), float(time[farthest])))
-    return tuple(found)
+        pairs.append((float(signal[farthest]), float(time[farthest])))
+    return tuple(pairs)
 
 
 def correlation(time: Array, a: Array, b: Array) -> float:
@@ -154,7 +154,7 @@ def russell(time: Array, reference: Array, other: Array) -> Russell:
 
 
 def tube_share(time: Array, reference: Array, other: Array, width: float = TUBE) -> float:
-    r"""Share of the samples that lie in a tube around the reference; information, never a gate.
+    r"""Share of the samples that lie in a tube around the reference; alone a poor gate.
 
     The reference is widened by a rectangle of half-width ``width`` of its duration and half-height ``width``
     of its range R:

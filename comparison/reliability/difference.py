@@ -220,14 +220,15 @@ def compare_reliability(
         by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal)}
         return {
             quantity: np.hypot(
-                _uncertainty(of, {kind: by[quantity] for kind, by in by_run.items()}, runs),
-                _uncertainty(of, {kind: by[quantity] for kind, by in by_ideal.items()}, ideal),
+                _uncertainty(base, {kind: by[quantity] for kind, by in by_run.items()}, runs),
+                _uncertainty(base, {kind: by[quantity] for kind, by in by_ideal.items()}, ideal),
             )
-            for quantity, of in own.items()
+            for quantity, base in own.items()
         }
 
-    first, second = (assessed(of.base, ideal.base) for of, ideal in zip(runs, ideals, strict=True))
-    if len({tuple((name, *of.cycles) for name, of in model.items()) for model in (first, second)}) > 1:
+    first, second = (assessed(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
+    a_cycles, b_cycles = ([(name, *bins.cycles) for name, bins in model.items()] for model in (first, second))
+    if a_cycles != b_cycles:
         raise TableError("the two results: cover other parts of the cycles, or hold other channels")
     u_first, u_second = (numerical(*sides) for sides in zip(runs, ideals, (first, second), strict=True))
     differences = {}
@@ -240,8 +241,8 @@ def compare_reliability(
                 a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True
             )
         ]
-        sampling = np.array([of.sampling for of in left])
-        quadrature = np.array([of.quadrature for of in left])
+        sampling = np.array([part.sampling for part in left])
+        quadrature = np.array([part.quadrature for part in left])
         paired = a.worst == b.worst
         differences[quantity] = Difference(
             a=a,
@@ -258,7 +259,8 @@ def compare_reliability(
 
 def _apart(a: Assessment, b: Assessment, source: str) -> float:
     """Return the half-width of the difference of the smallest reliabilities, in bins of their own."""
-    return float(np.hypot(*(of.density[of.worst] * getattr(of.left_open[of.worst], source) for of in (a, b))))
+    parts = (model.density[model.worst] * getattr(model.left_open[model.worst], source) for model in (a, b))
+    return float(np.hypot(*parts))
 
 
 def _others(runs: Runs) -> Iterator[tuple[str, Table]]:
@@ -270,7 +272,7 @@ def _others(runs: Runs) -> Iterator[tuple[str, Table]]:
 def _uncertainty(base: Assessment, others: dict[str, Assessment], runs: Runs) -> Array:
     """Evaluate u in every bin and of the smallest from the available runs; nan if there is no other."""
     own = np.append(base.reliability, base.minimum)
-    known = {kind: np.append(of.reliability, of.minimum) for kind, of in others.items()}
+    known = {kind: np.append(other.reliability, other.minimum) for kind, other in others.items()}
     if not known:
         return np.full(own.shape, np.nan)
     finer = known.get("finer", own)  # without one the coarser run decides alone

@@ -74,10 +74,10 @@ def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> N
     """Plot both models, in a unit that needs few digits."""
     zero = relative_to_guide(scene, channel)
     values = channel.a - zero, channel.b - zero
-    factor, unit = prefix(max(float(np.abs(of).max()) for of in values), channel.unit)
-    for n, (of, line) in enumerate(zip(values, svg.MODEL_LINES, strict=True)):
-        kept = svg.envelope(of)
-        axes.plot(channel.time[kept], of[kept] / factor, label=f"model {n}", **line)
+    factor, unit = prefix(max(float(np.abs(curve).max()) for curve in values), channel.unit)
+    for n, (curve, line) in enumerate(zip(values, svg.MODEL_LINES, strict=True)):
+        kept = svg.envelope(curve)
+        axes.plot(channel.time[kept], curve[kept] / factor, label=f"model {n}", **line)
     axes.margins(y=0.06)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
     name = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")

@@ -92,7 +92,9 @@ def render(
         tiers=tiers,
         ratio=cards.ratio(comparisons)[0],
         threshold=_threshold(channels),
+        limit=next((verdicts.threshold_name(c) for c in channels if c.u is not None), ""),
         of_tables=of_tables,
+        gated=any(channel.checks for channel in channels),
         models=_models(judged),
         origin=origin,
         scenes=scenes,
@@ -205,10 +207,9 @@ def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
     decisive, confirmation = tier.decisive, tier.confirmation
     card = cards.card(tier)
-    explained = "Within the tolerance" if isnan(tier.coverage) else "Of these explained"
     facts = {
         "Predictable": percent(tier.coverage, tier.coverage_error),
-        explained: percent(tier.attribution.explained),
+        "Of these explained": percent(tier.attribution.explained),
         "Order of convergence": card.order,
     }
     return {

@@ -22,10 +22,10 @@ _DRAWN = 3
 
 @dataclass(frozen=True)
 class PairResult:
-    """Verdict of a pair on a scene; ``found`` is its entry in the pair's ``summary.json``."""
+    """Verdict of a pair on a scene; ``record`` is its entry in the pair's ``summary.json``."""
 
     pair: Pair
-    found: dict[str, Any]
+    record: dict[str, Any]
 
     @property
     def link(self) -> str:
@@ -35,7 +35,7 @@ class PairResult:
     @property
     def cells(self) -> tuple[str, str, str]:
         """Ratio of the decisive channel, largest difference of slider x, and its predictable share."""
-        ratio, channel = self.found["ratio"], self.found["channels"].get("slider_x")
+        ratio, channel = self.record["ratio"], self.record["channels"].get("slider_x")
         if channel is None:
             return MISSING, MISSING, MISSING
         return (

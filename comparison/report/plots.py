@@ -72,7 +72,7 @@ def scene_plots(scene: SceneComparison) -> str:
     Channels that were not excited are omitted, and those that follow from others (`is_derived`), unless one
     of these decides the verdict.
     """
-    decisive = scene.decisive
+    decisive = scene.decisive or scene.worst_channel
     shown = [
         channel
         for channel in scene.channels.values()

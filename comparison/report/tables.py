@@ -69,7 +69,7 @@ def channel_table(scene: SceneComparison) -> Table:
                 f"of these ≤ {limit}" if known else "within",
                 lambda c: percent(c.explained),
             ),
-            ("Worst sample", "|E|", lambda c: quantity(abs(c.worst_difference), c.unit)),
+            ("Worst sample", "|E|", lambda c: quantity(c.worst_size, c.unit)),
             ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
             ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
         ]

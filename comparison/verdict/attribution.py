@@ -90,7 +90,7 @@ def _first(channels: Channels, time: Array) -> Attribution:
         if threshold is not None and beyond.any():
             first = int(beyond.argmax())
             limit = float(threshold[first])
-            starts.append((first, -abs(float(channel.difference[first])) / limit if limit else -inf, name))
+            starts.append((first, -float(channel.size[first]) / limit if limit else -inf, name))
     if not starts:
         return Attribution()
     first, _, name = min(starts)
@@ -176,9 +176,9 @@ def _unpredictable(
         if channel.verdict != "indeterminate":
             continue
         followed = [results[key] for key in (name, channel.definition.follows or "") if key in results]
-        large_a = np.logical_or.reduce([_large(each, each.u_a) for each in followed])
-        large_b = np.logical_or.reduce([_large(each, each.u_b) for each in followed])
-        spreads = [_large(each, _spread(model, each, half_width)) for model in runs for each in followed]
+        large_a = np.logical_or.reduce([_large(part, part.u_a) for part in followed])
+        large_b = np.logical_or.reduce([_large(part, part.u_b) for part in followed])
+        spreads = [_large(part, _spread(model, part, half_width)) for model in runs for part in followed]
         cases = {
             "a": large_a & ~large_b,
             "b": large_b & ~large_a,

@@ -88,8 +88,7 @@ def compare(
         If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
         a number that is not finite, time that does not increase, a truncated run.
     """
-    if unknown := [metric for metric in gate or {} if metric not in METRICS]:
-        raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
+    check_gate(gate or {})
     both = tuple(zip(labels, (a, b), strict=True))
     tables = {f"{label}{which}": table for label, runs in both for which, table in _runs(runs)}
     names = _names(a.base, b.base, scene, only)
@@ -139,7 +138,7 @@ def compare(
                 limits=limits,
                 share=share,
                 time_tolerance=time_tolerance,
-                gate=gate if every == 1 else None,
+                gate=gate if every == 1 else None,  # the others are for the errors by sampling
             )
         return results
 
@@ -177,11 +176,25 @@ def compare(
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
-        coverage_error=nan if gate else _sampling_error([scene_coverage(grid) for grid in grids]),
+        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids])
+        if any(channel.u is not None for channel in results.values())
+        else nan,
         attribution=attribute(
             (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
         ),
     )
+
+
+def check_gate(gate: Mapping[str, float]) -> None:
+    """Reject a gate that names what is no metric.
+
+    Raises
+    ------
+    TableError
+        With the metrics that there are.
+    """
+    if unknown := [metric for metric in gate if metric not in METRICS]:
+        raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:

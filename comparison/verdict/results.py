@@ -231,11 +231,6 @@ class ChannelComparison:
         return float(np.max(np.abs(part))) if part.size else nan
 
     @property
-    def predictable_below(self) -> float:
-        """Threshold above which a sample is not predictable; nan where there is no uncertainty."""
-        return nan if self.u is None else self.limits.k * self.limits.alpha * self.scale
-
-    @property
     def rms_scaled(self) -> float:
         """`rms_difference` over the scale."""
         return scaled(self.rms_difference, self.scale)
@@ -245,10 +240,10 @@ class ChannelComparison:
         """The |a - b| / threshold that the required share of the judged samples stays within.
 
         The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
-        agrees, nan unless it agrees or differs. The share is 99 %, or 100 % of a tolerance. Where the largest
-        u of all times decides, all non-zero samples count.
+        agrees, nan unless it agrees or differs by its samples. The share is 99 %, or 100 % of a tolerance.
+        Where the largest u of all times decides, all non-zero samples count.
         """
-        if self.verdict not in ("agree", "differ") or self.threshold is None:
+        if self.verdict not in ("agree", "differ") or self.threshold is None or self.basis is Basis.GATE:
             return nan
         largest = self.basis is Basis.LARGEST
         counted = self.nonzero if largest else self.judged
@@ -452,16 +447,27 @@ class SceneComparison:
 
     @property
     def decisive(self) -> ChannelComparison | None:
-        """The channel nearest to its limit, or farthest beyond it; see `decisive`."""
+        """The channel nearest to its limit; of a scene that differs the one farthest beyond. See `decisive`.
+
+        None where no sample decides: the scene differs by a time shift, or by limits of metrics alone.
+        """
+        if self.verdict == "differ":
+            return decisive(self._with_verdict("differ"))
         return decisive(self.channels.values())
 
     @property
     def worst_channel(self) -> ChannelComparison | None:
-        """The channel that decides: where indeterminate that with the least coverage, else `decisive`."""
-        unsettled = [channel for channel in self.channels.values() if channel.verdict == "indeterminate"]
-        if self.verdict == "indeterminate" and unsettled:
-            return min(unsettled, key=lambda channel: channel.coverage)
-        return self.decisive
+        """The channel that decides: where indeterminate that with the least coverage, else `decisive`.
+
+        Where a scene differs by limits of metrics alone the first that does.
+        """
+        same = self._with_verdict(self.verdict)
+        if self.verdict == "indeterminate" and same:
+            return min(same, key=lambda channel: channel.coverage)
+        return self.decisive or next(iter(same), None)
+
+    def _with_verdict(self, verdict: str) -> list[ChannelComparison]:
+        return [channel for channel in self.channels.values() if channel.verdict == verdict]
 
     @property
     def coverage(self) -> float:
@@ -563,6 +569,7 @@ def no_comparison(
         warnings=scene.warnings,
         scene=scene.data,
         command=command,
+        ran=scene,
         error=error,
         failed=failed,
         tier=tier,

@@ -230,10 +230,9 @@ def _settled(plan: _Plan, outcomes: Outcomes, run: Run, run_families: RunFamilie
 
 
 def _refused(plan: _Plan, error: str, failed: Job | None = None) -> SceneComparison:
-    refusal = no_comparison(
+    return no_comparison(
         plan.scene, error, labels=plan.models, command=plan.command, tier=plan.tier, failed=failed
     )
-    return replace(refusal, ran=plan.scene)
 
 
 def _failure(plan: _Plan, failed: Outcomes) -> Validation:

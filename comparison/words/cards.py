@@ -17,11 +17,9 @@ from comparison.accuracy.uncertainty import (
 from comparison.formatting import NO_BREAK, number, percent, quantity
 from comparison.scene import Scene, command_line
 from comparison.verdict.confirmation import ENOUGH, MEMBERS, OTHER_MEMBERS
-from comparison.verdict.results import (
-    SceneComparison,
-)
+from comparison.verdict.results import SceneComparison
 from comparison.words.differences import instant_of
-from comparison.words.verdicts import mark, scene_reason
+from comparison.words.verdicts import bound, mark, scene_reason
 
 _CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
 _MANY = 5  # contacts that begin in it
@@ -55,7 +53,7 @@ def _sentence(scene: SceneComparison) -> str:
     if channel is None:
         return f"{scene_reason(scene)}."
     size, limit = (
-        quantity(value, channel.unit, 2) for value in (abs(channel.worst_difference), channel.worst_threshold)
+        quantity(value, channel.unit, 2) for value in (channel.worst_size, channel.worst_threshold)
     )
     most = "" if channel.limits.share == 1.0 else f", the maximum {number(channel.largest_ratio, 2)}"
     text = (
@@ -151,7 +149,8 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
     """Return the definition of the verdicts of these scenes, one step per line."""
     tiers = {tier.tier: thresholds(tier.tier) for scene in scenes for tier in scene.tiers}
     judged = [tier for scene in scenes for tier in scene.tiers]
-    known = [channel.u is not None for tier in judged for channel in tier.channels.values()]
+    channels = [channel for tier in judged for channel in tier.channels.values()]
+    known = [channel.u is not None for channel in channels]
     fixed = thresholds()
     alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
     floor = _by_tier({name: f"{limits.coverage:.0%}" for name, limits in tiers.items()})
@@ -206,6 +205,19 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
             "Tables without a refined run carry no uncertainty: a fixed tolerance (a share of the scale) is "
             "the threshold, every sample counts as predictable and all must be within it, unless a smaller "
             "share was asked for; without a tolerance the verdict is indeterminate."
+        )
+    late = {channel.time_tolerance: None for channel in channels if channel.time_tolerance}
+    lines += [
+        f"Either table may be early or late by {quantity(time, 's')}: a sample must be within the tolerance "
+        "of the range that the other table has within this time to either side."
+        for time in late
+    ]
+    checks = (check for channel in channels for check in channel.checks)
+    limits = dict.fromkeys(f"{check.metric} {bound(check)}" for check in checks)
+    if limits:
+        lines.append(
+            "Limits of metrics, which every channel must meet beside the tolerance, or alone where there is "
+            f"none: {', '.join(limits)}."
         )
     return lines
 

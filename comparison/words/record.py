@@ -8,7 +8,7 @@ from typing import Any
 from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
-from comparison.verdict.results import Attribution, ChannelComparison, SceneComparison
+from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
@@ -26,7 +26,9 @@ _NUMBERS = (
     "largest_ratio",
     "worst_time",
     "worst_difference",
+    "worst_size",
     "worst_threshold",
+    "time_tolerance",
     "outside",
 )
 
@@ -50,7 +52,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "situations": dict(zip(comparison.labels, comparison.situations, strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
         "confirmation": confirmation_record(comparison),
-        "attribution": _attribution(comparison.attribution)
+        "attribution": asdict(comparison.attribution)
         | {"sentences": differences.attribution_lines(comparison)}
         if comparison.channels
         else None,
@@ -78,12 +80,6 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     return numbers | {"suspicious": result.suspicious} | sentences
 
 
-def _attribution(result: Attribution) -> dict[str, Any]:
-    numbers = asdict(result)
-    refinements = [asdict(change) for change in result.refinements]
-    return numbers | {"refinements": refinements}
-
-
 def _channel(channel: ChannelComparison) -> dict[str, Any]:
     numbers = {name: getattr(channel, name) for name in _NUMBERS}
     return {
@@ -97,51 +93,51 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
     }
 
 
-def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
+def _reliability(comparison: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
     return {
-        "verdict": found.verdict,
-        "missing": missing(found),
-        "bins": found.settings.bins,
-        "errors": found.settings.errors,
+        "verdict": comparison.verdict,
+        "missing": missing(comparison),
+        "bins": comparison.settings.bins,
+        "errors": comparison.settings.errors,
         "quantities": {
-            name: _quantity(name, difference, labels) for name, difference in found.quantities.items()
+            name: _quantity(name, difference, labels) for name, difference in comparison.quantities.items()
         },
     }
 
 
-def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str, Any]:
+def _quantity(name: str, difference: Difference, labels: tuple[str, str]) -> dict[str, Any]:
     models = {
         label: {
-            "smallest": of.minimum,
-            "smallest_interval": list(of.interval),
-            "smallest_at_deg": float(of.angle[of.worst]),
-            "reliability": of.reliability.tolist(),
-            "low": of.low.tolist(),
-            "high": of.high.tolist(),
-            "at_cap": of.capped.tolist(),
-            "mean": of.mean.tolist(),
-            "deviation": of.deviation.tolist(),
-            "within": of.within.tolist(),
-            "within_low": of.within_low.tolist(),
-            "within_high": of.within_high.tolist(),
+            "smallest": model.minimum,
+            "smallest_interval": list(model.interval),
+            "smallest_at_deg": float(model.angle[model.worst]),
+            "reliability": model.reliability.tolist(),
+            "low": model.low.tolist(),
+            "high": model.high.tolist(),
+            "at_cap": model.capped.tolist(),
+            "mean": model.mean.tolist(),
+            "deviation": model.deviation.tolist(),
+            "within": model.within.tolist(),
+            "within_low": model.within_low.tolist(),
+            "within_high": model.within_high.tolist(),
         }
-        for label, of in zip(labels, (found.a, found.b), strict=True)
+        for label, model in zip(labels, (difference.a, difference.b), strict=True)
     }
     return {
-        "verdict": found.verdict,
+        "verdict": difference.verdict,
         "unit": unit_of(name),
-        "lower_limit": found.a.limits.lower,
-        "upper_limit": found.a.limits.upper,
-        "cap": found.a.cap,
-        "angle_deg": found.a.angle.tolist(),
-        "cycles": found.a.cycles.tolist(),
-        "difference": found.minimum,
-        "half_width_sampling": found.sampling,
-        "half_width_numerical": found.numerical,
-        "half_width_quadrature": found.quadrature,
-        "half_width": found.half_width,
-        "differences": found.curve.tolist(),
-        "half_widths": found.curve_half_width.tolist(),
+        "lower_limit": difference.a.limits.lower,
+        "upper_limit": difference.a.limits.upper,
+        "cap": difference.a.cap,
+        "angle_deg": difference.a.angle.tolist(),
+        "cycles": difference.a.cycles.tolist(),
+        "difference": difference.minimum,
+        "half_width_sampling": difference.sampling,
+        "half_width_numerical": difference.numerical,
+        "half_width_quadrature": difference.quadrature,
+        "half_width": difference.half_width,
+        "differences": difference.curve.tolist(),
+        "half_widths": difference.curve_half_width.tolist(),
         "models": models,
     }
 

@@ -60,17 +60,17 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
 
 def _smallest(name: str, difference: Difference) -> str:
     a, b = difference.a, difference.b
-    values = " and ".join(dict.fromkeys(rounded(of.minimum) for of in (a, b)))
+    values = " and ".join(dict.fromkeys(rounded(model.minimum) for model in (a, b)))
     if a.capped[a.worst] and b.capped[b.worst]:
         return f"{name} {values} (the cap)"
-    angles = " and ".join(dict.fromkeys(f"{of.angle[of.worst]:g}" for of in (a, b)))
+    angles = " and ".join(dict.fromkeys(f"{model.angle[model.worst]:g}" for model in (a, b)))
     return f"{name} {values} at {angles} deg"
 
 
 def _cap(quantities: dict[str, Difference]) -> str:
-    capped = {name: int(np.sum(of.a.capped & of.b.capped)) for name, of in quantities.items()}
+    capped = {name: int(np.sum(both.a.capped & both.b.capped)) for name, both in quantities.items()}
     parts = [f"{name} in {n} of {quantities[name].a.angle.size} parts" for name, n in capped.items() if n]
-    values = " or ".join(dict.fromkeys(f"{of.a.cap:.10f}" for of in quantities.values()))
+    values = " or ".join(dict.fromkeys(f"{both.a.cap:.10f}" for both in quantities.values()))
     return (
         f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
         f"mechanism but that the limit is wide: {'; '.join(parts) or 'none'}."

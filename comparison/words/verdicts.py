@@ -12,6 +12,7 @@ from comparison.verdict.results import (
     METRICS,
     Basis,
     ChannelComparison,
+    Check,
     SceneComparison,
     decisive,
     rank,
@@ -91,8 +92,12 @@ def _gate(channel: ChannelComparison) -> str:
     check = max(failed, key=lambda check: not isnan(check.value))  # a known value before an undefined one
     if isnan(check.value):
         return f"{check.metric} is undefined: one of the two is constant"
-    bound = "at most" if METRICS[check.metric] > 0 else "at least"
-    return f"{check.metric} is {number(check.value)}, required: {bound} {check.limit:g}"
+    return f"{check.metric} is {number(check.value)}, required: {bound(check)}"
+
+
+def bound(check: Check) -> str:
+    """Return "at most 0.001"."""
+    return f"{'at most' if METRICS[check.metric] > 0 else 'at least'} {check.limit:g}"
 
 
 def threshold_name(channel: ChannelComparison) -> str:
@@ -137,9 +142,9 @@ def scene_reason(scene: SceneComparison) -> str:
         which = "" if len(reasons) == 1 else f", most of all {worst.channel}"
         return f"{len(unsettled)} of {len(excited)} channels are indeterminate{which}: {reason(worst)}"
     agreeing = [channel for channel in excited if channel.verdict == "agree"]
-    text = (
-        f"{len(agreeing)} of {len(excited)} excited channels agree, nearest to its limit {_named(agreeing)}"
-    )
+    text = f"{len(agreeing)} of {len(excited)} excited channels agree"
+    by_gate = decisive(agreeing) is None
+    text += f": {reason(agreeing[0])}" if by_gate else f", nearest to its limit {_named(agreeing)}"
     known = any(channel.u is not None for channel in excited)
     text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if known else ""
     if unsettled:
@@ -154,12 +159,10 @@ def _channels_differ(scene: SceneComparison) -> str:
 
 
 def _named(channels: Sequence[ChannelComparison]) -> str:
-    """Return which of the judged channels is the worst, and why."""
+    """Return which of the judged channels is the worst, and why; the first, if none has a ratio."""
     worst = decisive(channels)
-    if gated := [channel for channel in channels if channel.basis is Basis.GATE]:  # it has no ratio
-        return f"{gated[0].channel}: {reason(gated[0])}"
     if worst is None:
-        return "none by itself"
+        return f"{channels[0].channel}: {reason(channels[0])}" if channels else "none by itself"
     return f"{worst.channel}, {worst.ratio_name} = {number(worst.ratio, 2)}: {reason(worst)}"
 
 
@@ -291,7 +294,10 @@ def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
     """
     if not changed:
         return ""
-    verdicts = [f"{each.scene}, {each.tier}: {each.verdict}, not {each.recorded}" for each in changed]
+    verdicts = [
+        f"{departure.scene}, {departure.tier}: {departure.verdict}, not {departure.recorded}"
+        for departure in changed
+    ]
     return f"not the verdicts on record (on {made['machine']}; {made['date']}): {'; '.join(verdicts)}"
 
 
