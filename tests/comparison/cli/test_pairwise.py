@@ -38,3 +38,18 @@ def test_each_model_runs_once_for_all_its_pairs(third, scene_file):
     assert main(["validate", scene, *MODELS, "--out", "all"]) == 0
     assert exudyn_runs() == before
     assert outcome()["scenes"][0]["outcome"] == "agree"
+
+
+@pytest.mark.usefixtures("third")
+def test_an_interruption_ends_all_pairs(scene_file, monkeypatch, capsys):
+    asked = []
+
+    def interrupted(*_, models, **__):
+        asked.append(models)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("comparison.verdict.validate.validate", interrupted)
+    assert main(["validate", scene_file("same"), *MODELS, "--out", "all"]) == 130
+    assert asked == [("reference", "exudyn")]
+    assert not Path("all/summary.json").exists()
+    assert capsys.readouterr().err.endswith("sixbar: interrupted; finished runs are cached\n")

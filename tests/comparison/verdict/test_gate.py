@@ -17,6 +17,8 @@ from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import write
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.results import METRICS, Basis
+from comparison.words.cards import card
+from comparison.words.record import as_mapping
 from comparison.words.verdicts import scene_reason
 
 N = 401
@@ -104,6 +106,30 @@ def test_a_gate_adds_to_a_tolerance_and_cannot_undo_it():
     assert judged(WAVE, spiked, "slider_x", tolerance=0.1, gate={"rms_scaled": 0.1}).verdict == "differ"
     assert judged(WAVE, 1.01 * WAVE, "slider_x", tolerance=0.1, gate={"rms_scaled": 1e-4}).verdict == "differ"
     assert judged(WAVE, 1.01 * WAVE, "slider_x", tolerance=0.1, gate={"rms_scaled": 0.1}).verdict == "agree"
+
+
+def test_a_gate_that_fails_within_the_tolerance_has_no_ratio_and_is_the_channel_shown():
+    result = judged(WAVE, 1.01 * WAVE, "slider_x", tolerance=0.1, gate={"rms_scaled": 1e-4})
+    failing = result.channels["slider_x"]
+    assert (failing.verdict, failing.basis) == ("differ", Basis.GATE)
+    assert np.isnan(failing.ratio)
+    assert result.channels["slider_y"].verdict == "agree"
+    assert result.decisive is None
+    assert result.worst_channel is failing
+    assert card(result).sentence.startswith("1 of 2 channels differ, most of all slider_x: rms_scaled is ")
+
+
+def test_a_late_sample_is_shown_by_what_was_held_against_the_tolerance():
+    result = judged(impact(0.3), impact(0.304), tolerance=0.05, time_tolerance=0.005)
+    late = result.channels["corner_ll_normal"]
+    assert late.worst_size <= late.worst_threshold < abs(late.max_difference)
+    assert as_mapping(result)["channels"]["corner_ll_normal"]["worst_size"] == late.worst_size
+
+
+def test_a_scene_whose_gate_names_no_metric_is_refused_before_its_runs(fake_models, scene_file, capsys):
+    assert main(["validate", scene_file("own", extra="[compare.gate]\nrms = 1.0\n")]) == 2
+    assert "scene 'own': compare.gate: 'rms' is not a metric" in capsys.readouterr().err
+    assert not fake_models.read_text()
 
 
 def test_an_absent_impact_fails_every_gate_that_sees_size():
