@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -113,11 +113,18 @@ def compare(
     loaded, warnings = (
         (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
     )
+    gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
+    limits = {
+        "--tolerance": tolerance is not None,
+        "--time-tolerance": bool(time_tolerance),
+        "--share": share < 1,
+        "the gate": bool(gate),
+    }
     if tolerance is None and loaded is not None:
         tolerance = loaded.tolerance
+    unused = _without_effect(limits, finer=finer_a is not None, tolerance=tolerance is not None)
     if time_tolerance is None and loaded is not None and loaded.time_tolerance:
         time_tolerance = loaded.time_tolerance
-    gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
     options: dict[str, Any] = {
         "--scene": scene,
         "--mapping": mapping,
@@ -156,7 +163,7 @@ def compare(
         period=period,
         labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
         command=command,
-        warnings=(*left_out, *warnings),
+        warnings=(*left_out, *warnings, *unused),
         only=None if rules is None else rules.compare,
     )
     if tolerance is None and finer_a is None:
@@ -169,6 +176,19 @@ def compare(
     say(str(saved(lambda folder: write_page([comparison], folder, command), folder)), err=json)
     warn(comparison.warnings)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
+
+
+def _without_effect(limits: Mapping[str, bool], *, finer: bool, tolerance: bool) -> list[str]:
+    """Return warnings of given limits that decide nothing: beside finer runs, or without a tolerance.
+
+    ``limits``: name -> whether it was given.
+    """
+    needs_tolerance = {"--time-tolerance", "--share"}
+    names = [name for name, is_given in limits.items() if is_given]
+    if finer:
+        return [f"{name} has no effect: the uncertainty from finer runs decides" for name in names]
+    names = [] if tolerance else [name for name in names if name in needs_tolerance]
+    return [f"{name} has no effect without a tolerance" for name in names]
 
 
 def _runs(

@@ -56,6 +56,8 @@ def gate(
     folder, baseline = out or REPORTS / "gate", expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
     _check_names([scene.name for scene in asked])
+    if update and json:
+        raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
         return _update(asked, baseline, jobs or cpus(), quiet=quiet)
     folder = check_folder(folder)

@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from glob import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from comparison.verdict.results import SceneComparison
     from comparison.verdict.validate import Validation
 
 
+def validation_summary(
+    comparisons: Sequence[SceneComparison], command: str, code: int, missing: Sequence[str]
+) -> dict[str, Any]:
+    """Return all numbers of a validation, which ``summary.json`` holds and ``--json`` prints."""
+    from comparison.files import plain
+    from comparison.words.record import as_mapping
+
+    numbers: dict[str, Any] = plain(
+        {
+            "command": command,
+            "exit_code": code,
+            "not_compared": missing,
+            "scenes": [as_mapping(comparison) for comparison in comparisons],
+        }
+    )
+    return numbers
+
+
 def write_validation(
-    results: Sequence[Validation], folder: Path, command: str, code: int, missing: Sequence[str]
+    results: Sequence[Validation], folder: Path, summary: Mapping[str, Any]
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and where partial results are.
 
@@ -21,9 +39,9 @@ def write_validation(
     """
     from comparison.files import replacing_in, write_json, write_text
     from comparison.tables.table_files import write
-    from comparison.words.record import as_mapping
 
     comparisons = [result.comparison for result in results]
+    command, missing = summary["command"], summary["not_compared"]
     kept = []
     with replacing_in(folder) as part:
         page = write_page(comparisons, part, command, missing)
@@ -40,12 +58,6 @@ def write_validation(
                 name = f"{result.comparison.name}.{which.replace(' ', '-')}.traceback.txt"
                 write_text(text, part / name)
                 kept.append(f"the traceback of the {which} run is in {folder / name}")
-        summary = {
-            "command": command,
-            "exit_code": code,
-            "not_compared": list(missing),
-            "scenes": [as_mapping(comparison) for comparison in comparisons],
-        }
         write_json(summary, part / "summary.json")
         _write_for_ci(comparisons, part, command, missing)
         new = {path.name for path in part.rglob("*")}

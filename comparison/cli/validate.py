@@ -5,7 +5,6 @@ Scenes are validated in batches: what is finished survives an interruption, or t
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -43,7 +42,6 @@ from comparison.cli.progress import Reporter, progress
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
-    from comparison.verdict.results import SceneComparison
     from comparison.verdict.validate import Validation
 
 INTERRUPTED = 130
@@ -92,7 +90,6 @@ def validate(
     from comparison.execution.pool import cpus, kept_workers
     from comparison.models import pair, several
     from comparison.scene import name_with, parse_set
-    from comparison.words.record import as_mapping
 
     changes, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
     request = _Request(scenes or [], changes, accuracy, tiers, jobs or cpus(), allow_indeterminate)
@@ -100,9 +97,9 @@ def validate(
         if models.count(",") > 1:
             folder = out or REPORTS / name_with("pairwise", changes)
             return _validate_pairs(request, several(models), folder, verbose=verbose, quiet=quiet, json=json)
-        code, comparisons = _validate_pair(request, pair(models), out, verbose=verbose, quiet=quiet, err=json)
-    if json:
-        print_json([as_mapping(comparison) for comparison in comparisons])
+        code, summary = _validate_pair(request, pair(models), out, verbose=verbose, quiet=quiet, err=json)
+    if json and summary:
+        print_json(summary)
     return code
 
 
@@ -114,12 +111,12 @@ def _validate_pair(
     verbose: bool,
     quiet: bool,
     err: bool,
-) -> tuple[int, list[SceneComparison]]:
-    """Validate two models, print the verdicts, write the report; return the exit code and the comparisons.
+) -> tuple[int, dict[str, Any]]:
+    """Validate two models, print the verdicts, write the report; return the exit code and the summary.
 
-    ``err``: lines go to stderr.
+    The summary is empty if Ctrl-C came before a scene was finished. ``err``: lines go to stderr.
     """
-    from comparison.cli.pages import write_validation
+    from comparison.cli.pages import validation_summary, write_validation
     from comparison.cli.verdicts import verdict_lines
     from comparison.files import check_folder
     from comparison.models import MODELS
@@ -137,7 +134,7 @@ def _validate_pair(
     with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
         results = _validate_batches(loaded, models, request, report)
     if not results:
-        return INTERRUPTED, []
+        return INTERRUPTED, {}
     missing = [scene.name for scene in loaded[len(results) :]]
     comparisons = [result.comparison for result in results]
     codes = [
@@ -155,11 +152,12 @@ def _validate_pair(
     for line in () if quiet else verdict_lines(comparisons, verbose=verbose):
         typer.echo(line, err=err)  # with colours
     say(*(line for text in lines for line in wrapped(text)), err=err)
-    page, kept = saved(lambda folder: write_validation(results, folder, command, code, missing), folder)
+    summary = validation_summary(comparisons, command, code, missing)
+    page, kept = saved(lambda folder: write_validation(results, folder, summary), folder)
     say(*(line for text in kept for line in wrapped(text)), str(page), err=err)
     for scene in loaded[: len(results)]:
         warn([f"scene {scene.name!r}: {warning}" for warning in scene.warnings])
-    return code, comparisons
+    return code, summary
 
 
 def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | None) -> None:
@@ -293,10 +291,11 @@ def _validate_pairs(
     for pair in pairs(models):
         say(f"{pair[0]} and {pair[1]}:", err=json)
         own = folder / "-".join(pair)
-        codes.append(_validate_pair(request, pair, own, verbose=verbose, quiet=quiet, err=json)[0])
-        if codes[-1] == INTERRUPTED:
+        code, summary = _validate_pair(request, pair, own, verbose=verbose, quiet=quiet, err=json)
+        if code == INTERRUPTED:
             return INTERRUPTED
-        results[pair] = _read_scenes(own)
+        codes.append(code)
+        results[pair] = summary["scenes"]
     rows = _rows(models, results)
     code, command = exit_code(codes), request.command(models)
     page = write_pairwise(rows, folder, models=models, command=command)
@@ -318,11 +317,6 @@ def _validate_pairs(
     if json:
         print_json(summary)
     return code
-
-
-def _read_scenes(folder: Path) -> list[dict[str, Any]]:
-    scenes: list[dict[str, Any]] = json.loads((folder / "summary.json").read_text("utf-8"))["scenes"]
-    return scenes
 
 
 def _rows(models: Sequence[str], results: dict[tuple[str, str], list[dict[str, Any]]]) -> list[Any]:

@@ -86,13 +86,14 @@ def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> N
 
 def _difference(axes: Axes, channel: ChannelComparison) -> None:
     """Plot |difference|, the largest of each column, its threshold, and crosses where it is beyond."""
-    time, size, threshold = channel.time, np.abs(channel.difference), channel.threshold
+    time, size, threshold = channel.time, channel.size, channel.threshold
+    name = "|difference| within time tolerance" if channel.time_tolerance else "|difference|"
     edge = svg.envelope(size if threshold is None else threshold)
     kept = svg.upper_envelope(size)
     shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
     axes.set_yscale("log", nonpositive="clip")
     axes.set_ylim(*_decades(shown))
-    axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label="|difference|")
+    axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label=name)
     if threshold is not None:
         axes.plot(
             time[edge],

@@ -88,7 +88,8 @@ def scene_plots(scene: SceneComparison) -> str:
             verdict=channel.verdict,
             zero=relative_to_guide(scene, channel),
             models=(channel.a, channel.b),
-            threshold=channel.threshold,
+            # The plotted |a - b| is not what a threshold within a time tolerance limits.
+            threshold=None if channel.time_tolerance else channel.threshold,
             predictable=channel.predictable,
             beyond=channel.beyond,
         )

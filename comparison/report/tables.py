@@ -270,28 +270,34 @@ def information_table(scene: SceneComparison) -> Table | None:
 
     Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
     """
-    groups = {
-        "Sprague and Geers": {
-            "M": "sprague_geers_magnitude",
-            "P": "sprague_geers_phase",
-            "C": "sprague_geers_combined",
-        },
-        "ISO/TS 18571": {
-            "R": "iso18571",
-            "corridor": "iso18571_corridor",
-            "phase": "iso18571_phase",
-            "magnitude": "iso18571_magnitude",
-            "slope": "iso18571_slope",
-        },
-        "Tube": {"inside": "tube_share"},
-    }
-    keys = [key for group in groups.values() for key in group.values()]
+    groups = [
+        ("Peak, second − first", ("value", "at (s)")),
+        ("Sprague and Geers", ("M", "P", "C")),
+        ("Russell", ("M", "P", "C")),
+        ("ISO/TS 18571", ("R", "corridor", "phase", "magnitude", "slope")),
+        ("Correlation", ()),
+        ("Tube", ()),
+    ]
+    keys = (
+        "peak_time_difference",
+        *(f"sprague_geers_{part}" for part in ("magnitude", "phase", "combined")),
+        *(f"russell_{part}" for part in ("magnitude", "phase", "comprehensive")),
+        *("iso18571", *(f"iso18571_{part}" for part in ("corridor", "phase", "magnitude", "slope"))),
+        "correlation",
+        "tube_share",
+    )
     rows = [
-        Row(name, [number(channel.metrics[key], 2) for key in keys])
+        Row(
+            name,
+            [
+                quantity(channel.metrics["peak_difference"], channel.unit),
+                *(number(channel.metrics[key], 2) for key in keys),
+            ],
+        )
         for name, channel in scene.channels.items()
         if channel.metrics
     ]
-    return Table("Channel", [(name, list(group)) for name, group in groups.items()], rows) if rows else None
+    return Table("Channel", groups, rows) if rows else None
 
 
 def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:

@@ -120,7 +120,7 @@ class ChannelComparison:
     worst_threshold: float = nan
     """Threshold there."""
     time_tolerance: float = 0.0
-    """s, by which either may be early or late, where there is no uncertainty."""
+    """s, by which either may be early or late; zero where there is an uncertainty."""
     checks: tuple[Check, ...] = ()
     """Of the metrics that a gate limits."""
     coverage_error: float = nan
@@ -150,7 +150,7 @@ class ChannelComparison:
     @cached_property
     def size(self) -> Array:
         """What is held against the threshold, shape (n,): |a - b|, or within the time tolerance less."""
-        if self.time_tolerance and self.u is None:
+        if self.time_tolerance:
             return tube_distance(self.time, self.a, self.b, self.time_tolerance)
         return np.abs(self.difference)
 

@@ -276,4 +276,5 @@ def _advice(result: Attribution) -> str:
 
 def plain_percent(share: float) -> str:
     """Return a share as percent in plain characters, truncated: "100.00%" only for all."""
-    return "100.00%" if share == 1.0 else percent(share).replace(NO_BREAK, "")
+    text = percent(share).replace(NO_BREAK, "")
+    return "100.00%" if text == "100%" else text

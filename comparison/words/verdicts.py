@@ -88,7 +88,8 @@ def _gate(channel: ChannelComparison) -> str:
     """Return which limit of a gate is not met, or that all are."""
     failed = [check for check in channel.checks if not check.met]
     if not failed:
-        return f"all {len(channel.checks)} limits of the gate are met"
+        count = len(channel.checks)
+        return f"all {count} limits of the gate are met" if count > 1 else "the limit of the gate is met"
     check = max(failed, key=lambda check: not isnan(check.value))  # a known value before an undefined one
     if isnan(check.value):
         return f"{check.metric} is undefined: one of the two is constant"
