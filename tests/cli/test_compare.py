@@ -82,6 +82,22 @@ def test_the_numbers_are_written_for_programs(tables):
     assert not [name for name in tables.files() if "reports" in name]
 
 
+IGNORED = {
+    "--time-tolerance 0.1": (3, "--time-tolerance has no effect without a tolerance"),
+    "--share 0.9": (3, "--share has no effect without a tolerance"),
+    "--tolerance 0.1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the uncertainty"),
+    "--tolerance 0.1 --share 0.9 --time-tolerance 0.1": (0, ""),
+}
+
+
+@pytest.mark.parametrize("options", IGNORED)
+def test_a_limit_that_decides_nothing_is_warned_of(options, tables):
+    code, warning = IGNORED[options]
+    printed = tables("compare", "a.csv", "b.csv", *options.split(), code=code).err
+    assert warning in printed
+    assert ("no effect" in printed) == bool(warning)
+
+
 def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
     """Of x the scale is the clearance: 0.2 mm, or with ``[compare]`` in the scene, a share of that."""
     scene = '[scene]\nextends = "150rpm-0.2mm"\n[output]\ngroups = []\nsamples_per_cycle = 50\n'
