@@ -1,4 +1,8 @@
-"""One run of a cell as a task and as a row that holds what the verdict about it needs."""
+"""One run of a cell within a limit of processor time, as a task and as the row that its verdict needs.
+
+The key of a row hashes this module and what it imports: neither cells nor verdicts are here, so that a change
+of theirs runs nothing again.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +23,12 @@ from comparison.tables.table import Table
 BASE = "150rpm-0.2mm"
 """The scene that all cells change, and an ordinary one to compile kernels with."""
 LIMIT = 1000.0
-"""Processor time that a run may take, then it is stopped, in units of `benchmark_unit`: 20 s on the machine
-of reports/extremes."""
+"""Processor time of a run, in units of `benchmark_unit`: 20 s on the machine of reports/extremes."""
 GRACE = 4.0
 """Times its limit, in wall time, after which its process is ended, should it not look at the time."""
 WARM = 0.02
 """Cycles of the run before, in which kernels are compiled: not counted."""
 _warm: set[tuple[str, str, str]] = set()
-
 Name = TypeVar("Name", bound=Hashable)
 
 
@@ -69,34 +71,27 @@ def run_cell(task: CellRun, progress: Progress) -> Row:
     allowed = task.limit * unit_seconds()
     progress(0.0)
     start = time.process_time()
+
+    def in_time(share: float) -> None:
+        if share < 1.0 and time.process_time() > start + allowed:
+            raise _OutOfTimeError(share)
+        progress(share)
+
     try:
-        table = run_one(task.scene, task.model, _in_time(progress, start + allowed))
+        row = measure(run_one(task.scene, task.model, in_time), task.scene)
     except RunError as error:
-        outcome = error.outcome
-        row: Row = {"status": outcome.status, "message": outcome.message}
-        if outcome.partial is not None:
-            row |= measure(outcome.partial, task.scene)
+        ended = error.outcome
+        row = {"status": ended.status, "message": ended.message}
+        if ended.partial is not None:
+            row |= measure(ended.partial, task.scene)
     except _OutOfTimeError as end:
         row = {"status": LATE, "message": f"stopped after {task.limit:g} units", "share": end.share}
-    else:
-        row = measure(table, task.scene)
     return row | {"seconds": time.process_time() - start}
 
 
 def out_of_time(row: Row) -> bool:
-    """Return whether a run was stopped at its limit: how far it came is known, but nothing of its motion."""
+    """Return whether the study stopped a run at its limit: nothing is known of its motion."""
     return "share" in row and "x" not in row
-
-
-def _in_time(progress: Progress, end: float) -> Progress:
-    """Return a function to report progress to, which ends the run after so much processor time, s."""
-
-    def report(share: float) -> None:
-        if share < 1.0 and time.process_time() > end:
-            raise _OutOfTimeError(share)
-        progress(share)
-
-    return report
 
 
 def _compile(task: CellRun) -> None:

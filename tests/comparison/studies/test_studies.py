@@ -26,7 +26,11 @@ from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, compare
 
-OTHER_FILES = {"detection": {"detection.json"}, "paper": {"report.html"}, "extremes": {"cells.csv"}}
+OTHER_FILES = {
+    "detection": {"detection.json"},
+    "paper": {"report.html"},
+    "extremes": {"cells.csv", "classes.csv"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -225,7 +229,7 @@ def test_speed_against_accuracy_has_its_tables_and_drawings(folder):
 
 def test_extremes_have_every_run_in_a_class(folder):
     rows = pd.read_csv(folder / "reports" / "extremes" / "cells.csv")
-    assert set(rows["class"]) <= {"converged", "announced", "unconfirmed", "stopped", "refused"}
+    assert set(rows["class"]) <= {"converged", "announced", "unconfirmed", "stopped", "refused", "not tested"}
     assert (rows["axis"] == "hypercube").sum() == 12 * 4
     # The fakes err by what their settings say: no larger error is without its number.
     assert rows.loc[rows["class"] == "announced", "error_m"].notna().all()

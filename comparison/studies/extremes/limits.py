@@ -1,0 +1,518 @@
+"""Four limits with a known answer, to which both models must converge at a known order.
+
+Clearance to 0, walls of infinite stiffness, nothing lost, and a speed to 0; and the theory of one impact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from math import cos, log, log1p, nan, radians, sin, tau
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
+
+from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.formatting import number, quantity
+from comparison.models import MODELS
+from comparison.reliability.errors import slider_errors
+from comparison.report import svg
+from comparison.scene import Scene, load_scene
+from comparison.studies.extremes.runs import BASE
+from comparison.studies.shared.frames import markdown
+from comparison.studies.shared.rates import rate
+from comparison.studies.shared.switches import contacts, corner_stiffness
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
+
+Case = Mapping[str, Any]
+"""A model (``"model"``), the value of what goes to its limit, and what else distinguishes a run."""
+Row = dict[str, Any]
+_MARKS: dict[str, dict[str, Any]] = {
+    "reference": {"marker": "o", "color": svg.FIRST, "ms": 5.5},
+    "exudyn": {"marker": "x", "color": svg.SECOND, "ms": 4},
+}
+_DASHES = ((None, None), (4, 1.5))
+
+# ---- one impact
+
+
+def restitution(c_e: float) -> float:
+    """Return what F = K d^n (1 + C d'/v) with C = 3 (1 - c_e^2) / 4 returns of the speed v of an impact.
+
+    Energy and momentum balance of a point mass: ln[(1 + C)/(1 - C e)] = C (1 + e), whatever m, K and n.
+    """
+    if c_e == 1.0:
+        return 1.0
+    C = 0.75 * (1.0 - c_e**2)
+    return float(brentq(lambda e: log((1.0 + C) / (1.0 - C * e)) - C * (1.0 + e), 0.01, 1.0, xtol=1e-15))
+
+
+@cache
+def law() -> float:
+    """Return the restitution of the contact law with the base scene's c_e."""
+    return restitution(load_scene(BASE).data["contact"]["restitution"])
+
+
+def depth(m: float, K: float, v: float, c_e: float, n: float = 1.5) -> float:
+    """Return how deep (m) a mass m (kg) of speed v (m/s) dips into the wall, friction and weight left out."""
+    C = 0.75 * (1.0 - c_e**2)
+    share = 0.5 if C == 0.0 else (C - log1p(C)) / C**2
+    return float(((n + 1.0) * m * v**2 / K * share) ** (1.0 / (n + 1.0)))
+
+
+def duration(m: float, K: float, v: float) -> float:
+    """Return how long (s) an elastic contact of Hertz' law lasts."""
+    return float(3.2181 * (m**2 / (K**2 * v)) ** 0.2)
+
+
+def rod4_inclination(data: Mapping[str, Any], offset: float, angle: Array) -> Array:
+    """Return the tangent of rod 4's angle to the guide at crank angles, rad, shape (n,).
+
+    ``data``: of a scene; the slider is off the guide's centre line, m, to the right.
+    """
+    mechanism = data["mechanism"]
+    rocker, rod2 = mechanism["rocker"], mechanism["rod2"]["length"]
+    H, A = complex(*mechanism["rocker_pivot"]), mechanism["crank"]["length"] * np.exp(1j * angle)
+    gap = np.abs(H - A)
+    along = (gap**2 + rod2**2 - rocker["centroid"] ** 2) / (2 * gap)
+    B = A + (along + 1j * mechanism["rocker_branch"] * np.sqrt(rod2**2 - along**2)) * (H - A) / gap
+    C = H + rocker["length"] / rocker["centroid"] * (B - H)
+    across = mechanism["guide_x"] + offset - C.real
+    return np.asarray(np.abs(across) / np.sqrt(mechanism["rod4"]["length"] ** 2 - across**2))
+
+
+def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> float:
+    """Return the mass (kg) that a corner feels in a frictionless impact on the left wall.
+
+    Of a scene's data with the slider all but upright; the time of the touch, s, decides the inclination of
+    rod 4. Two corners at once do not rotate the slider and share what rod 4 and slider put against the wall;
+    one alone rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
+    """
+    mechanism, drive = data["mechanism"], data["drive"]
+    rod, slider = mechanism["rod4"], mechanism["slider"]
+    angle = radians(mechanism["crank_angle_deg"]) + tau * drive["speed_rpm"] / 60 * time
+    tangent = float(rod4_inclination(data, -data["clearance"]["slider"], np.array([angle]))[0])
+    inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
+    across = rod["length"] ** 2 / inertia / (1.0 + tangent**2)
+    if corners == 2:
+        return float(0.5 / across)
+    tilt = abs(data["initial"]["slider_angle"])
+    arm = 0.5 * (slider["length"] * cos(tilt) - slider["width"] * sin(tilt))
+    return float(1.0 / (across + arm**2 / slider["inertia"]))
+
+
+# ---- limits of parameters
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One of the two panels of a limit's figure, with logarithmic axes."""
+
+    x: str
+    y: str
+    """Labels of its axes, with units."""
+    quantities: tuple[str, ...]
+    """Columns that it shows, a line each and for each model."""
+    guide: tuple[float, float, float, float]
+    """A line of the expected order: from and to which abscissa, its first ordinate, the order."""
+    by: str = "variable"
+    """With one quantity: the column whose values have a line each."""
+    label: str = "{1}"
+    """Of a line, with ``{0}`` for quantity or value and ``{1}`` for the model."""
+    rows: str = ""
+    """The rows that are shown, as `pandas.DataFrame.query` takes them; empty: all."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit as data: its runs, what is measured of them, at which order that goes to its limit."""
+
+    variable: str
+    """The entry of a case that goes to its limit."""
+    cases: Sequence[Case]
+    scene: Callable[[Case], Scene]
+    measure: Callable[[Case, Table, Table], Row]
+    """From a case, its run and the run that it is held against to columns of a row."""
+    orders: Mapping[str, float]
+    """Column -> expected order in the variable; nan where theory has none."""
+    by: str
+    """Column whose values have an order each; a row without one belongs to none."""
+    known: tuple[object, ...]
+    """Its values for which the expected orders hold."""
+    panels: tuple[Panel, Panel]
+    asymptotic: str = ""
+    """The rows that orders are taken of, as `pandas.DataFrame.query` takes them; empty: all."""
+    against: Callable[[Case], Job] | None = None
+    """The run that a case is held against; by default its own."""
+    derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
+    """Adds columns to the frame of all runs."""
+
+    @property
+    def jobs(self) -> list[Job]:
+        """The runs of the cases and, in their order, those that they are held against."""
+        own = [Job(self.scene(case), case["model"]) for case in self.cases]
+        return own + ([self.against(case) for case in self.cases] if self.against else [])
+
+    def rows(self, outcomes: Sequence[Outcome]) -> pd.DataFrame:
+        """Return a row for each case, from the outcomes of `jobs`; without a result nothing is measured."""
+        rows = []
+        for case, own, other in zip(self.cases, outcomes, outcomes[-len(self.cases) :], strict=False):
+            missing = own if own.table is None else other
+            row = {**case, "status": missing.status}
+            if own.table is not None and other.table is not None:
+                row |= self.measure(case, own.table, other.table)
+            rows.append(row)
+        return self.derive(pd.DataFrame(rows))
+
+    def observed(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """Return the observed orders: `by`, ``quantity``, ``expected``, and a column for each model."""
+        taken = frame.query(self.asymptotic) if self.asymptotic else frame
+        rows = [
+            {self.by: key, "quantity": name, "expected": order if key in self.known else nan}
+            | {
+                model: rate(of[self.variable].tolist(), of[name].tolist())
+                for model, of in group.groupby("model")
+            }
+            for key, group in taken.groupby(self.by, sort=False)
+            for name, order in self.orders.items()
+        ]
+        return pd.DataFrame(rows, columns=[self.by, "quantity", "expected", *MODELS])
+
+
+# Clearance to 0: the slider's deviation from the ideal mechanism over one cycle.
+WIDE, TIGHT = "clearance > 3 depths", "clearance < depth / 3"
+_CENTRED = {"mechanism.reference_offset": 0.0, "drive.cycles": 1.0, "output.groups": []}
+
+
+def _clearance_scene(case: Case) -> Scene:
+    clearance = case["clearance"]
+    values = {
+        "initial.slider_offset": 0.0,
+        "clearance.slider": clearance,
+        "solver.exudyn.formulation": "tree",
+        # The tolerance is one of the rod's angle; a thousandth of the angle that crosses the clearance.
+        "solver.reference.tolerance": max(1e-12, min(1e-10, clearance / 240)),
+    }
+    return load_scene(BASE, _CENTRED | values)
+
+
+def _deviations(_: Case, run: Table, still: Table) -> Row:
+    """Return the largest deviations (m, m/s), depth (m) and force (N) of a cycle."""
+    events, names = contacts(run), ["x", "y", "vx", "vy"]
+    errors = slider_errors(run, still, float(run.time[-1]), names=[f"slider_{name}" for name in names])
+    return {name: abs(errors.peak(f"slider_{name}").value) for name in names} | {
+        "contacts": len(events),
+        "depth": float(events["largest_depth"].max()),
+        "largest force": float(events["peak_force"].max()),
+    }
+
+
+def _with_regime(frame: pd.DataFrame) -> pd.DataFrame:
+    """Add on which side of the transition from free flight to two springs a run is."""
+    ratio = frame["clearance"] / frame["depth"]
+    where = pd.Series(np.select([ratio > 3, ratio < 1 / 3], [WIDE, TIGHT], "")).replace("", None)
+    return frame.assign(where=where, **{"y / x": frame["y"] / frame["x"]})
+
+
+CLEARANCE = Limit(
+    variable="clearance",
+    cases=[{"model": model, "clearance": 10.0**-n} for n in range(3, 10) for model in MODELS],
+    scene=_clearance_scene, measure=_deviations, derive=_with_regime,
+    against=lambda _: Job(load_scene("ideal", _CENTRED), "reference"),
+    orders={"x": 1.0, "y": 1.0, "vx": 0.5, "vy": 0.5, "largest force": 0.6, "depth": nan},
+    by="where", known=(WIDE,),
+    panels=(
+        Panel("clearance (m)", "largest deviation (m)", ("x", "y"), (1e-5, 1e-3, 1e-5, 1.0),
+              label="{0} or v{0}, {1}"),
+        Panel("clearance (m)", "largest deviation (m/s)", ("vx", "vy"), (1e-5, 1e-3, 8e-3, 0.5)),
+    ),
+)  # fmt: skip
+
+# Stiffness to infinity: the first impact of the scene, what it returns, and the motion after it.
+MODULI = tuple(10.0**power for power in range(8, 16))  # Pa
+TILTS = {"two": 0.0, "one": 2e-3}
+"""Corners that hit at once -> the slider's angle, rad: upright, or so that one corner comes alone."""
+_FLIGHTS = [f"x {k}" for k in (1, 2, 3)]
+
+
+def _stiff_scene(case: Case) -> Scene:
+    values = {
+        "contact.youngs_modulus": case["modulus"],
+        "friction.coefficient": 0.0,
+        "initial.slider_angle": TILTS[case["corners"]],
+        "drive.cycles": 0.25,
+        "output.groups": [],
+        "output.samples_per_cycle": 4000,
+        "solver.reference.tolerance": 1e-12,
+        "solver.exudyn.formulation": "tree",
+        "solver.exudyn.tolerance": 1e-12,
+    }
+    return load_scene(BASE, values)
+
+
+def _first_impact(case: Case, run: Table, hard: Table) -> Row:
+    """Return depth, duration and restitution of the first contact, and x (m) in the middle of the flights."""
+    data, first = _stiff_scene(case).data, contacts(run).iloc[0]
+    m = effective_mass(data, 2 if case["corners"] == "two" else 1, float(first["start"]))
+    v, contact = float(first["normal_speed"]), data["contact"]
+    x = CubicHermiteSpline(run.time, run.values("slider_x"), run.values("slider_vx"))(_flights(hard))
+    return {
+        "depth": float(first["largest_depth"]),
+        "point mass": depth(m, corner_stiffness(contact), v, contact["restitution"]),
+        "duration": float(first["end"] - first["start"]),
+        "restitution": float(first["impulse"]) / (m * v) - 1.0,
+        **dict(zip(_FLIGHTS, map(float, x), strict=True)),
+    }
+
+
+def _flights(run: Table) -> Array:
+    """Return the middles (s) of the first three flights between contacts; nan for what lacks."""
+    middles = np.full(len(_FLIGHTS), nan)
+    starts, ends = (contacts(run)[name].to_numpy(np.float64) for name in ("start", "end"))
+    last = np.maximum.accumulate(ends)[:-1]
+    gaps = np.flatnonzero(starts[1:] > last)[: len(_FLIGHTS)]
+    middles[: gaps.size] = 0.5 * (last[gaps] + starts[1:][gaps])
+    return middles
+
+
+def _with_errors(frame: pd.DataFrame) -> pd.DataFrame:
+    """Add ratios and errors. x has no known limit: its order is that of the last two changes."""
+    changes = frame.groupby(["corners", "model"], sort=False)[_FLIGHTS].diff(-1).abs()
+    last = changes.where(frame["modulus"] >= MODULI[-3]).add_suffix(" in flight")
+    ratio = {"in that of a point mass": frame["depth"] / frame["point mass"]}
+    return frame.assign(**ratio, error=(frame["restitution"] - law()).abs()).join(last)
+
+
+STIFFNESS = Limit(
+    variable="modulus",
+    cases=[
+        {"corners": corners, "modulus": young, "model": model}
+        for corners in TILTS for young in MODULI for model in MODELS
+    ],
+    scene=_stiff_scene, measure=_first_impact, derive=_with_errors,
+    # The hardest walls, whose flights are those that x is taken in.
+    against=lambda case: Job(_stiff_scene({**case, "modulus": MODULI[-1]}), "reference"),
+    orders=dict.fromkeys(("depth", "duration", "error", *(f"{x} in flight" for x in _FLIGHTS)), -0.4),
+    by="corners", known=tuple(TILTS),
+    asymptotic="modulus >= 1e11",  # softer contacts last milliseconds, in which the press moves
+    panels=(
+        Panel("Young's modulus (Pa)", "|restitution − the law's|", ("error",), (1e9, 1e15, 0.1, -0.4),
+              by="corners", label="corners: {0}, {1}"),
+        Panel("Young's modulus (Pa)", "depth (m)", ("depth",), (1e9, 1e15, 3e-5, -0.4), by="corners"),
+    ),
+)  # fmt: skip
+
+# Restitution 1 and friction 0, each alone and both: with both, the residual is all the method's.
+BOTH, NO_FRICTION, NO_DAMPING = "restitution 1, friction 0", "friction 0", "restitution 1"
+_LOSSLESS: dict[str, dict[str, object]] = {
+    BOTH: {"contact.restitution": 1.0, "friction.coefficient": 0.0},
+    NO_FRICTION: {"friction.coefficient": 0.0},
+    NO_DAMPING: {"contact.restitution": 1.0},
+}
+_CYCLES = {"reference": 1.0, "exudyn": 0.25}
+_SETTINGS = {
+    "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10),
+    "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6),
+}
+"""Of each model the key, its values (rad, s) where nothing is lost, and the one where something is."""
+
+
+def _lossless_scene(case: Case) -> Scene:
+    usual = {
+        "drive.cycles": _CYCLES[case["model"]],
+        "output.groups": ["energy"],
+        "output.samples_per_cycle": 4000,
+        _SETTINGS[case["model"]][0]: case["setting"],
+    }
+    return load_scene(BASE, _LOSSLESS[case["case"]] | usual)
+
+
+def _energies(_: Case, run: Table, __: Table) -> Row:
+    """Return the largest sizes over a run: losses, residual and kinetic energy, J."""
+    names = ("damping", "friction", "residual", "kinetic")
+    return {name: float(np.abs(run.values(f"energy_{name}")).max()) for name in names}
+
+
+LOSSLESS = Limit(
+    variable="setting",
+    cases=[
+        {"case": BOTH, "model": model, "setting": each}
+        for model in MODELS for each in _SETTINGS[model][1]
+    ]
+    + [
+        {"case": case, "model": model, "setting": _SETTINGS[model][2]}
+        for model in MODELS for case in (NO_FRICTION, NO_DAMPING)
+    ],
+    scene=_lossless_scene, measure=_energies, orders={"residual": nan}, by="case", known=(),
+    asymptotic=f"case == {BOTH!r}",
+    panels=(
+        Panel("tolerance of the reference (rad)", "largest energy residual (J)", ("residual",),
+              (1e-12, 1e-8, 1e-11, 1.0), rows=f"model == 'reference' and case == {BOTH!r}"),
+        Panel("step of Exudyn (s)", "largest energy residual (J)", ("residual",),
+              (1e-6, 1e-5, 4e-9, 2.0), rows=f"model == 'exudyn' and case == {BOTH!r}"),
+    ),
+)  # fmt: skip
+
+# Speed to 0: the slider comes to hang on rod 4 against one wall, and forces become the static ones.
+SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm
+SLOWEST_TREE = 3.75
+"""rpm: an explicit method takes steps of one length however slow the press is."""
+_REST = 1e-6
+"""rpm of the ideal mechanism that stands for the press at rest."""
+_SAMPLES = 360
+_ONE_CYCLE: dict[str, object] = {"drive.cycles": 1.0, "output.samples_per_cycle": _SAMPLES}
+_SIDES = {"ll": 1.0, "ul": 1.0, "lr": -1.0, "ur": -1.0}
+
+
+def _slow_scene(case: Case) -> Scene:
+    values = _ONE_CYCLE | {
+        "drive.speed_rpm": case["speed"],
+        "friction.coefficient": case["friction"],
+        "output.groups": ["corners"] if case["model"] == "exudyn" else ["corners", "joints", "energy"],
+        # At 1 rpm the last impacts are 1e-11 m deep: what a looser tolerance leaves of them never settles.
+        "solver.reference.tolerance": 1e-12,
+        "solver.exudyn.formulation": "tree",
+        "solver.exudyn.step": 60.0 / case["speed"] / 500,
+    }
+    return load_scene(BASE, values)
+
+
+def _at_rest(_: Case) -> Job:
+    """Return the run of the ideal mechanism, all but at rest, its slider on the line of the right wall."""
+    values = _ONE_CYCLE | {
+        "drive.speed_rpm": _REST,
+        "mechanism.reference_offset": load_scene(BASE).data["clearance"]["slider"],
+        "output.groups": ["joints"],
+    }
+    return Job(load_scene("ideal", values), "reference")
+
+
+def _less_static(case: Case, run: Table, static: Table) -> Row:
+    """Return what differs from the press at rest in the second half of the cycle, after the first impacts.
+
+    The largest differences (N, N m, m), and the largest kinetic energy, J; of the whole cycle the number of
+    contacts, when the last began, and the mean step, s.
+    """
+    data, late, events = _slow_scene(case).data, slice(_SAMPLES // 2, None), contacts(run)
+    held = static.values("guide_force")[late]
+    walls = sum(sign * run.values(f"corner_{corner}_normal")[late] for corner, sign in _SIDES.items())
+    # Upright and at rest, each corner of the side bears half.
+    deep = (np.abs(held) / 2 / corner_stiffness(data["contact"])) ** (1 / data["contact"]["exponent"])
+    x = run.values("slider_x")[late] - data["mechanism"]["guide_x"] - data["clearance"]["slider"]
+    row = {
+        "contacts": len(events),
+        "last touch": float(events["start"].max()),
+        "mean step": float(run.time[-1]) / run.provenance["counters"]["steps"],
+        "wall force": float(np.abs(walls - held).max()),
+        "depth": float(np.abs(x - deep).max()),
+    }
+    if case["model"] == "reference":
+        torque = run.values("crank_torque") - static.values("crank_torque")
+        row["torque"] = float(np.abs(torque[late]).max())
+        row["kinetic energy"] = float(run.values("energy_kinetic")[late].max())
+    return row
+
+
+SPEED = Limit(
+    variable="speed",
+    cases=[
+        {"friction": friction, "model": model, "speed": speed}
+        for friction in (0.0, 0.15) for model in MODELS for speed in SPEEDS
+        if model == "reference" or speed >= SLOWEST_TREE
+    ],
+    scene=_slow_scene, measure=_less_static, against=_at_rest,
+    orders=dict.fromkeys(("wall force", "torque", "depth", "kinetic energy"), 2.0)
+    | {"last touch": 0.0, "mean step": nan},
+    by="friction", known=(0.0,),
+    panels=(
+        Panel("speed (rpm)", "|wall force − static| (N)", ("wall force",), (1.0, 60.0, 6e-5, 2.0),
+              by="friction", label="friction {0:g}, {1}"),
+        Panel("speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0), by="friction"),
+    ),
+)  # fmt: skip
+
+LIMITS = {"clearance": CLEARANCE, "stiffness": STIFFNESS, "lossless": LOSSLESS, "speed": SPEED}
+"""By the name that is, after ``limit_``, that of figure and table."""
+
+
+def run_limits(n_jobs: int, on_progress: Progress | None) -> dict[str, pd.DataFrame]:
+    """Run all limits in one go; a frame each, by the names of `LIMITS`."""
+    jobs = {name: limit.jobs for name, limit in LIMITS.items()}
+    outcomes = iter(run_all([job for some in jobs.values() for job in some], n_jobs, on_progress))
+    return {name: LIMITS[name].rows([next(outcomes) for _ in some]) for name, some in jobs.items()}
+
+
+# ---- page and figures
+
+
+def values(limits: Mapping[str, pd.DataFrame]) -> dict[str, object]:
+    """Return what stands in the page about the limits."""
+    observed = [
+        LIMITS[name].observed(frame).rename(columns={LIMITS[name].by: "case"})
+        for name, frame in limits.items()
+    ]
+    numbers = {"expected": number, "reference": number, "exudyn": number}
+    orders = pd.concat([frame.astype({"case": str}) for frame in observed]).dropna(subset="expected")
+    named = {"two": "both corners", "one": "one corner", "0.0": "no friction"}
+    orders = orders.assign(case=orders["case"].replace(named))
+    wide, lossless, speed = limits["clearance"], limits["lossless"], limits["speed"]
+    surplus = wide["x"] - wide["clearance"] - wide["depth"]
+    data = _clearance_scene(CLEARANCE.cases[0]).data
+    rough = speed[speed["friction"] > 0]
+    slow = rough[rough["model"] == "reference"].sort_values("speed").iloc[0]
+    force = rough.pivot_table("wall force", "speed", "model").reindex(columns=list(MODELS))
+    stiffest = limits["stiffness"].query("corners == 'one'").iloc[-1]
+    return {
+        "orders": markdown(orders, {"case": str, "quantity": str, **numbers}),
+        "least": quantity(float(surplus.min()), "m"),
+        "most": quantity(float(surplus.max()), "m"),
+        "inclination": number(float(rod4_inclination(data, 0.0, np.linspace(0.0, tau, 3601)).max()), 4),
+        "law": f"{law():.10f}",
+        "hard": f"{stiffest['restitution']:.7f}",
+        "hard_modulus": f"{stiffest['modulus']:.0e}",
+        "damping": quantity(lossless.loc[lossless["case"] != NO_FRICTION, "damping"].max(), "J"),
+        "friction": quantity(lossless.loc[lossless["case"] != NO_DAMPING, "friction"].max(), "J"),
+        "residual": ", ".join(
+            f"{quantity(group['residual'].min(), 'J')} to {quantity(group['residual'].max(), 'J')} ({model})"
+            for model, group in lossless[lossless["case"] == BOTH].groupby("model", sort=False)
+        ),
+        "torque": quantity(slow["torque"], "N m"),
+        "force": quantity(slow["wall force"], "N"),
+        "slowest": f"{slow['speed']:g}",
+        "apart": number((force["exudyn"] / force["reference"] - 1).abs().max(), 2),
+    }
+
+
+def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:
+    """Write limit_NAME.svg: points beside lines of the expected orders."""
+    limit = LIMITS[name]
+    with svg.panels(folder / f"limit_{name}.svg", 1, 2, height=3.0) as both:
+        for axes, panel in zip(both, limit.panels, strict=True):
+            _panel(axes, panel, frame, limit.variable)
+        if not limit.panels[0].rows:
+            svg.legend_above(both[0], 2)
+
+
+def _panel(axes: Axes, panel: Panel, frame: pd.DataFrame, variable: str) -> None:
+    shown = frame.query(panel.rows) if panel.rows else frame
+    kept = list(dict.fromkeys([variable, "model", *([panel.by] if panel.by in frame else [])]))
+    points = shown.melt(kept, list(panel.quantities))
+    lines = dict(zip(points[panel.by].unique(), _DASHES, strict=False))
+    for (key, model), line in points.groupby([panel.by, "model"], sort=False):
+        look = _MARKS[str(model)] | {"dashes": lines[key], "lw": 0.8, "mfc": "none"}
+        axes.plot(line[variable], line["value"], label=panel.label.format(key, model), **look)
+    start, end, first, order = panel.guide
+    last = first * (end / start) ** order
+    axes.plot((start, end), (first, last), color=svg.LIMIT, lw=3, alpha=0.5, zorder=0)
+    written = str(Fraction(order).limit_denominator(10)).replace("-", "−")
+    axes.set_title(f"grey: order {written}", size=9, loc="right")
+    axes.set(xscale="log", yscale="log", xlabel=panel.x, ylabel=panel.y)
+    axes.margins(x=0.04)

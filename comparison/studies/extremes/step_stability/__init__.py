@@ -1,1 +1,0 @@
-"""Stability of steps: Baumgarte's gains under an explicit method, and contacts without error control."""

@@ -1,0 +1,366 @@
+"""Cells, classes and causes of the study extremes; a handful of its cells run for real."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.execution.store import cache_folder
+from comparison.scene import load_scene
+from comparison.studies.extremes import runs, study
+from comparison.studies.extremes.cells import (
+    BASE_LABEL,
+    COLUMNS,
+    FULL,
+    HYPERCUBE,
+    LAWS,
+    MINIMAL,
+    SEED,
+    STRICT,
+    TREE,
+    Base,
+    Cause,
+    Cell,
+    Class,
+    Judged,
+    Outcome,
+    apart,
+    causes,
+    cells,
+    check,
+    estimate,
+    frame,
+    hypercube,
+    judge,
+    principal,
+    rerun,
+    run_campaign,
+    warned,
+)
+from comparison.studies.extremes.runs import LIMIT, CellRun, out_of_time, run_cell, run_tasks
+from comparison.studies.shared import benchmark_unit
+
+pytestmark = pytest.mark.usefixtures("own_cache")
+
+FULL_GRID = study.STUDY.full
+EVERY_CELL = cells(FULL_GRID.axes, FULL_GRID.points)
+BOUND = 1e-9
+EXACT = np.linspace(-2e-4, 2e-4, 11)
+
+
+def row(x, status="success", **more):
+    return {"status": status, "message": "", "x": list(x), **more}
+
+
+TIGHT = {"minimal, strict": row(EXACT), "tree, strict": row(EXACT + 1e-12)}
+LATE = {"status": "work-limit", "message": "", "share": 0.3, "limit": LIMIT}
+
+
+def leaving(at: int, error: float):
+    return row(EXACT + np.where(np.arange(11) >= at, error, 0.0))
+
+
+def outcome(error: float, magnified: float, steps: float | None = None, law: str = LAWS[0]) -> Outcome:
+    ran = row(EXACT + error, steps_per_contact=steps)
+    runs_of = {FULL.name: judge(ran, TIGHT, BOUND)}
+    return Outcome(Cell("axis", "value", law, (FULL,)), runs_of, TIGHT, magnified)
+
+
+def why(of: Outcome, unchanged: Outcome, bounded: Outcome | None = None) -> list[Cause]:
+    return causes(of, FULL.name, Base(bounded or unchanged, unchanged))
+
+
+# ---- cells
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "high"),
+    [
+        ("clearance.slider", 1e-9, 5e-3),
+        ("drive.speed_rpm", 1.0, 6000.0),
+        ("contact.youngs_modulus", 1e6, 1e13),
+        ("contact.restitution", 0.0, 1.0),
+        ("friction.coefficient", 0.0, 2.0),
+        ("contact.corner_radius", 1e-6, 1.0),
+        ("environment.gravity", -9.81, 98.1),
+        ("drive.cycles", 10.0, 10_000.0),
+        ("solver.reference.tolerance", 1e-16, 1.0),
+        ("solver.exudyn.step", 1e-7, 1e-2),
+    ],
+)
+def test_the_ranges_that_are_asked_for_are_reached(key, low, high):
+    values = [float(of[key]) for cell in EVERY_CELL if key in (of := {**cell.changes, **cell.settings})]
+    values = [value for value in values if key != "drive.speed_rpm" or value > 0]
+    assert (min(values), max(values)) == pytest.approx((low, high), rel=0.05)
+
+
+def test_each_cell_is_there_once_and_under_laws_that_the_models_have():
+    assert max(Counter((cell.axis, cell.label, cell.law) for cell in EVERY_CELL).values()) == 1
+    for law in LAWS:
+        assert load_scene(runs.BASE, {"contact.law": law}).data["contact"]["law"] == law
+
+
+def test_the_hypercube_has_a_point_in_each_of_200_parts_of_each_range():
+    points = hypercube(200, SEED)
+    assert {cell.law for cell in points} == set(LAWS)
+    for key, low, high in (("drive.speed_rpm", 1.0, 6000.0), ("contact.youngs_modulus", 1e6, 1e13)):
+        share = np.log(np.array([cell.changes[key] for cell in points]) / low) / np.log(high / low)
+        # Values are written with six digits: a point on a border may change its part.
+        assert len(set(np.floor(200 * share))) >= 198
+    assert points[3].changes == hypercube(200, SEED)[3].changes
+
+
+# ---- classes
+
+
+def test_a_run_converged_only_if_it_is_close_to_both_runs_that_count_as_exact():
+    assert judge(leaving(7, 0.9e-9), TIGHT, BOUND).kind is Class.CONVERGED
+    judged = judge(leaving(7, 1.1e-9), TIGHT, BOUND)
+    assert (judged.kind, judged.lasted) == (Class.DEGRADED, 0.7)
+    assert judged.error == pytest.approx(1.1e-9, rel=1e-2)
+    other = {"minimal, strict": row(EXACT), "tree, strict": row(EXACT + 1e-6)}
+    for exact in (EXACT, EXACT + 1e-6):
+        assert judge(row(exact), other, BOUND).kind is Class.DEGRADED
+
+
+def test_without_an_error_bound_nothing_converged_and_without_an_exact_run_nothing_is_known():
+    assert judge(row(EXACT), TIGHT, math.nan).kind is Class.DEGRADED
+    gone = {name: row([], "step-too-small") for name in TIGHT}
+    assert judge(row(EXACT), gone, BOUND).kind is Class.UNCONFIRMED
+    assert judge(row(EXACT), gone | {"tree, strict": row(EXACT)}, BOUND).kind is Class.CONVERGED
+
+
+@pytest.mark.parametrize(
+    ("ended", "kind"),
+    [
+        ({"status": "work-limit", "x": []}, Class.STOPPED),
+        ({"status": "newton-failed"}, Class.STOPPED),
+        ({"status": "bad input"}, Class.REFUSED),
+        ({"status": "crashed"}, Class.CRASHED),
+        ({"status": "unusable"}, Class.NONSENSE),
+        (LATE, Class.NOT_TESTED),
+    ],
+)
+def test_what_the_study_cut_off_is_not_tested_and_every_other_status_has_its_class(ended, kind):
+    assert judge({"message": "", **ended}, TIGHT, BOUND).kind is kind
+
+
+@pytest.mark.parametrize(
+    ("measured", "kind", "told"),
+    [
+        ({}, Class.CONVERGED, False),
+        ({"energy_share": 0.009}, Class.CONVERGED, False),
+        ({"energy_share": 0.011}, Class.DEGRADED, True),
+        ({"constraint_m": 1.1e-6}, Class.DEGRADED, True),
+        ({"steps_per_contact": 9.9}, Class.CONVERGED, True),
+        ({"steps_per_contact": 10.0, "energy_share": None}, Class.CONVERGED, False),
+    ],
+)
+def test_what_spoils_a_run_and_what_sixbar_run_warns_of(measured, kind, told):
+    assert judge(row(EXACT, **measured), TIGHT, BOUND).kind is kind
+    assert warned(row(EXACT, **measured)) is told
+
+
+def test_runs_are_as_far_apart_as_the_farthest_two_that_finished():
+    away = row(EXACT + 1e-9 * np.linspace(1.0, 40.0, 11))
+    assert apart(row(EXACT), away) == pytest.approx(40e-9, rel=1e-6)
+    assert apart(row(EXACT), LATE, row(EXACT - 1e-9), away) == pytest.approx(41e-9, rel=1e-6)
+    assert math.isnan(apart(row(EXACT), LATE))
+
+
+# ---- causes
+
+
+def test_a_cause_is_given_only_where_it_accounts_for_the_error():
+    unchanged = outcome(0.0, 2.0, 100.0)
+    assert why(unchanged, unchanged) == []
+    # A hundred times the base's magnification, a thousand times the error bound: within the scatter.
+    assert why(outcome(1e-6, 200.0, 100.0), unchanged) == [Cause.MAGNIFIED]
+    assert why(outcome(2e-6, 200.0, 100.0), unchanged) == [Cause.MAGNIFIED, Cause.UNEXPLAINED]
+    # A fifth of the steps a contact, 25 times the error.
+    assert why(outcome(2e-7, 2.0, 20.0), unchanged) == [Cause.FEW_STEPS]
+    assert why(outcome(3e-7, 2.0, 20.0), unchanged) == [Cause.FEW_STEPS, Cause.UNEXPLAINED]
+    assert why(outcome(1.0, 2.0, 3.0), unchanged) == [Cause.FEW_STEPS]
+    assert why(outcome(5e-9, 2.0, 100.0), unchanged) == [Cause.SCATTERED]
+    # A formulation that errs as much in the base scene errs by itself.
+    assert why(outcome(1e-6, 2.0, 100.0), unchanged, outcome(1.5e-6, 2.0, 100.0)) == [Cause.AS_IN_BASE]
+    assert why(outcome(1.0, 2.0, 100.0, LAWS[2]), unchanged) == [Cause.LITERAL]
+    assert principal([Cause.MAGNIFIED, Cause.UNEXPLAINED]) == "not explained"
+    assert principal([]) == ""
+
+
+def test_formulations_that_leave_at_one_instant_have_one_cause():
+    unchanged, of = outcome(0.0, 2.0), outcome(0.0, 2.0)
+    for name in (FULL.name, TREE.name):
+        of.runs[name] = judge(leaving(6, 1e-6), TIGHT, BOUND)
+    assert why(of, unchanged) == [Cause.TOGETHER]
+    of.runs[TREE.name] = judge(row(EXACT), TIGHT, BOUND)
+    assert why(of, unchanged) == [Cause.UNEXPLAINED]
+
+
+def test_much_friction_may_jam_what_stopped_or_was_cut_off():
+    of = outcome(0.0, 2.0)
+    for ended in (LATE, row([], "newton-failed")):
+        of.runs[FULL.name] = judge(ended, TIGHT, BOUND)
+        assert why(of, of) == []
+        jammed = replace(of, cell=replace(of.cell, changes={"friction.coefficient": 2.0}))
+        assert why(jammed, of) == [Cause.JAMMED]
+
+
+@pytest.mark.parametrize(
+    ("strict", "cause"), [("success", Cause.COARSE_TOLERANCE), ("bad input", Cause.NO_MECHANISM)]
+)
+def test_a_refusal_is_one_of_the_tolerance_where_a_finer_one_is_not_refused(strict, cause):
+    of = replace(outcome(0.0, 2.0), exact={STRICT.name: row(EXACT, strict)})
+    of.runs[FULL.name] = judge({"status": "bad input", "message": ""}, TIGHT, BOUND)
+    assert why(of, of) == [cause]
+
+
+def test_a_refined_rerun_is_a_cause_only_where_it_accounts_for_the_error():
+    unchanged, of = outcome(0.0, 2.0, 100.0), outcome(2e-6, 200.0, 100.0)
+    judged = of.runs[FULL.name]
+
+    def last(neighbour: float, finer: Judged | None) -> Cause:
+        of.runs[FULL.name] = replace(judged, neighbour=neighbour, finer=finer)
+        return why(of, unchanged)[-1]
+
+    assert last(2.1e-7, None) is Cause.UNRESOLVED
+    assert last(1.9e-7, None) is Cause.UNEXPLAINED
+    assert last(math.nan, replace(judged, error=9e-7)) is Cause.TOO_COARSE
+    assert last(math.nan, replace(judged, error=1.1e-6)) is Cause.UNEXPLAINED
+    assert last(0.0, Judged({}, Class.STOPPED)) is Cause.EDGE
+
+
+# ---- runs
+
+
+def test_the_limit_is_a_multiple_of_what_the_benchmark_takes(monkeypatch):
+    """On a machine that is a million times as fast a run has a millionth of the time."""
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 20.0})
+    for unit, ended in ((1e-9, True), (1e3, False)):
+        monkeypatch.setattr(runs, "unit_seconds", lambda unit=unit: unit)
+        assert out_of_time(run_cell(CellRun(scene, "reference"), lambda _: None)) is ended
+
+
+def test_the_unit_is_the_least_of_its_repeats_of_a_mass_between_its_walls(monkeypatch):
+    # It ends between them, less than the 5 um deep that 0.1 m/s reaches; and not where it began.
+    assert 0.0 < abs(benchmark_unit._compiled()(benchmark_unit.STEPS)) < 1.05e-4
+    times = iter([0.03, 0.02, 0.05, *[0.04] * benchmark_unit.REPEATS])
+    monkeypatch.setattr(benchmark_unit, "_seconds", lambda _: next(times))
+    assert benchmark_unit.unit_seconds.__wrapped__() == 0.02
+
+
+def test_equal_tasks_run_once_and_not_again():
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1, "output.samples_per_cycle": 250})
+    tasks = {name: CellRun(scene, "reference") for name in ("one", "other")}
+    rows = run_tasks(tasks, 1, None)
+    assert rows["one"] == rows["other"]
+    assert (rows["one"]["status"], len(rows["one"]["x"])) == ("success", 26)
+    (ledger,) = cache_folder().glob("*extremes-runs*.jsonl")
+    kept = ledger.read_bytes()
+    assert run_tasks(tasks, 1, None) == rows
+    assert ledger.read_bytes() == kept
+
+
+def test_the_estimate_is_three_times_the_distance_of_levels_out_of_order():
+    """Or of neighbouring starts, where that is more; without a finer run there is none."""
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "output.samples_per_cycle": 250})
+    x = 2e-4 * np.sin(np.linspace(0.0, 2.0 * np.pi, 251))
+    family = {"base": row(x), "finer": row(x + 1e-9)}
+    assert estimate(family, scene, "reference") == pytest.approx(3e-9, rel=1e-6)
+    family |= {"coarser": row(x), "perturbed": row(x + 5e-9), "other_perturbed": row(x)}
+    assert estimate(family, scene, "reference") == pytest.approx(15e-9, rel=1e-6)
+    # They are beside the coarser run: without its motion their distance from another one says nothing
+    family["coarser"] = row([], "bad input")
+    assert estimate(family, scene, "reference") == pytest.approx(3e-9, rel=1e-6)
+    family["finer"] = LATE
+    assert math.isnan(estimate(family, scene, "reference"))
+
+
+@pytest.mark.parametrize(("bound", "kind"), [(1e-12, Class.ANNOUNCED), (1e-5, Class.DEGRADED)])
+def test_a_degraded_run_is_announced_if_its_check_exceeds_the_bound(bound, kind):
+    """The check of a coarse run of the base scene, by its runs: it errs by some 1e-8 m."""
+    cell = Cell("tolerance", BASE_LABEL, LAWS[0], (MINIMAL,), {}, {"solver.reference.tolerance": 1e-8})
+    done = run_cell(CellRun(cell.scene_of(MINIMAL), "reference"), lambda _: None) | {"status": "success"}
+    exact = {"strict": done | {"x": list(np.asarray(done["x"]) + 2.0 * bound)}}
+    of = Outcome(cell, {MINIMAL.name: judge(done | {"limit": LIMIT}, exact, bound)}, exact)
+    assert of.runs[MINIMAL.name].kind is Class.DEGRADED
+    check([of], 1, None)
+    assert of.runs[MINIMAL.name].kind is kind
+    assert 1e-10 < of.runs[MINIMAL.name].estimate < 1e-5
+
+
+def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting():
+    """In a scene that loses nothing, under the law of a whole side, a hair decides; in the base scene not."""
+    many = []
+    for cell in (
+        Cell("restitution", "1", LAWS[1], (MINIMAL,), {"contact.restitution": 1.0}),
+        Cell("base", BASE_LABEL, LAWS[0], (MINIMAL,)),
+    ):
+        exact = run_cell(CellRun(cell.scene_of(STRICT), "reference"), lambda _: None)
+        judged = Judged({}, Class.DEGRADED, 1e-6, 1e-9, 0.5)
+        many.append(Outcome(cell, {MINIMAL.name: judged}, {STRICT.name: exact | {"status": "success"}}))
+    rerun(many, [(0, MINIMAL.name), (1, MINIMAL.name)], 1, None)
+    hair, ordinary = (of.runs[MINIMAL.name] for of in many)
+    assert hair.neighbour > 1e-10  # a thousand times the hair of 1e-13 m at the least
+    # The base scene magnifies it by 8 only, but the bound of either run is 3e-11 m.
+    assert 0.0 < ordinary.neighbour < 1e-10
+    assert ordinary.finer is not None
+    assert ordinary.finer.error < 2.6e-10  # the bound at a tenth of the standard tolerance
+
+
+def test_some_cells_for_real():
+    """Each ends in a class, the refused one with its reason, and the table holds them all."""
+    wanted = {("base", BASE_LABEL), ("modulus", "1e+08"), ("edge of assembly", "rod 2 0.5 m")}
+    chosen = [
+        replace(cell, methods=(MINIMAL, TREE))
+        for cell in EVERY_CELL
+        if (cell.axis, cell.label) in wanted and cell.law == LAWS[0]
+    ]
+    table = frame(run_campaign(chosen, 1, None)).set_index(["value", "formulation"])
+    assert set(table.loc["rod 2 0.5 m", "class"]) == {"refused"}
+    assert (table.loc["rod 2 0.5 m", "cause"] == Cause.NO_MECHANISM).all()
+    assert table.loc[(BASE_LABEL, MINIMAL.name), "class"] == Class.CONVERGED
+    good = table[table["class"] == Class.CONVERGED]
+    assert (good["error_m"] <= good["bound_m"]).all()
+    assert not table["class"].isin([Class.CRASHED, Class.NONSENSE]).any()
+
+
+# ---- the page of made-up runs
+
+
+def made_up() -> pd.DataFrame:
+    kinds = [Class.CONVERGED, Class.ANNOUNCED, Class.STOPPED, Class.NOT_TESTED, Class.REFUSED]
+    places = [("base", BASE_LABEL), ("clearance", "1e-09"), ("clearance", "0.005"), (HYPERCUBE, "1")]
+    rows = []
+    for number, (axis, value) in enumerate(places):
+        for at, method in enumerate((MINIMAL, TREE, FULL)):
+            rows.append(
+                dict.fromkeys(COLUMNS, math.nan)
+                | {"cell": number, "axis": axis, "value": value, "law": LAWS[0], "scene": ""}
+                | {"model": method.model, "formulation": method.name, "bound_m": 1e-9, "error_m": 2e-9}
+                | {"class": kinds[(number + at) % 5].value, "status": "newton-failed", "message": "try"}
+                | {"cause": Cause.MAGNIFIED.value, "magnification": 10.0, "estimate_m": 3e-9}
+                | {"speed_rpm": 10.0, "modulus_Pa": 1e9}
+            )
+    return pd.DataFrame(rows)
+
+
+def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
+    results = study.Results(made_up(), {}, None)
+    study.STUDY.report(results, tmp_path)
+    text = (tmp_path / "README.md").read_text("utf-8")
+    assert "Of 12 runs 3 ended at the study's own limit of time and are not tested. Of the other 9: " in text
+    assert "reference (clearance 0.005); Exudyn, tree (clearance 1e-09); Exudyn, five bodies (base" in text
+    first, _, _ = text.partition("## Appendix")
+    assert (first.count("]("), first.count("\n|---|"), first.count(".svg")) == (3, 1, 1)
+    assert "| reference, minimal | 1 | 1 | 0 | 1 | 0 | 1 | 4 |" in first
+    assert len(pd.read_csv(tmp_path / "cells.csv")) == 12
+    assert pd.read_csv(tmp_path / "classes.csv")["cells"].sum() == 4
+    drawn = (tmp_path / "axes.svg").read_text("utf-8")
+    assert all(text in drawn for text in ("clearance (m)", "reference", "Exudyn, tree", "stopped"))

@@ -1,0 +1,172 @@
+"""Limits with a known answer, and limits of steps: theory against brute force, and runs of the reference."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from functools import partial
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import DOP853
+
+from comparison.execution.run import Outcome, run_one
+from comparison.models import MODELS
+from comparison.studies.extremes import limits, study
+from comparison.studies.extremes.limits import LIMITS, NO_DAMPING, NO_FRICTION, TIGHT, TILTS, WIDE
+from comparison.studies.extremes.steps import (
+    FIXED,
+    FULL,
+    SMALL_STEPS,
+    Impact,
+    gain_scene,
+    growth,
+    least_steps,
+    rebounds,
+    run_steps,
+    stable_to,
+)
+
+# ---- limits
+
+
+def by_the_reference(name: str, folder) -> tuple[pd.DataFrame, pd.Series]:
+    """Run those of the reference, Exudyn's are said to have crashed; return rows and orders, and draw."""
+    limit, run = LIMITS[name], partial(run_one, model="reference")
+    outcomes = [
+        Outcome("success", table=run(job.scene)) if job.model == "reference" else Outcome("crashed")
+        for job in limit.jobs
+    ]
+    frame = limit.rows(outcomes)
+    limits.draw(name, frame, folder)
+    assert (folder / f"limit_{name}.svg").is_file()
+    assert set(frame.loc[frame["model"] == "exudyn", "status"]) == {"crashed"}
+    orders = limit.observed(frame)
+    assert orders["exudyn"].isna().all()
+    return frame[frame["model"] == "reference"], orders.set_index([limit.by, "quantity"])["reference"]
+
+
+def test_restitution_of_the_law() -> None:
+    assert limits.law() == limits.restitution(0.9) == pytest.approx(0.9131766778, abs=1e-10)
+    assert limits.restitution(1.0) == 1.0
+
+
+def test_clearance_to_zero(tmp_path) -> None:
+    ran, orders = by_the_reference("clearance", tmp_path)
+    # The depth is a tenth of the smallest clearance of these: it takes some hundredths from the order.
+    assert orders[WIDE, "x"] == pytest.approx(1.0, abs=0.05)
+    assert orders[WIDE, "y"] == pytest.approx(1.0, abs=0.05)
+    assert orders[WIDE, "vx"] == pytest.approx(0.5, abs=0.1)
+    assert orders[TIGHT, "x"] < 0.3
+    assert (ran["y"] <= 0.2095 * 1.001 * ran["x"]).all()
+
+
+def test_stiffness_to_infinity(tmp_path) -> None:
+    ran, orders = by_the_reference("stiffness", tmp_path)
+    for corners in TILTS:
+        for name, slack in (("depth", 0.005), ("duration", 0.005), ("error", 0.01), ("x 1 in flight", 0.02)):
+            assert orders[corners, name] == pytest.approx(-0.4, abs=slack)
+    stiffest = ran[ran["modulus"] == 1e15]
+    assert len(stiffest) == 2
+    assert stiffest["restitution"].to_numpy() == pytest.approx(limits.law(), abs=1e-3)
+    assert stiffest["depth"].to_numpy() == pytest.approx(stiffest["point mass"].to_numpy(), rel=3e-4)
+
+
+def test_nothing_is_lost_that_cannot_be(tmp_path) -> None:
+    ran, orders = by_the_reference("lossless", tmp_path)
+    damped, rough = ran["case"] == NO_FRICTION, ran["case"] == NO_DAMPING
+    assert (ran.loc[~damped, "damping"] == 0.0).all()
+    assert (ran.loc[~rough, "friction"] == 0.0).all()
+    assert (ran.loc[damped, "damping"] > 0.0).all()
+    assert (ran.loc[rough, "friction"] > 0.0).all()
+    assert 0.5 < orders.iloc[0] < 1.1
+
+
+def test_speed_to_zero(tmp_path) -> None:
+    ran, orders = by_the_reference("speed", tmp_path)
+    # At 60 rpm the force differs from the static one by half of it: the depth, its power 2/3, is not linear.
+    for name, slack in (("wall force", 0.02), ("torque", 0.02), ("kinetic energy", 0.02), ("depth", 0.05)):
+        assert orders[0.0, name] == pytest.approx(2.0, abs=slack)
+    rough = ran.loc[ran["friction"] > 0, "torque"].to_numpy()
+    assert rough[-1] == pytest.approx(rough[-2], rel=0.05)  # what does not vanish
+
+
+def test_both_models_are_in_every_limit() -> None:
+    for limit in LIMITS.values():
+        assert {case["model"] for case in limit.cases} == set(MODELS)
+
+
+# ---- steps
+
+
+def after(steps: int, z: complex) -> float:
+    """Return |y| after so many steps of DOP853 on y' = z y, h = 1, stage by stage."""
+    y = 1.0 + 0.0j
+    for _ in range(steps):
+        slopes: list[complex] = []
+        for row in DOP853.A:
+            slopes.append(z * (y + sum(a * k for a, k in zip(row, slopes, strict=False))))
+        y += sum(b * k for b, k in zip(DOP853.B, slopes, strict=True))
+    return abs(y)
+
+
+@pytest.mark.parametrize("degrees", [180.0, 150.0, 120.0, 95.0, 90.0])
+def test_the_stability_limit_of_dop853_parts_decay_from_growth(degrees) -> None:
+    direction = cmath.exp(1j * math.radians(degrees))
+    S = stable_to(direction)
+    assert after(400, 0.99 * S * direction) < 1.0
+    assert after(400, 1.01 * S * direction) > 2.0
+
+
+def test_a_growing_root_has_no_stable_step() -> None:
+    assert stable_to(1.0) == 0.0
+
+
+def test_the_reference_takes_the_steps_that_stability_allows() -> None:
+    """Loose tolerance, stiff error equation: the error control has nothing else to follow."""
+    alpha = FULL.gains[-1]
+    scene = gain_scene("ideal slider", alpha, alpha, FULL.tolerances[0], 0.2)
+    mean = scene.duration / run_one(scene, "reference").provenance["counters"]["steps"]
+    assert 0.9 < mean * alpha / stable_to() < 1.0
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_a_resolved_hit_returns_all_and_an_unresolved_one_does_not(name) -> None:
+    phases = np.linspace(0.05, 1.0, 20)
+    worst = [np.abs(rebounds(FIXED[name], wh, phases) - 1.0).max() for wh in (0.17, 0.017)]
+    assert worst[1] < worst[0] / 100  # order 2 at least
+    assert rebounds(FIXED[name], 1e3, phases).max() > 2.5
+    least = least_steps(FIXED[name], 1.0)
+    assert growth(FIXED[name], 0.5 * least) > 1.001 > growth(FIXED[name], 2.0 * least)
+
+
+def test_a_rigid_wall_throws_back_what_two_steps_by_hand_say() -> None:
+    """On the wall v1 = (2 s - 1) v0 and h a1 = -4 (1 - s) v0, then half of a1 more: v2 = (4 s - 3) v0."""
+    phases = np.array([0.1, 0.3, 0.5])
+    thrown = rebounds(FIXED["trapezoidal-index2"], 1e6, phases)
+    np.testing.assert_allclose(thrown, 3.0 - 4.0 * phases, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("step", "young"), [(1e-5, 1e9), (1e-5, 1e12)])
+@pytest.mark.parametrize("name", FIXED)
+def test_five_bodies_rebound_as_one_mass_does(name, step, young) -> None:
+    impact = Impact(name, step, young, 0.375)
+    ran = impact.measure(Outcome("success", table=run_one(impact.scene(), "exudyn")))
+    # Rod 4 turns by some 1e-4 rad in the few steps in which it moves a micrometre each.
+    assert ran["rebound"] == pytest.approx(ran["theory"], abs=3e-4)
+    assert ran["theory"] == rebounds(FIXED[name], impact.wh, np.array([0.375]))[0]
+
+
+def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(tmp_path, monkeypatch) -> None:
+    """With the limits of the reference alone: where Exudyn has nothing, nothing is said to be zero."""
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+    frames = {name: by_the_reference(name, tmp_path)[0] for name in LIMITS}
+    results = study.Results(pd.DataFrame(), frames, run_steps(SMALL_STEPS, 1, None))
+    study.write_known(results, tmp_path)
+    text = study.known(results)
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    linked = set(re.findall(r"\]\((\w+\.\w+)\)", text))
+    assert {path.name for path in tmp_path.iterdir() if path.is_file()} == linked
+    assert len(linked) == 8 + 7
