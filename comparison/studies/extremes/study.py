@@ -85,7 +85,23 @@ def page(results: Results) -> Mapping[str, object]:
         "long_limit": f"{grid.LONG_LIMIT:g}",
         "benchmark": BENCHMARK,
         "known": known(results),
+        "bounds": bounds(results),
     }
+
+
+def bounds(results: Results) -> str:
+    """Return the limits that follow from what has a known answer; nothing where that was not run."""
+    if results.steps is None:
+        return ""
+    values = steps.gain_values(results.steps.gains)
+    values |= steps.contact_values(results.steps.impacts, results.steps.points)
+    return (
+        "**Limits.** At fixed steps a contact must last more than {either_below} steps: of {points} runs "
+        "none above that stopped or was more than {wrong_by} wrong. Baumgarte's gains: at most a tenth of "
+        "one over the largest step, {gain_fine}/s here. Tolerance of the reference: at most 1 % of the angle "
+        "by which a rod crosses the clearance; a coarser one is refused. Clearance, stiffness, losses and "
+        "speed may go to their limits: both models converge to the known solutions (appendix)."
+    ).format(**values)
 
 
 def known(results: Results) -> str:
@@ -345,7 +361,8 @@ def draw_errors(runs: pd.DataFrame, folder: Path) -> None:
             axes.plot(
                 10 ** (middle.index + 0.5), middle["median"], mark, ls="-", lw=2, color=colour, label=label
             )
-        axes.axhline(1.0, color=svg.THRESHOLD, lw=0.9, dashes=(4, 2), label="error bound")
+        ends = [1.0, max(10.0, known["magnification"].max()) if len(known) else 10.0]
+        axes.plot(ends, [1.0, 1.0], color=svg.THRESHOLD, lw=0.9, dashes=(4, 2), label="error bound")
         axes.set(xscale="log", yscale="log", ylabel="error of x / its bound (1)")
         axes.set_xlabel("distance of two neighbouring starts after one cycle / at its start (1)")
         axes.margins(0.03)

@@ -351,6 +351,11 @@ def made_up() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def test_a_study_in_which_no_scene_magnifies_has_its_figures(tmp_path):
+    study.draw(study.Results(made_up().assign(magnification=0.0), {}, None), tmp_path)
+    assert {path.stem for path in tmp_path.glob("*.svg")} == {"axes", "errors", "hypercube"}
+
+
 def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
     results = study.Results(made_up(), {}, None)
     study.STUDY.report(results, tmp_path)

@@ -165,7 +165,7 @@ def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(tmp_path, mo
     frames = {name: by_the_reference(name, tmp_path)[0] for name in LIMITS}
     results = study.Results(pd.DataFrame(), frames, run_steps(SMALL_STEPS, 1, None))
     study.write_known(results, tmp_path)
-    text = study.known(results)
+    text = study.known(results) + study.bounds(results)
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     linked = set(re.findall(r"\]\((\w+\.\w+)\)", text))
     assert {path.name for path in tmp_path.iterdir() if path.is_file()} == linked
