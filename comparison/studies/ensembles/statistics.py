@@ -1,25 +1,22 @@
 r"""Two ensembles of runs from scattered starts, compared as distributions.
 
-Where neighbouring runs diverge, single runs cannot be compared; what can be tested is whether both models
-draw from one distribution. Every quantity gives one number a run, so that the runs, started independently,
-are the sample: a channel at an instant, the number of contacts in a cycle, quantiles of a run's contacts.
-Two samples are compared by
+Every quantity gives one number a run (a channel at an instant, the contacts of a cycle, quantiles of a run's
+contacts), so that the runs, started independently, are the sample. Two samples are compared by the two-sample
+test of Kolmogorov and Smirnov (the statistic is the largest distance of the empirical distribution functions,
+its p-value exact, conservative where values are tied) and by the Wasserstein distance
+:math:`\int |F_a - F_b|`.
 
-- the two-sample test of Kolmogorov and Smirnov, whose statistic is the largest distance of the empirical
-  distribution functions (exact p-value, conservative where values are tied);
-- the Wasserstein distance :math:`\int |F_a - F_b|`, in the quantity's unit.
-
-Some hundred tests at 5 % each would find differences by chance. The p-values are therefore adjusted after
-Benjamini and Yekutieli (Ann. Statist. 29, 2001, 1165-1188), which holds however the tests depend on each
-other: of all differences that are reported as found, at most the share `RATE` is expected to be false.
+Some hundred tests at 5 % each would find differences by chance. The p-values are adjusted after Benjamini and
+Yekutieli (Ann. Statist. 29, 2001, 1165-1188), however the tests depend on each other: of all differences that
+are reported, at most the share `RATE` is expected to be false.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy.stats import false_discovery_control, ks_2samp, wasserstein_distance
 
 from comparison.tables.arrays import Array
@@ -27,97 +24,66 @@ from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
 
 RATE = 0.05
+NAMES = ["quantity", "where", "unit"]
+"""What names a column of an ensemble's numbers, and a row of their tests."""
 QUANTILES = {"median": 0.5, "nine tenths": 0.9, "largest": 1.0}
-OF_CONTACTS = {"largest_depth": "m", "peak_force": "N", "normal_speed": "m/s"}
+CONTACT_COLUMNS = {"largest_depth": "m", "peak_force": "N", "normal_speed": "m/s"}
 
 
-@dataclass(frozen=True)
-class Sample:
-    """One number a run, of each of two ensembles: shapes (n,) and (m,)."""
+def distances(a: pd.DataFrame, b: pd.DataFrame) -> pd.DataFrame:
+    """Test every column of two ensembles, a row a run; their p-values are adjusted as one family of tests.
 
-    quantity: str
-    where: str
-    unit: str
-    a: Array
-    b: Array
-
-
-@dataclass(frozen=True)
-class Distance(Sample):
-    """How far the two samples are apart."""
-
-    statistic: float
-    """Largest distance of the empirical distribution functions, 0 to 1."""
-    wasserstein: float
-    """In the quantity's unit."""
-    scale: float
-    """Standard deviation of both samples together, in that unit."""
-    p: float
-    """Probability of such a statistic by chance, for this quantity alone."""
-    adjusted: float
-    """The smallest rate of false discoveries at which it counts as found."""
-
-    @property
-    def found(self) -> bool:
-        """Whether it is a difference at the rate `RATE` of false discoveries."""
-        return self.adjusted <= RATE
+    Returns
+    -------
+    tests
+        By quantity, where and unit: ``statistic``, 0 to 1; ``wasserstein`` and ``scale``, the standard
+        deviation of both together, in the unit; ``p`` for this quantity alone; ``adjusted``, the smallest
+        rate of false discoveries at which it is a difference; ``differs``: it is one at `RATE`.
+    """
+    rows = []
+    for column in a:
+        x, y = a[column].to_numpy(float), b[column].to_numpy(float)
+        test = ks_2samp(x, y)
+        scale = np.std(np.concatenate([x, y]))
+        rows.append((test.statistic, wasserstein_distance(x, y), scale, test.pvalue))
+    tests = pd.DataFrame(rows, a.columns, ["statistic", "wasserstein", "scale", "p"], dtype=np.float64)
+    tests["adjusted"] = false_discovery_control(tests["p"], method="by") if rows else tests["p"]
+    return tests.assign(differs=tests["adjusted"] <= RATE)
 
 
-def distances(samples: Sequence[Sample]) -> list[Distance]:
-    """Test every quantity; the p-values are adjusted for the number of all samples, one family of tests."""
-    if not samples:
-        return []
-    tests = [ks_2samp(sample.a, sample.b) for sample in samples]
-    adjusted = false_discovery_control([test.pvalue for test in tests], method="by")
-    return [
-        Distance(
-            **vars(sample),
-            statistic=float(test.statistic),
-            wasserstein=float(wasserstein_distance(sample.a, sample.b)),
-            scale=float(np.std(np.concatenate([sample.a, sample.b]))),
-            p=float(test.pvalue),
-            adjusted=float(rate),
-        )
-        for sample, test, rate in zip(samples, tests, adjusted, strict=True)
-    ]
-
-
-def ask(
-    a: Sequence[Table],
-    b: Sequence[Table],
-    *,
-    instants: Array,
-    floors: Mapping[str, tuple[float, str]],
-    period: float,
-    first_cycle: int,
-) -> list[Sample]:
-    """Collect the samples of two ensembles.
+def numbers_of(
+    runs: Sequence[Table], instants: Array, units: Mapping[str, str], period: float, first_cycle: int
+) -> pd.DataFrame:
+    """Return the numbers of an ensemble, a row a run, a column a quantity, where it is taken, and its unit.
 
     Parameters
     ----------
-    a, b
-        The runs, all with the same times.
+    runs
+        All with the same times.
     instants
-        Sample times (s) at which channels are compared, shape (k,).
-    floors
-        Channel -> its floor and unit. Where both ensembles scatter (standard deviation) by no more than the
-        floor the motion is predictable, and single runs can be compared.
+        Sample times (s) at which channels are taken, shape (k,).
+    units
+        Channel -> its unit.
     period
         Of the crank, s.
     first_cycle
         The first whose contacts count, from 0: until then the runs have not diverged.
     """
-    units = {channel: unit for channel, (_, unit) in floors.items()}
-    of_a, of_b = ([_numbers(run, instants, units, period, first_cycle) for run in runs] for runs in (a, b))
-    samples = [
-        Sample(*key, np.array([run[key] for run in of_a]), np.array([run[key] for run in of_b]))
-        for key in of_a[0]
-    ]
-    return [
-        sample
-        for sample in samples
-        if sample.quantity not in floors or max(sample.a.std(), sample.b.std()) > floors[sample.quantity][0]
-    ]
+    rows = [_numbers(run, instants, units, period, first_cycle) for run in runs]
+    columns = pd.MultiIndex.from_tuples(list(rows[0]), names=NAMES)
+    return pd.DataFrame([list(row.values()) for row in rows], columns=columns)
+
+
+def scattered(
+    a: pd.DataFrame, b: pd.DataFrame, floors: Mapping[str, float]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the columns in which one of two ensembles scatters by more than the floor of the quantity.
+
+    Below it the motion is predictable, and single runs can be compared.
+    """
+    least = a.columns.get_level_values("quantity").map(lambda name: floors.get(name, -1.0))
+    kept = np.maximum(a.to_numpy().std(axis=0), b.to_numpy().std(axis=0)) > least
+    return a.loc[:, kept], b.loc[:, kept]
 
 
 def _numbers(
@@ -138,7 +104,7 @@ def _numbers(
         for cycle, count in enumerate(counts, first_cycle + 1):
             numbers[f"contacts, {words} corner", f"cycle {cycle}", ""] = float(count)
     late = run.events[run.events["start"] >= edges[0]]
-    for column, unit in OF_CONTACTS.items():
+    for column, unit in CONTACT_COLUMNS.items():
         for words, level in QUANTILES.items():
             value = late[column].quantile(level) if len(late) else 0.0
             numbers[f"{column.replace('_', ' ')} of a contact", words, unit] = float(value)

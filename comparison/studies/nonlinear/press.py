@@ -8,11 +8,17 @@ impact speed that a closed contact remembers. So states are taken where the slid
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from functools import partial
 from math import pi
 
 import numpy as np
 
+from comparison.execution.run import Progress, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task
 from comparison.scene import Scene
+from comparison.studies.nonlinear.methods import PerturbedOrbits, follow
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
@@ -29,7 +35,19 @@ STATE = {
 CLEAR_OF_WALLS = 0.02
 """Of the clearance."""
 SHORTEST = 0.08
-"""Of a cycle."""
+"""Of a cycle: the shortest stage."""
+TRANSIENT = 10
+"""Cycles before the first that counts; the start is forgotten after one."""
+SAMPLES = 200
+"""A cycle; stages begin and end at samples."""
+ROUND_OFF = 1e-15
+"""m; some ten times the rounding of a coordinate of 0.55 m."""
+RESTING = 0.78
+"""Of a cycle from the start: the slider lies at the right wall with both corners."""
+LATER = (0.78, 0.86, 0.0)
+"""Of a cycle: still at rest, just after it has left the wall, at the next top dead centre."""
+REMEMBERING = ("lr", "ur")
+"""Corners at the right wall."""
 
 
 def states(table: Table, scene: Scene) -> Array:
@@ -86,9 +104,9 @@ class Press:
             table = self._table(state, when, samples)
             flying = np.flatnonzero(gaps(table)[shortest:] > clear)
             if flying.size:
-                end = shortest + int(flying[0])
+                end = when + shortest + int(flying[0])
                 # Run once more to there: the tables of the perturbed runs end at that sample too.
-                return self.perturbed(state, when, when + end), when + end
+                return self.perturbed(state, when, end), end
         raise ValueError(f"scene {self._scene.name!r}: the slider does not fly for a cycle")
 
     def perturbed(self, state: Array, when: int, end: int) -> Array:
@@ -103,3 +121,106 @@ class Press:
             "drive.cycles": samples / self.per_cycle,
         }
         return self._run(self._scene.with_values(values))
+
+
+@dataclass(frozen=True)
+class Chain(Task):
+    """Perturbed runs that are followed through many cycles."""
+
+    scene: Scene
+    model: str
+    cycles: int
+    distances: tuple[float, ...]
+    """m, growing."""
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model."""
+        return (self.model,)
+
+
+def measure(chain: Chain, progress: Progress) -> Row:
+    """Run a chain's scene until its start is forgotten, and follow perturbed runs from its next flight on.
+
+    Where they cannot be followed the row says why.
+    """
+    del progress
+    run = partial(run_one, model=chain.model)
+    scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
+    before = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
+    table, press = run(before), Press(scene, run)
+    flying = by_cycle(gaps(table), before)[-1] > CLEAR_OF_WALLS * scene.data["clearance"]["slider"]
+    when = TRANSIENT * SAMPLES + int(np.argmax(flying))
+    try:
+        orbits = follow(
+            press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
+            distances=np.array(chain.distances), round_off=ROUND_OFF, scale=scale(scene),
+        )  # fmt: skip
+    except ValueError as error:
+        return {"status": "failed", "message": " ".join(str(error).split())}
+    return {name: np.asarray(values).tolist() for name, values in asdict(orbits).items()}
+
+
+def orbits_of(row: Row) -> PerturbedOrbits | None:
+    """Return what a row holds; None where the chain failed."""
+    if row["status"] != SUCCESS:
+        return None
+    return PerturbedOrbits(**{field.name: np.array(row[field.name]) for field in fields(PerturbedOrbits)})
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Of one coordinate of the state at an angle, over many cycles."""
+
+    angle: float
+    channel: str
+    scatter: float
+    """Standard deviation, m, by `scale`."""
+    explained: float
+    """Share of the variance that is a linear function of the inverse impact speeds, 0 to 1."""
+
+
+def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
+    """Fit the states after a rest by the impact speeds that the contacts keep through it.
+
+    The damping force is K d^n C d' / v with the frozen speed v of the contact's first touch (Eqs. 9-11):
+    where d' is given from outside, as in the slow rise and fall of the load during the rest, the depth
+    departs from the elastic one by a share of 1 / v.
+
+    Returns
+    -------
+    remembered
+        Four for each angle of `LATER`, from ``first_cycle`` (from 0) on; none where the slider does not rest
+        on both corners in every cycle.
+    """
+    cycles = by_cycle(states(table, scene) * scale(scene), scene)
+    last = len(cycles) - 1
+    speeds = _speeds(table, scene, range(first_cycle, last))
+    if speeds is None:
+        return []
+    basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
+    memories = []
+    for angle in LATER:
+        # What comes before the rest in a cycle's count of angles is in the next cycle.
+        shift = 1 if angle < RESTING else 0
+        values = cycles[first_cycle + shift : last + shift, round(angle * cycles.shape[1])]
+        left = values - basis @ np.linalg.lstsq(basis, values)[0]
+        for channel, scatter, rest in zip(STATE, values.std(axis=0), left.var(axis=0), strict=True):
+            explained = float(1.0 - rest / scatter**2) if scatter else 0.0
+            memories.append(Memory(angle, channel, float(scatter), explained))
+    return memories
+
+
+def _speeds(table: Table, scene: Scene, cycles: range) -> Array | None:
+    """Return the impact speeds (m/s) of both corners at rest, shape (cycles, 2)."""
+    if table.events is None:
+        return None
+    speeds = []
+    for cycle in cycles:
+        when = (cycle + RESTING) * scene.period
+        closed = table.events[(table.events["start"] < when) & (table.events["end"] > when)]
+        touched = closed.drop_duplicates("corner").set_index("corner")["normal_speed"].reindex(REMEMBERING)
+        if touched.isna().any():
+            return None
+        speeds.append(touched.to_numpy(float))
+    return np.array(speeds)

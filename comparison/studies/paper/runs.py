@@ -13,9 +13,8 @@ from comparison.models import MODELS
 from comparison.reliability.difference import ideal_scenes
 from comparison.reliability.errors import SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
-from comparison.studies.nonlinear import scenes as nonlinear
-from comparison.studies.nonlinear.methods.lyapunov import Exponent
-from comparison.studies.nonlinear.study import measure as measure_chaos
+from comparison.studies.nonlinear import chaos as nonlinear
+from comparison.studies.nonlinear.methods import Exponent
 from comparison.studies.shared.errors import second_cycle
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import part
@@ -146,7 +145,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(long_scene(config, scene), model) for scene, model in product(SLIDER, MODELS)),
         *(Job(pin, model) for model in MODELS),
     ]
-    chaos = measure_chaos(config.chaos, n_jobs, part(on_progress, 0.0, 0.5))
+    chaos = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.5))
     tables = map(successful, run_all(jobs, n_jobs, part(on_progress, 0.5, 1.0)), jobs)
     return Runs(
         config,

@@ -8,7 +8,7 @@ from pathlib import Path
 from comparison.formatting import quantity, table
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.nonlinear import scenes as nonlinear
+from comparison.studies.nonlinear import chaos as nonlinear
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures, portraits, tables
 from comparison.studies.paper.claims import criteria, judge_all

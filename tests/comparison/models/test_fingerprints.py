@@ -29,7 +29,7 @@ MEASURES = (
     "comparison.studies.detection.rounding",
     "comparison.studies.detection.tasks",
     "comparison.studies.extremes.runs",
-    "comparison.studies.nonlinear.chains",
+    "comparison.studies.nonlinear.press",
     "comparison.studies.random_inputs.draws",
     "comparison.studies.sweep.runs",
     "comparison.studies.tradeoff.measure",

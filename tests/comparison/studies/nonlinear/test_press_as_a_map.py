@@ -10,14 +10,16 @@ import pytest
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.memory import LATER, RESTING, remembered
 from comparison.studies.nonlinear.press import (
     CLEAR_OF_WALLS,
+    LATER,
+    RESTING,
     SHORTEST,
     STATE,
     Press,
     by_cycle,
     gaps,
+    remembered,
     scale,
     states,
 )

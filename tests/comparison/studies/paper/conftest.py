@@ -10,7 +10,7 @@ import pytest
 
 from comparison.models import MODELS
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.methods.lyapunov import Exponent
+from comparison.studies.nonlinear.methods import Exponent
 from comparison.studies.paper import runs
 from comparison.studies.paper.study import STUDY
 from comparison.tables.table import Table

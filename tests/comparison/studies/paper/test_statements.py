@@ -7,7 +7,7 @@ import pytest
 
 from comparison.models import MODELS
 from comparison.scene import load_scene
-from comparison.studies.nonlinear import chaos, scenes
+from comparison.studies.nonlinear import chaos
 from comparison.studies.nonlinear.study import STUDY as NONLINEAR
 from comparison.studies.paper import claims, runs
 from comparison.studies.paper.claims import Verdict
@@ -194,9 +194,9 @@ def test_the_quadrants_in_which_the_pin_pushes(made_up, angles, verdict):
 
 def test_the_verdict_on_chaos_is_that_of_the_study_nonlinear_from_the_same_runs(made_up):
     for asked, full in ((STUDY.full.chaos, NONLINEAR.full), (STUDY.small.chaos, NONLINEAR.small)):
-        assert scenes.chains(asked).items() <= scenes.chains(full).items()
+        assert chaos.chains(asked).items() <= chaos.chains(full).items()
         main = runs.CENTRAL, MODELS[0]
-        assert scenes.long_runs(asked)[main] == scenes.long_runs(full)[main]
+        assert chaos.long_runs(asked)[main] == chaos.long_runs(full)[main]
     claim = next(claim for claim in claims.all_claims() if claim["id"] == "x-chaotic")
     for exponent, expected, word in (
         (2.0, SUPPORTED, "chaotic"),

@@ -1,4 +1,4 @@
-r"""A ball on a vibrating table: an impact oscillator whose answers are known, to test the tools with.
+r"""A ball on a vibrating table: an impact oscillator whose answers are known, to test the methods with.
 
 Table height A sin t, gravity 1, restitution e: time in units of the drive's 1/omega, so that A is the table's
 peak acceleration over gravity. Between impacts the flight is a parabola, exactly; an impact is the first root
@@ -22,10 +22,12 @@ and E. E. N. Macau, Phys. Rev. E 79 (2009) 026206.
 
 from __future__ import annotations
 
-from math import asin, cos, pi, sin, sqrt
+from dataclasses import dataclass
+from math import asin, cos, log, pi, sin, sqrt
 
 import numpy as np
 
+from comparison.studies.nonlinear.methods import Exponent, chaos_indicator, exponents, follow, recurrence
 from comparison.tables.arrays import Array
 
 PERIOD = 2 * pi
@@ -34,6 +36,46 @@ REGULAR, CHAOTIC = 1.18, 1.74
 """Amplitudes: eigenvalues a complex pair; the strange attractor."""
 _STEP = 0.02
 _MOST_IMPACTS = 1000
+_TRANSIENT = 10
+
+
+@dataclass(frozen=True)
+class Control:
+    """What the methods give for the ball, beside what is known."""
+
+    known: float
+    """Exponent per period: ln e where the motion is regular, else from the exact linear maps."""
+    measured: Exponent
+    """From perturbed orbits."""
+    indicator: float
+    """K of the 0-1 test."""
+    repeats: int | None
+    """Periods."""
+
+
+def control(amplitude: float, periods: int) -> Control:
+    """Apply the methods to the ball at an amplitude of the table, over so many periods."""
+    start = on_the_periodic_motion(amplitude) + np.array([1e-2, 0.0])
+    for _ in range(_TRANSIENT):
+        start = advance(start, amplitude)
+    state, series, vector, total = start, np.empty((periods, 2)), np.ones(2), 0.0
+    for k in range(periods):
+        state, tangent = flight(state, amplitude)
+        series[k] = state
+        vector = tangent @ vector
+        size = float(np.linalg.norm(vector))
+        total, vector = total + log(size), vector / size
+    orbits = follow(
+        lambda state, when: (advance(state, amplitude), when + 1),
+        lambda state, _when, _end: advance(state, amplitude),
+        start, 0, periods, distances=np.array([1e-8]), round_off=1e-15, scale=np.ones(2),
+    )  # fmt: skip
+    return Control(
+        log(RESTITUTION) if amplitude == REGULAR else total / periods,
+        exponents(orbits, 1)[0],
+        chaos_indicator(series[:, 0]),
+        recurrence(series[-50:], 1e-6),
+    )
 
 
 def on_the_periodic_motion(amplitude: float) -> Array:

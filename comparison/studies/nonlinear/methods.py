@@ -1,0 +1,227 @@
+r"""Methods of nonlinear dynamics on arrays: exponents from perturbed orbits, the 0-1 test, recurrence.
+
+*Exponents.* Perturbed orbits are integrated beside an orbit, the logarithm of the growth of their distance is
+recorded, and they are brought back along their direction to the initial distance (G. Benettin, L. Galgani,
+A. Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2) after each *stage*, of which a period
+has several: a whole one takes a distance from round-off to the size of the attractor.
+
+One more perturbed orbit starts every stage at round-off: how far it gets is the error of the computation. An
+orbit that does not get `CLEAR` times as far is *collapsed*: its growth is only bounded from above, and it
+starts the next stage in the direction that it had before. Several distances are followed; where the exponent
+does not depend on the distance it is one.
+
+*0-1 test* (G. A. Gottwald and I. Melbourne, SIAM J. Applied Dynamical Systems 8 (2009) 129-145, Eqs. 2.1-2.4
+and Sec. 3.2). From a series phi_j, one value a period, the translation variables
+
+.. math:: p_c(n) = \sum_{j \le n} \phi_j \cos jc, \quad q_c(n) = \sum_{j \le n} \phi_j \sin jc
+
+stay bounded where the motion is regular and diffuse where it is chaotic. K_c is the correlation of their mean
+square displacement with time: 0 regular, 1 chaotic; the median over c leaves out resonances with the series.
+Noise passes for chaos.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.tables.arrays import Array
+
+CLEAR = 10.0
+"""Times the error: there it changes the logarithm by at most 0.1."""
+CONFIDENCE = 0.95
+RESAMPLES = 2000
+FEW = 0.1
+"""Share of periods with a collapsed stage that is passed over."""
+FREQUENCIES = 100
+BAND = (np.pi / 5, 4 * np.pi / 5)
+"""rad, of c: away from 0, pi and 2 pi."""
+LEAST = 100
+"""Periods for the 0-1 test; a tenth of them is the longest displacement."""
+LONGEST = 16
+"""The longest period of a section that is looked for."""
+
+Orbit = Callable[[Array, int], tuple[Array, int]]
+"""State and when -> state and when at the end of a stage."""
+Perturbed = Callable[[Array, int, int], Array]
+"""State, when, until when -> state."""
+
+
+@dataclass(frozen=True)
+class PerturbedOrbits:
+    """Perturbed orbits at m distances over n stages."""
+
+    distances: Array
+    """d0, shape (m,)."""
+    times: NDArray[np.int64]
+    """When a stage begins and ends, counted as `Orbit` does, shape (n, 2)."""
+    logs: Array
+    """ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound."""
+    collapsed: NDArray[np.bool_]
+    """Whether d1 is no more than error, shape (m, n)."""
+    noise: Array
+    """Final distance of the perturbed orbit that starts at round-off, shape (n,)."""
+
+
+def follow(
+    orbit: Orbit,
+    perturbed: Perturbed,
+    start: Array,
+    when: int,
+    until: int,
+    *,
+    distances: Array,
+    round_off: float,
+    scale: Array,
+) -> PerturbedOrbits:
+    """Follow an orbit with its perturbed orbits.
+
+    Parameters
+    ----------
+    orbit
+        Takes the first state over a stage, which it chooses.
+    perturbed
+        Takes a perturbed state over a stage; for the same state it must give the same as ``orbit``.
+    start
+        The first state, shape (k,).
+    when, until
+        When it is; stages begin before ``until``.
+    distances
+        d0 of each perturbed orbit, in the unit of ``scale`` times state, shape (m,).
+    round_off
+        Initial distance, in that unit, of the perturbed orbit that shows the error.
+    scale
+        What each coordinate is multiplied with before distances are taken, shape (k,).
+    """
+    state = np.asarray(start, dtype=np.float64)
+    even = np.full(state.size, 1.0 / np.sqrt(state.size))
+    directions = np.tile(even, (distances.size, 1))
+    stages = []
+    while when < until:
+        after, end = orbit(state, when)
+        drift = (perturbed(state + round_off * even / scale, when, end) - after) * scale
+        error = float(np.linalg.norm(drift))
+        starts = state + distances[:, None] * directions / scale
+        apart = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
+        grown = np.linalg.norm(apart, axis=1)
+        lost = grown <= CLEAR * error
+        directions[~lost] = apart[~lost] / grown[~lost, None]
+        # Where even the error is zero, so may a distance be: the least number there is has a logarithm.
+        least = np.maximum(CLEAR * error, np.finfo(float).tiny)
+        stages.append(((when, end), np.log(np.maximum(grown, least) / distances), lost, error))
+        state, when = after, end
+    times, logs, collapsed, noise = (np.array(column) for column in zip(*stages, strict=True))
+    return PerturbedOrbits(distances, times, logs.T, collapsed.T, noise)
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """A largest Lyapunov exponent per period, with its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+    collapsed: float
+    """Share of the periods that give a bound only."""
+
+    @property
+    def measured(self) -> bool:
+        """Whether few enough periods collapsed for ``value`` to be more than an upper bound."""
+        return self.collapsed <= FEW
+
+    @property
+    def sign(self) -> int:
+        """1 or -1 where the interval excludes 0; a bound can only tell that it is negative."""
+        if self.high < 0.0:
+            return -1
+        return 1 if self.low > 0.0 and self.measured else 0
+
+
+def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Exponent]:
+    """Return the exponent of each distance, smallest first, per period of the drive, counted as by `Orbit`.
+
+    A stage belongs to the period in which it begins. The first ``skip`` periods are left out: until then the
+    directions have not settled.
+    """
+    periods = orbits.times[:, 0] // period
+    periods -= periods[0]
+    results = []
+    for logs, collapsed in zip(orbits.logs, orbits.collapsed, strict=True):
+        grown = np.bincount(periods, weights=logs)[skip:].astype(np.float64)
+        lost = np.bincount(periods, weights=collapsed)[skip:] > 0
+        results.append(Exponent(float(np.mean(grown)), *mean_interval(grown), float(np.mean(lost))))
+    return results
+
+
+def closest_measured(candidates: Sequence[Exponent]) -> Exponent:
+    """Return the exponent to believe, of several with growing distance.
+
+    That of the smallest distance at which it is measured; where it is nowhere, the lowest bound.
+    """
+    return next((e for e in candidates if e.measured), min(candidates, key=lambda e: e.value))
+
+
+def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:
+    """Return the confidence interval of the mean of a stationary series, shape (n,).
+
+    Bootstrap of circular blocks of n^(1/3) periods, which keep the correlation of neighbours (D. N. Politis
+    and J. P. Romano, in Exploring the Limits of Bootstrap, 1992, 263-270; the length: P. Hall, J. L. Horowitz
+    and B.-Y. Jing, Biometrika 82 (1995) 561-574).
+    """
+    n = values.size
+    length = max(1, round(n ** (1 / 3)))
+    starts = np.random.default_rng(seed).integers(n, size=(RESAMPLES, -(-n // length)))
+    rows = (starts[:, :, None] + np.arange(length)).reshape(RESAMPLES, -1)[:, :n] % n
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = np.quantile(np.mean(values[rows], axis=1), (tail, 1.0 - tail))
+    return float(low), float(high)
+
+
+def growth_rates(series: Array) -> Array:
+    """Return K_c for `FREQUENCIES` random c, shape (FREQUENCIES,), of one value a period, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If the series is shorter than `LEAST`.
+    """
+    n = series.size
+    if n < LEAST:
+        raise ValueError(f"the 0-1 test needs {LEAST} periods or more, not {n}")
+    spread = np.std(series)
+    if spread == 0.0:
+        return np.zeros(FREQUENCIES)
+    # Shifted by its mean and scaled: neither changes K, and both keep the sums small.
+    phi = (series - np.mean(series)) / spread
+    c = np.random.default_rng(0).uniform(*BAND, FREQUENCIES)
+    walk = np.cumsum(phi * np.exp(1j * np.outer(c, np.arange(1, n + 1))), axis=1)
+    longest = n // 10
+    start, lags = walk[:, : n - longest], np.arange(1, longest + 1)
+    displacement = np.stack(
+        [np.mean(np.abs(walk[:, k : k + n - longest] - start) ** 2, axis=1) for k in lags], axis=1
+    )
+    time = lags - np.mean(lags)
+    apart = displacement - np.mean(displacement, axis=1, keepdims=True)
+    size = np.sqrt(np.sum(time**2) * np.sum(apart**2, axis=1))
+    return np.asarray(np.divide(apart @ time, size, out=np.zeros_like(size), where=size > 0))
+
+
+def chaos_indicator(series: Array) -> float:
+    """Return K, the median of `growth_rates`: near 0 for a regular series, near 1 for a chaotic one."""
+    return float(np.median(growth_rates(series)))
+
+
+def recurrence(section: Array, tolerance: float) -> int | None:
+    """Return after how many periods, the fewest, the whole of a stroboscopic section repeats.
+
+    The section has one value or state a period, shape (n,) or (n, k); two that are as close as the tolerance
+    are the same. None: no period up to `LONGEST` holds, or the section is too short to show it twice.
+    """
+    points = section.reshape(len(section), -1)
+    for count in range(1, min(LONGEST, len(points) // 2) + 1):
+        if np.max(np.linalg.norm(points[count:] - points[:-count], axis=1)) <= tolerance:
+            return count
+    return None
