@@ -20,9 +20,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import binomtest, norm
 
-from comparison.studies.detection.rates import interval
 from comparison.tables.arrays import Array, BoolArray
 
 CONFIDENCE = 0.95
@@ -96,7 +95,12 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
 def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
     """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
     count, trials = int(np.count_nonzero(failed)), int(failed.size)
-    return count / trials, *interval(count, trials)
+    return count / trials, *_interval(count, trials)
+
+
+def _interval(count: int, trials: int) -> tuple[float, float]:
+    interval = binomtest(count, trials).proportion_ci(CONFIDENCE)
+    return float(interval.low), float(interval.high)
 
 
 def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
@@ -112,5 +116,5 @@ def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float
         most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
         return 0.0, -most, most
     share = (more + less) / failed.size
-    low, high = interval(more, more + less)
+    low, high = _interval(more, more + less)
     return (more - less) / failed.size, share * (2 * low - 1), share * (2 * high - 1)

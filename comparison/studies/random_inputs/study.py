@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from comparison.execution.run import Progress
-from comparison.formatting import quantity
+from comparison.formatting import MISSING, prefix, quantity
+from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import RandomInput
-from comparison.studies.random_inputs import tables
-from comparison.studies.random_inputs.draws import RESPONSES, Drawn, Draws, run_draws
-from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities
-from comparison.studies.random_inputs.inputs import inputs_of, label
-from comparison.studies.random_inputs.second_moment import Plane, fit_plane, paired_change
+from comparison.studies.random_inputs.draws import RESPONSES, Drawn, Draws, inputs_of, label, run_draws
+from comparison.studies.random_inputs.second_moment import (
+    Plane,
+    counted_probability,
+    failure_probability,
+    fit_plane,
+    paired_change,
+)
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 
@@ -34,6 +41,7 @@ COMPARED = ("displacement", "velocity", "acceleration")
 """Responses whose failure probability is compared at several tolerances."""
 SLOPES = (("displacement", "clearance.slider"), ("acceleration", "contact.restitution"))
 """Response and input whose gradient is shown over the scale."""
+FIRST_ORDER, WITH_RESIDUAL = "first order", "first order with the residual"
 
 
 @dataclass(frozen=True)
@@ -56,18 +64,13 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """Monte Carlo runs; planes by factor and response; runs with the same inputs by tolerance.
-
-    With changes of the failure probability against the finest tolerance by response, shape (n - 1, 3): the
-    change and its interval.
-    """
+    """Monte Carlo runs; planes by factor and response; runs with the same inputs by tolerance."""
 
     config: Config
     inputs: tuple[RandomInput, ...]
     many: Drawn
     planes: dict[float, dict[str, Plane]]
     common: dict[float, Drawn]
-    changes: dict[str, Array]
 
 
 def scene(samples: int, tolerance: float = TOLERANCE) -> Scene:
@@ -92,59 +95,209 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     draws.append(Draws(usual, inputs, config.runs, MONTE_CARLO))
     *drawn, many = run_draws(draws, n_jobs, on_progress)
     planes = {
-        factor: {name: fit_plane(of.u, of.responses[name].to_numpy()) for name in RESPONSES}
-        for factor, of in zip(config.factors, drawn, strict=False)
+        factor: {name: fit_plane(each.u, each.responses[name].to_numpy()) for name in RESPONSES}
+        for factor, each in zip(config.factors, drawn, strict=False)
     }
-    common = dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
-    changes = {name: _changes(common, name) for name in COMPARED}
-    return Results(config, inputs, many, planes, common, changes)
+    return Results(
+        config, inputs, many, planes, dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
+    )
 
 
-def _changes(common: dict[float, Drawn], response: str) -> Array:
-    *coarse, finest = (of.responses[response] > LIMITS[response][0] for of in common.values())
-    pairs = [pd.concat([failed, finest], axis=1, join="inner").to_numpy() for failed in coarse]
-    return np.array([paired_change(*both.T) for both in pairs])
+# ---- tables
 
 
-def draw(results: Results, folder: Path) -> None:
-    """Draw probabilities, gradients over the scale, and changes over the tolerance."""
-    draw_probabilities(results.many.responses, results.planes[1.0], folder / "probabilities.svg")
-    slopes = {}
-    for response, key in SLOPES:
-        column = [label(one) for one in results.inputs].index(key)
-        at = {factor: planes[response] for factor, planes in results.planes.items()}
-        # Per standard deviation of the input, not of the runs.
-        found = {factor: (plane.gradient[column], plane.errors[column]) for factor, plane in at.items()}
-        slopes[f"{response} by {key}"] = RESPONSES[response], pd.DataFrame(found, ["gradient", "error"]).T
-    draw_gradients(slopes, folder / "gradients.svg")
-    costs = [f"{tolerance:.0e}\n{1e3 * of.seconds:.1f} ms" for tolerance, of in results.common.items()]
-    draw_precision(costs[:-1], results.changes, folder / "precision.svg")
+def probabilities(
+    planes: Mapping[str, Plane], responses: pd.DataFrame, limits: Mapping[str, Sequence[float]]
+) -> pd.DataFrame:
+    """Return the probabilities of exceeding limits by each method, with their intervals; a row each.
+
+    ``agrees``: the interval of first order meets that of Monte Carlo.
+    """
+    rows = []
+    for name in RESPONSES:
+        for limit in limits[name]:
+            counted = counted_probability(responses[name].to_numpy() > limit)
+            for method, (p, low, high) in {
+                "Monte Carlo": counted,
+                FIRST_ORDER: failure_probability(planes[name], limit),
+                WITH_RESIDUAL: failure_probability(planes[name], limit, with_rest=True),
+            }.items():
+                agrees = counted[1] <= high and low <= counted[2]
+                rows.append((name, limit, method, p, low, high, agrees))
+    return pd.DataFrame(rows, columns=["response", "limit", "method", "p", "low", "high", "agrees"])
+
+
+def changes(common: Mapping[float, Drawn]) -> pd.DataFrame:
+    """Return how far failure probabilities change against the finest tolerance; a row each.
+
+    ``shifted``: the interval of the change excludes zero.
+    """
+    rows = []
+    (*coarse, _), (*_, finest) = common, common.values()
+    for tolerance in coarse:
+        for name in COMPARED:
+            failed = [each.responses[name] > LIMITS[name][0] for each in (common[tolerance], finest)]
+            pair = pd.concat(failed, axis=1, join="inner").to_numpy()
+            change, low, high = paired_change(*pair.T)
+            rows.append((tolerance, name, change, low, high, low > 0 or high < 0))
+    return pd.DataFrame(rows, columns=["tolerance", "response", "change", "low", "high", "shifted"])
+
+
+def limits_of(samples: int) -> dict[str, tuple[float, ...]]:
+    """Return the limits of each response, the scene's own last."""
+    settings = scene(samples).reliability
+    return {
+        name: (*LIMITS[name], float(getattr(settings, name.partition(",")[0]).upper)) for name in RESPONSES
+    }
+
+
+# ---- page
 
 
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config, many, planes = results.config, results.many, results.planes[1.0]
-    count = len(many.responses)
-    settings = scene(config.samples).reliability
-    limits = {
-        name: (*LIMITS[name], float(getattr(settings, name.partition(",")[0]).upper)) for name in RESPONSES
-    }
+    labels, count = [label(one) for one in results.inputs], len(many.responses)
+    exceeded = probabilities(planes, many.responses, limits_of(config.samples))
+    changed = changes(results.common)
+    shifted = [f"{row.response} at {row.tolerance:.0e}" for row in changed[changed["shifted"]].itertuples()]
+    decisive = [f"{name}: {_decisive(planes[name], labels)}" for name in RESPONSES]
     return {
-        "finding": tables.finding(planes, [label(one) for one in results.inputs]),
+        "finding": f"Input with the largest share in the variance of the error: {'; '.join(decisive)}.",
         "runs": f"{count:,}",
         "failed": len(many.failures),
         "plane_runs": config.plane,
         "common": config.common,
         "seconds": quantity(many.seconds, "s"),
         "total": quantity(many.seconds * (count + len(many.failures)), "s"),
-        "inputs": tables.inputs(results.inputs),
-        "moments": tables.moments(planes, many.responses),
-        "importance": tables.importance(planes, [label(one) for one in results.inputs]),
-        "agreement": tables.agreement(planes, many.responses, limits),
-        "probabilities": tables.probabilities(planes, many.responses, limits),
-        "precision": tables.precision(results.common, results.changes),
-        "shifted": tables.shifted(results.common, results.changes),
+        "responses": rows_table(
+            shown_response(name, planes[name], many.responses[name], exceeded) for name in RESPONSES
+        ),
+        "inputs": rows_table(shown_input(i, one, planes) for i, one in enumerate(results.inputs)),
+        "precision": rows_table(shown_tolerance(*each, changed) for each in results.common.items()),
+        "shifted": ", ".join(shifted) or "none",
     }
+
+
+def _decisive(plane: Plane, labels: Sequence[str]) -> str:
+    share, name = max(zip(plane.importance, labels, strict=True))
+    return f"{name} ({share:.0%})"
+
+
+def shown_response(name: str, plane: Plane, drawn: pd.Series, exceeded: pd.DataFrame) -> dict[str, str]:
+    """Return a line with the moments of a response by both methods, and where their probabilities agree."""
+    unit, total = RESPONSES[name], plane.deviation**2 + plane.rest**2
+    mean = f"{quantity(plane.mean, unit)} ± {quantity(2 * plane.mean_error, unit, 2)}"
+    line = {
+        "largest error": name,
+        "mean: plane; Monte Carlo": f"{mean}; {quantity(float(drawn.mean()), unit)}",
+        "deviation": f"{quantity(plane.deviation, unit)}; {quantity(float(drawn.std(ddof=0)), unit)}",
+        "residual": quantity(plane.rest, unit),
+        "variance explained": f"{plane.deviation**2 / total:.0%}" if total else MISSING,
+    }
+    for method in (FIRST_ORDER, WITH_RESIDUAL):
+        agrees = exceeded[(exceeded["response"] == name) & (exceeded["method"] == method)]["agrees"]
+        line[f"limits at which {method} agrees"] = f"{agrees.sum()} of {len(agrees)}"
+    return line
+
+
+def shown_input(i: int, one: RandomInput, planes: Mapping[str, Plane]) -> dict[str, str]:
+    """Return a line with an input and its share in each plane's variance, where its slope is significant."""
+    line = {"input": label(one), "distribution": one.distribution, "deviation": f"{one.deviation:g}"}
+    for name in RESPONSES:
+        plane = planes[name]
+        significant = abs(plane.gradient[i]) > 2 * plane.errors[i]
+        line[name] = f"{plane.importance[i]:.1%}" if significant else "–"
+    return line
+
+
+def shown_tolerance(tolerance: float, drawn: Drawn, changed: pd.DataFrame) -> dict[str, str]:
+    """Return a line with the cost of a tolerance and the change of the failure probabilities."""
+    here = changed[changed["tolerance"] == tolerance].set_index("response")
+    cells = dict.fromkeys((f"change, {name}" for name in COMPARED), "compared with") | {
+        f"change, {name}": "{:+.2f} % ({:+.2f} … {:+.2f})".format(*(100 * row[["change", "low", "high"]]))
+        for name, row in here.iterrows()
+    }
+    cost = {"processor time of a run": quantity(drawn.seconds, "s"), "failed runs": str(len(drawn.failures))}
+    return {"tolerance": f"{tolerance:.0e}"} | cost | cells
+
+
+# ---- figures
+
+STEPS = 120
+LEAST_COUNT = 5
+"""Failures: a smaller share is not drawn."""
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw probabilities, gradients over the scale, changes over the tolerance; write all probabilities."""
+    planes, responses = results.planes[1.0], results.many.responses
+    table = probabilities(planes, responses, limits_of(results.config.samples))
+    table.to_csv(folder / "probabilities.csv", index=False, float_format="%.6g")
+    with svg.panels(folder / "probabilities.svg", 2, 2, height=4.8) as four:
+        for axes, name in zip(four, RESPONSES, strict=True):
+            _probabilities(axes, name, responses[name].to_numpy(), planes[name])
+        svg.legend_above(four[0])
+    with svg.panels(folder / "gradients.svg", len(SLOPES), height=2.4 * len(SLOPES), sharex=True) as panels:
+        for axes, (name, key) in zip(panels, SLOPES, strict=True):
+            column = [label(one) for one in results.inputs].index(key)
+            _gradients(axes, name, key, {f: each[name] for f, each in results.planes.items()}, column)
+        panels[-1].set_xlabel("scatter of the runs over that of the inputs (-)")
+    with svg.panels(folder / "precision.svg", height=3.4) as (axes,):
+        _precision(axes, results.common)
+
+
+def _probabilities(axes: Axes, name: str, values: Array, plane: Plane) -> None:
+    """Draw the probability of exceeding a limit over the limit: counted, first order, with the residual."""
+    factor, unit = prefix(float(np.median(values)), RESPONSES[name])
+    least = LEAST_COUNT / values.size
+    first, last = np.quantile(values, (0.002, max(0.5, 1.0 - 0.5 * least)))
+    limits = np.linspace(first, last if last > first else first + 1.0, STEPS)
+    value, low, high = np.array([counted_probability(values > limit) for limit in limits]).T
+    axes.fill_between(limits / factor, np.maximum(low, 0.1 * least), high, color=svg.SHADE, lw=0)
+    curves = {"Monte Carlo": np.maximum(value, 0.1 * least)} | {
+        method: np.array(
+            [failure_probability(plane, x, with_rest=method == WITH_RESIDUAL)[0] for x in limits]
+        )
+        for method in (FIRST_ORDER, WITH_RESIDUAL)
+    }
+    for (method, curve), line in zip(curves.items(), svg.SERIES_LINES, strict=False):
+        axes.semilogy(limits / factor, np.maximum(curve, 1e-12), label=method, **line)
+    axes.set_ylim(least, 1.2)
+    axes.set_title(name.replace(", ", ",\n"), fontsize=9)
+    axes.set(xlabel=f"limit ({unit})", ylabel="P(error > limit) (-)")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _gradients(axes: Axes, name: str, key: str, planes: Mapping[float, Plane], column: int) -> None:
+    """Draw a slope, per standard deviation of the input, over the scale at which it is measured."""
+    slopes = np.array([(plane.gradient[column], 2 * plane.errors[column]) for plane in planes.values()]).T
+    factor, unit = prefix(float(np.abs(slopes[0]).max()), RESPONSES[name])
+    slope, bar = slopes / factor
+    axes.errorbar(list(planes), slope, bar, color=svg.FIRST, marker="o", ms=4, capsize=2, lw=0.8)
+    axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
+    axes.set_xscale("log")
+    axes.margins(x=0.06)
+    axes.set_ylabel(f"slope per\nstandard deviation ({unit})")
+    axes.set_title(f"{name} by {key}", fontsize=9)
+
+
+def _precision(axes: Axes, common: Mapping[float, Drawn]) -> None:
+    """Draw how far the failure probability changes when the solver is coarser."""
+    changed = changes(common)
+    ticks = [f"{t:.0e}\n{1e3 * drawn.seconds:.1f} ms" for t, drawn in common.items()][:-1]
+    for n, (name, line) in enumerate(zip(COMPARED, svg.SERIES_LINES, strict=False)):
+        here = 100 * changed[changed["response"] == name][["change", "low", "high"]].astype(float)
+        bars = [here["change"] - here["low"], here["high"] - here["change"]]
+        axes.errorbar(
+            np.arange(len(here)) + 0.12 * (n - 1), here["change"], np.maximum(bars, 0.0),
+            color=line["color"], marker="os^"[n], ms=4, ls="none", lw=0.9, capsize=2, label=name,
+        )  # fmt: skip
+    axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
+    axes.set_xticks(range(len(ticks)), ticks)
+    axes.set_xlim(-0.5, len(ticks) - 0.5)
+    axes.set(xlabel="tolerance (rad) and processor time of a run", ylabel="change of the probability (%)")
+    svg.legend_above(axes)
 
 
 STUDY = Study(

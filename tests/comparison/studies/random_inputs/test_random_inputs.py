@@ -8,10 +8,19 @@ import pytest
 from scipy.stats import norm
 
 from comparison.scene import SceneError, load_scene
-from comparison.studies.random_inputs import tables
-from comparison.studies.random_inputs.draws import RESPONSES, Draws, respond, run_draws
-from comparison.studies.random_inputs.inputs import defaults, inputs_of, label, values_at
+from comparison.studies.random_inputs.draws import (
+    RESPONSES,
+    Drawn,
+    Draws,
+    defaults,
+    inputs_of,
+    label,
+    respond,
+    run_draws,
+    values_at,
+)
 from comparison.studies.random_inputs.second_moment import fit_plane
+from comparison.studies.random_inputs.study import FIRST_ORDER, LIMITS, WITH_RESIDUAL, changes, probabilities
 
 
 def scene_with(tmp_path, entries):
@@ -146,9 +155,17 @@ def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
     kinked = np.abs(u[:, 0])
     responses = pd.DataFrame({name: smooth if name == "velocity" else kinked for name in RESPONSES})
     planes = {name: fit_plane(u, responses[name].to_numpy()) for name in RESPONSES}
-    shown = tables.agreement(planes, responses, dict.fromkeys(RESPONSES, (2.0, 3.0))).splitlines()
-    assert "| velocity | 2 of 2 | 2 of 2 |" in shown
-    assert any(line.startswith("| acceleration | 0 of 2 |") for line in shown)
-    changes = {"velocity": np.array([[0.1, 0.05, 0.2], [0.0, -0.1, 0.1]]), "acceleration": np.zeros((2, 3))}
-    assert tables.shifted(dict.fromkeys((1e-6, 1e-7, 1e-8)), changes) == "velocity at 1e-06"
-    assert tables.shifted({}, {}) == "none"
+    agrees = probabilities(planes, responses, dict.fromkeys(RESPONSES, (2.0, 3.0))).pivot_table(
+        "agrees", "response", "method", aggfunc="sum"
+    )
+    assert agrees.loc["velocity", [FIRST_ORDER, WITH_RESIDUAL]].tolist() == [2, 2]
+    assert agrees.loc["acceleration", FIRST_ORDER] == 0
+    # Of 2000 runs 40 fail at the coarse tolerance only.
+    limit = LIMITS["velocity"][0]
+    fine = pd.DataFrame({name: np.zeros(2000) for name in RESPONSES})
+    coarse = fine.assign(velocity=np.where(np.arange(2000) < 40, 2 * limit, 0.0))
+    drawn = {t: Drawn(u, of, [], 0.0) for t, of in ((1e-6, coarse), (1e-7, fine), (1e-8, fine))}
+    changed = changes(drawn)
+    assert changed[changed["shifted"]][["tolerance", "response", "change"]].to_numpy().tolist() == [
+        [1e-6, "velocity", 0.02]
+    ]
