@@ -15,7 +15,7 @@ STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
     "paper": "Every printed figure and statement of the paper against both models.",
     "reliability": "Reliability of the paper's cases in both models.",
-    "contact-laws": "Four contact laws, and the energy that one of them creates.",
+    "contact-laws": "Three contact laws, and the energy that one of them creates.",
     "crank-pin": "Clearance at the crank pin against its published peaks.",
     "identification": "Geometry and parameters identified from the paper's figures.",
     "ensembles": "Distributions of the motion in both models, where single runs are not predictable.",

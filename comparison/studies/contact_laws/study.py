@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.formatting import MISSING, number, quantity, table
+from comparison.formatting import MISSING, number, quantity
+from comparison.report import svg
+from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import Scene, load_scene
-from comparison.studies.contact_laws.figures import draw
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
 from comparison.studies.shared.switches import closest, contacts, created, depths, surplus, switches
 from comparison.tables.table import Table
 
 LAWS = ("hertz-corners", "foundation", "paper-switching")
+LITERAL = LAWS[-1]
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12)
 SHOWN = 1e-10
 """Of the figures."""
-LISTED = 12
+REVERSAL = (0.195, 0.235)
+"""s; the bottom dead centre is at 0.2144 s."""
+APART = 1e-6
+"""m, half a hundredth of the clearance: closer runs follow each other."""
+LEAST = 1e-14
+"""J: below round-off of the energies; what a logarithmic axis shows of zero."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +55,7 @@ class Results:
 
 def scene(law: str, config: Config, tolerance: float | None = None) -> Scene:
     """Return one cycle of the central case under a law; without a tolerance: as Exudyn runs it."""
-    dense = law == "paper-switching" and tolerance is not None
+    dense = law == LITERAL and tolerance is not None
     values: dict[str, object] = {
         "contact.law": law,
         "drive.cycles": 1.0,
@@ -60,18 +71,10 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     """Run the laws by both models, the reference at several tolerances."""
     which = [(law, tolerance) for law in LAWS for tolerance in TOLERANCES]
     jobs = [Job(scene(law, config, tolerance), "reference") for law, tolerance in which]
-    outcomes = run_all([*jobs, *(Job(scene(law, config), "exudyn") for law in LAWS)], n_jobs, on_progress)
+    jobs += [Job(scene(law, config), "exudyn") for law in LAWS]
+    outcomes = run_all(jobs, n_jobs, on_progress)
     return Results(
         dict(zip(which, outcomes, strict=False)), dict(zip(LAWS, outcomes[len(which) :], strict=True))
-    )
-
-
-def figures(results: Results, folder: Path) -> None:
-    """Draw energies and x."""
-    draw(
-        {law: recorded(results.reference[law, SHOWN]) for law in LAWS},
-        {t: recorded(results.reference[LAWS[-1], t]) for t in TOLERANCES},
-        folder,
     )
 
 
@@ -80,168 +83,184 @@ def recorded(outcome: Outcome) -> Table | None:
     return outcome.table or outcome.partial
 
 
-def _finding(best: Mapping[str, Table | None]) -> str:
-    """Return the largest spurious energy under each law, of its most accurate run."""
-    found = [
-        f"{law} {quantity(float(run.frame['energy_residual'].abs().max()), 'J')}"
-        for law, run in best.items()
-        if run is not None
-    ]
-    return f"Largest spurious energy, by law: {', '.join(found)}."
+# ---- runs and switches as tables
 
 
-def page(results: Results) -> dict[str, str]:
-    """Return what stands in the page."""
-    reference, exudyn = results.reference, results.exudyn
-    best = {law: recorded(reference[law, min(TOLERANCES)]) for law in LAWS}
-    rows = [
-        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome, law), follows(outcome, best[law])]
-        for (law, tolerance), outcome in reference.items()
-    ]
-    rows += [
-        [law, "exudyn", *of_run(outcome, law), follows(outcome, best[law])] for law, outcome in exudyn.items()
-    ]
-    literal = {tolerance: outcome for (law, tolerance), outcome in reference.items() if law == LAWS[-1]}
-    statistics = [[f"{tolerance:.0e}", *of_switches(outcome)] for tolerance, outcome in literal.items()]
-    stopped = [tolerance for tolerance, outcome in literal.items() if outcome.table is None]
-    # Of the runs that came to the end, the most accurate whose samples separate the switches.
-    separated = {t: run for t, outcome in literal.items() if (run := outcome.table) and _separated(run)}
-    listed_at = min(separated, default=SHOWN)
-    listed = listing(separated[listed_at]) if separated else []
-    return {
-        "finding": _finding(best),
-        "runs": table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
-        "switches": table(("tolerance", *SWITCH_HEADINGS), statistics),
-        "tolerance": f"{listed_at:.0e}",
-        "listed": table(LIST_HEADINGS, listed[:LISTED]),
-        "stopped": f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be stopped.\n"
-        if stopped
-        else "",
-        "more": f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
+def runs_frame(results: Results) -> pd.DataFrame:
+    """Return a row a run, in SI units."""
+    runs = [(law, "reference", tolerance, run) for (law, tolerance), run in results.reference.items()]
+    runs += [(law, "exudyn", nan, run) for law, run in results.exudyn.items()]
+    best = {law: recorded(results.reference[law, min(TOLERANCES)]) for law in LAWS}
+    return pd.DataFrame(
+        {"law": law, "model": model, "tolerance": tolerance} | run_row(outcome, law, best[law])
+        for law, model, tolerance, outcome in runs
+    )
+
+
+def run_row(outcome: Outcome, law: str, best: Table | None) -> dict[str, Any]:
+    """Return what a run under a law came to; of one that stopped, what it had come to.
+
+    ``follows_until_s``: until when its x is within `APART` of the most accurate run's.
+    """
+    row: dict[str, Any] = {"status": outcome.status, "message": outcome.message}
+    result = recorded(outcome)
+    if result is None or result.events is None or len(result.frame) == 0:
+        return row
+    events, peaks = result.events, result.extrema
+    return row | {
+        "end_s": result.time[-1],
+        "steps": result.provenance["counters"]["steps"],
+        # Of a foundation the rows are contacts of sides.
+        "switches": nan if law == "foundation" else len(switches(events)),
+        "spurious_energy_J": -result.values("energy_residual")[-1],
+        "largest_spurious_energy_J": result.frame["energy_residual"].abs().max(),
+        "speed_of_x_m/s": _largest(peaks["slider_vx"]),
+        "rotation_rad/s": _largest(peaks["slider_omega"]),
+        "force_N": events["peak_force"].max(),
+        "depth_m": events["largest_depth"].max(),
+        "follows_until_s": _follows(result, best),
     }
 
 
-RUN_HEADINGS = (
-    "status",
-    "steps",
-    "switches to or from two corners of a side",
-    "spurious energy",
-    "largest speed of x",
-    "largest rate of rotation",
-    "largest force",
-    "deepest",
-)
+def _largest(peak: Mapping[str, float]) -> float:
+    return max(abs(peak["min"]), abs(peak["max"]))
 
 
-def of_run(outcome: Outcome, law: str) -> list[str]:
-    """Return the cells of one run under a law; of one that stopped, what it had come to."""
-    result = recorded(outcome)
-    if result is None or result.events is None or len(result.frame) == 0:
-        return [f"not simulated: {outcome.message}", *[MISSING] * (len(RUN_HEADINGS) - 1)]
-    status = outcome.status
-    if outcome.table is None:
-        status += f" at {result.time[-1]:.4f} s; {outcome.message}"
-    events, peaks = result.events, result.extrema
-    return [
-        status,
-        f"{result.provenance['counters']['steps']:,}",
-        # Of a foundation the rows are contacts of sides.
-        MISSING if law == "foundation" else str(len(switches(events))),
-        quantity(-result.values("energy_residual")[-1], "J"),
-        quantity(_largest(peaks["slider_vx"]), "m/s"),
-        quantity(_largest(peaks["slider_omega"]), "rad/s"),
-        quantity(float(events["peak_force"].max()), "N"),
-        quantity(float(events["largest_depth"].max()), "m"),
-    ]
-
-
-def follows(outcome: Outcome, best: Table | None) -> str:
-    """Return until when a run's x is within 1 µm, half a hundredth of the clearance, of another one's."""
-    result = recorded(outcome)
-    if result is None or best is None or len(result.frame) == 0 or len(best.frame) == 0:
-        return MISSING
+def _follows(result: Table, best: Table | None) -> float:
+    if best is None or len(best.frame) == 0:
+        return nan
     time = result.time[result.time <= best.time[-1]]
     x = np.interp(time, best.time, best.values("slider_x"))
-    off = np.abs(result.values("slider_x")[: time.size] - x) > 1e-6
-    return f"{time[np.argmax(off)]:.4f} s" if off.any() else "its end"
+    off = np.abs(result.values("slider_x")[: time.size] - x) > APART
+    return float(time[np.argmax(off)] if off.any() else time[-1])
 
 
-SWITCH_HEADINGS = (
-    "switches",
-    "closest two",
-    "median of the energy of a switch",
-    "nine in ten below",
-    "largest",
-    "sum of all switches",
-    "total residual",
-    "largest deviation from theory",
-)
-
-
-def of_switches(outcome: Outcome) -> list[str]:
-    """Return the cells of the energies that the switches of one run created."""
-    result = outcome.table
-    if result is None or result.events is None:
-        return [f"not measured: {outcome.status}", *[MISSING] * (len(SWITCH_HEADINGS) - 1)]
-    found = switches(result.events)
-    start = [str(len(found)), quantity(closest(found), "s")]
-    try:
-        energies = created(found, result)
-    except ValueError as error:
-        return [*start, f"not measured: {error}", *[MISSING] * (len(SWITCH_HEADINGS) - 3)]
-    expected = _theory(found, result)
-    # Of the largest, since a switch with both corners at the wall creates nothing that could be measured.
-    deviation = np.abs(energies - expected).max(initial=0.0) / np.abs(expected).max(initial=1e-300)
-    low, high, top = np.quantile(np.abs(energies), (0.5, 0.9, 1.0)) if len(found) else (0.0, 0.0, 0.0)
-    return [
-        *start,
-        quantity(low, "J"),
-        quantity(high, "J"),
-        quantity(top, "J"),
-        quantity(float(energies.sum()), "J", 6),
-        quantity(-result.values("energy_residual")[-1], "J", 6),
-        f"{number(deviation, 2)} of the largest",
-    ]
-
-
-def _separated(run: Table) -> bool:
+def separated(run: Table) -> bool:
     """Return whether no two switches of a run lie between the same two samples."""
     after = np.searchsorted(run.time, switches(contacts(run))["time"])
     return bool(np.unique(after).size == after.size)
 
 
-LIST_HEADINGS = ("time", "law after it", "depth of the other corner", "energy created", "by theory")
+def switches_frame(run: Table) -> pd.DataFrame:
+    """Return the switches of a run: depth of the other corner (m), energy created, the same by theory (J).
+
+    Raises
+    ------
+    ValueError
+        If its samples do not separate them.
+    """
+    instants = switches(contacts(run))
+    energy, data = created(instants, run), run.provenance["scene"]
+    depth = depths(instants, run, data)
+    theory = np.where(instants["to_surface"], 1.0, -1.0) * surplus(depth, data)
+    return instants.drop(columns="corner").assign(depth=depth, energy=energy, theory=theory)
 
 
-def listing(result: Table) -> list[list[str]]:
-    """Return one row a switch."""
-    found = switches(contacts(result))
-    columns = (
-        depths(found, result, scene(LAWS[-1], STUDY.full).data),
-        created(found, result),
-        _theory(found, result),
+# ---- page
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    runs = runs_frame(results)
+    accurate = runs[(runs["model"] == "exudyn") | (runs["tolerance"] == min(TOLERANCES))]
+    largest = (
+        accurate[accurate["model"] == "reference"].set_index("law")["largest_spurious_energy_J"].dropna()
     )
-    return [
-        [
-            f"{time:.6f} s",
-            "surface" if to_surface else "corner",
-            quantity(depth, "m"),
-            quantity(energy, "J", 4),
-            quantity(expected, "J", 4),
-        ]
-        for time, to_surface, depth, energy, expected in zip(
-            found["time"], found["to_surface"], *columns, strict=True
-        )
-    ]
+    by_law = ", ".join(f"{law} {quantity(energy, 'J')}" for law, energy in largest.items())
+    ordered = accurate.sort_values("law", key=lambda laws: laws.map(LAWS.index), kind="stable")
+    literal = {tolerance: results.reference[LITERAL, tolerance] for tolerance in TOLERANCES}
+    return {
+        "finding": f"Largest spurious energy, by law: {by_law}.",
+        "runs": rows_table(shown_run(row) for row in ordered.to_dict("records")),
+        "switches": rows_table(shown_switches(*each) for each in literal.items()),
+        "tolerance": f"{min(TOLERANCES):.0e}",
+    }
 
 
-def _theory(found: pd.DataFrame, result: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    data = result.provenance["scene"]
-    return np.where(found["to_surface"], 1.0, -1.0) * surplus(depths(found, result, data), data)
+def shown_run(row: Mapping[Hashable, Any]) -> dict[str, str]:
+    """Return a line of the page's first table."""
+    reached = row.get("end_s", nan)
+    if row["status"] == "success":
+        end = "1 cycle"
+    else:
+        end = f"{row['status']} at {reached:.4f} s" if reached >= 0.0 else f"not simulated: {row['message']}"
+    numbers = {
+        "spurious energy": ("spurious_energy_J", "J"),
+        "largest speed of x": ("speed_of_x_m/s", "m/s"),
+        "largest force": ("force_N", "N"),
+        "deepest": ("depth_m", "m"),
+    }
+    shown = {heading: quantity(row.get(key, nan), unit) for heading, (key, unit) in numbers.items()}
+    return {"law": row["law"], "model": row["model"]} | shown | {"end": end}
 
 
-def _largest(peak: dict[str, float]) -> float:
-    return max(abs(peak["min"]), abs(peak["max"]))
+def shown_switches(tolerance: float, outcome: Outcome) -> dict[str, str]:
+    """Return a line with the energies that the switches of one run created."""
+    line = {"tolerance": f"{tolerance:.0e}", "switches": f"not measured: {outcome.status}"}
+    names = ("closest two", "median energy", "largest", "sum of all", "total residual", "largest deviation")
+    numbers = dict.fromkeys(names, MISSING)
+    if (run := outcome.table) is None:
+        return line | numbers
+    instants = switches(contacts(run))
+    try:
+        frame = switches_frame(run)
+    except ValueError as error:
+        return line | {"switches": f"{len(instants)}, not measured: {error}"} | numbers
+    sizes, expected = frame["energy"].abs(), frame["theory"].abs().max()
+    # Of the largest, since a switch with both corners at the wall creates nothing that could be measured.
+    deviation = (frame["energy"] - frame["theory"]).abs().max() / expected if len(frame) else 0.0
+    values = (
+        quantity(closest(instants), "s"),
+        quantity(sizes.median() if len(frame) else 0.0, "J"),
+        quantity(sizes.max() if len(frame) else 0.0, "J"),
+        quantity(float(frame["energy"].sum()), "J", 6),
+        quantity(-run.values("energy_residual")[-1], "J", 6),
+        number(deviation, 2),
+    )
+    return line | {"switches": str(len(frame))} | dict(zip(names, values, strict=True))
+
+
+# ---- figures
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Write the figures, and runs and switches as tables."""
+    runs_frame(results).to_csv(folder / "runs.csv", index=False, float_format="%.6g")
+    frames = []
+    for tolerance in TOLERANCES:
+        run = results.reference[LITERAL, tolerance].table
+        if run is not None and separated(run):
+            frames.append(switches_frame(run).assign(tolerance=tolerance))
+    columns = ["tolerance", "time", "to_surface", "depth", "energy", "theory"]
+    switched = pd.concat(frames)[columns] if frames else pd.DataFrame(columns=columns)
+    switched.to_csv(folder / "switches.csv", index=False, float_format="%.6g")
+    laws = {law: recorded(results.reference[law, SHOWN]) for law in LAWS}
+    literal = {f"{t:.0e}": recorded(results.reference[LITERAL, t]) for t in TOLERANCES}
+    for name, runs in (("energy", laws), ("tolerances", literal)):
+        with svg.panels(folder / f"{name}.svg") as (axes,):
+            _energy(axes, runs)
+    with svg.panels(folder / "slider_x.svg") as (axes,):
+        for (law, run), line in zip(laws.items(), svg.SERIES_LINES, strict=False):
+            if run is not None:
+                inside = (run.time >= REVERSAL[0]) & (run.time <= REVERSAL[1])
+                guide = run.provenance["scene"]["mechanism"]["guide_x"]
+                time, x = run.time[inside], 1e3 * (run.values("slider_x")[inside] - guide)
+                kept = envelope(x)
+                axes.plot(time[kept], x[kept], label=law, **line)
+        axes.set(xlabel="time (s)", ylabel="slider x − guide (mm)")
+        svg.legend_above(axes)
+
+
+def _energy(axes: Axes, runs: Mapping[str, Table | None]) -> None:
+    for (label, run), line in zip(runs.items(), svg.SERIES_LINES, strict=False):
+        if run is None:
+            axes.plot([], [], label=f"{label}: stopped", **line)
+            continue
+        size = np.maximum(np.abs(run.values("energy_residual")), LEAST)
+        kept = upper_envelope(size)
+        axes.plot(run.time[kept], size[kept], label=label, **line)
+    axes.set(xlabel="time (s)", ylabel="|spurious energy| (J)", yscale="log")
+    svg.legend_above(axes)
 
 
 STUDY = Study(
@@ -251,5 +270,5 @@ STUDY = Study(
     full=Config(dense=400_000, sparse=4000),
     measure=measure,
     page=page,
-    draw=figures,
+    draw=draw,
 )

@@ -13,23 +13,23 @@ import pytest
 
 from comparison.cli import main, reports
 from comparison.execution.pool import kept_workers
-from comparison.execution.run import Outcome
 from comparison.formatting import table
 from comparison.models import platform_name
-from comparison.reliability.errors import Peak
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
-from comparison.studies.contact_laws import study as contact_laws
-from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.verdicts import study as verdicts
-from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, compare
 
 OTHER_FILES = {
+    "contact-laws": {"runs.csv", "switches.csv"},
+    "crank-pin": {"peaks.csv"},
     "detection": {"detection.json"},
-    "paper": {"report.html"},
+    "ensembles": {"tests.csv"},
     "extremes": {"cells.csv", "classes.csv"},
+    "nonlinear": {"exponents.csv"},
+    "paper": {"report.html"},
+    "random-inputs": {"probabilities.csv"},
 }
 
 
@@ -129,49 +129,6 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(here, capsys
     assert main(["study", "crank-pin", "--out", "file/below"]) == 2
     assert "is not a folder" in capsys.readouterr().err
     assert here.read_text() == ""
-
-
-def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
-    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
-    shown = contact_laws.of_run(refused, "foundation")
-    assert shown[0] == "not simulated: contact.law = 'foundation' is not simulated"
-    assert set(shown[1:]) == {"n/a"}
-    assert len(shown) == len(contact_laws.RUN_HEADINGS)
-    partial = Table(
-        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
-        pd.DataFrame(
-            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
-        ),
-        {name: {"min": -2.0, "max": 1.0} for name in ("slider_vx", "slider_omega")},
-        {"counters": {"steps": 7}},
-    )
-    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    shown = contact_laws.of_run(stopped, "hertz-corners")
-    assert shown[0] == "work-limit at 0.1000 s; shorten drive.cycles"
-    assert shown[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
-    assert contact_laws.of_switches(stopped)[0] == "not measured: work-limit"
-    assert len(contact_laws.of_switches(stopped)) == len(contact_laws.SWITCH_HEADINGS)
-
-
-def case(*sizes: float, stopped: tuple[str, ...] = ()) -> Case:
-    channels = ("slider_y", "slider_vy", "slider_ay")
-    peaks = {(c, close): [Peak(size, 0.75) for size in sizes] for c in channels for close in (False, True)}
-    return Case(peaks, list(stopped))
-
-
-def test_peaks_of_an_ensemble_stand_beside_the_published_ones():
-    text = peaks_table({"a": case(-100.0, 494.9, 600.0), "b": case(stopped=("not simulated: no pin",))})
-    row = next(line for line in text.splitlines() if line.startswith("| acceleration, second cycle"))
-    assert row.replace("\u00a0", " ").endswith("| 494.9 m/s² | 494.9 m/s² (100 m/s² … 600 m/s²) |")
-    assert text.splitlines()[-1] == "b: not simulated: no pin."
-    assert peaks_table({"b": case(stopped=("not simulated: no pin",))}) == "b: not simulated: no pin."
-
-
-def test_exponents_and_where_the_published_peak_is_met():
-    cases = {modulus: case(494.9 * (modulus / 20e9) ** 0.4) for modulus in (1e9, 7e9, 90e9)}
-    assert powers(cases) == "displacement 0.40, velocity 0.40, acceleration 0.40"
-    assert met(cases, "slider_ay") == "20 GPa"
-    assert met({1e9: case(1.0), 2e9: case(2.0)}, "slider_ay") == "no modulus"
 
 
 def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make_table):

@@ -8,7 +8,7 @@ import pytest
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.crank_pin.runs import _shifts, scene
+from comparison.studies.crank_pin.study import scene, shifts
 from comparison.studies.shared.errors import error, second_cycle, shift_bound
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
@@ -57,7 +57,7 @@ def test_figures_come_from_the_published_table():
 def test_the_slider_moves_no_further_than_the_pins_shift_and_penetration_allow():
     still = {"joints.crank_pin": "ideal", "output.groups": []}
     ideal, *shifted = (
-        run_one(scene(still | values, SAMPLES), "reference").values("slider_y") for values in ({}, *_shifts())
+        run_one(scene(still | values, SAMPLES), "reference").values("slider_y") for values in ({}, *shifts())
     )
     clearance = scene({}).data["clearance"]["crank_pin"]
     bound = shift_bound((shifted[0], shifted[1]), (shifted[2], shifted[3]), clearance / 10, clearance)
