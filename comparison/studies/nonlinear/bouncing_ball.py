@@ -5,15 +5,12 @@ peak acceleration over gravity. Between impacts the flight is a parabola, exactl
 of ball height minus table height.
 
 Known: the motion with one impact a period exists from A = pi (1 - e) / (1 + e) on, where the impact's phase f
-has A cos f = pi (1 - e) / (1 + e). With a = -A sin f the table's acceleration there, the map of (time, speed)
-from one impact to the next has
+has A cos f = pi (1 - e) / (1 + e). With a = -A sin f the map from one impact to the next has
 
 .. math:: \det J = e^2, \qquad \operatorname{tr} J = 1 + e^2 + (1 + e)^2 a .
 
-While its eigenvalues are a complex pair the exponent is exactly ln e a period. The motion doubles its period
-at tr J = -(1 + e^2). A series of doublings leads to chaos: for e = 0.5 a strange attractor lies at A = 1.74
-(0.12 mm at 60 Hz) around the motion that has become unstable; from starts far from it the ball can come to
-rest on the table, which this solver refuses.
+While its eigenvalues are a complex pair the exponent is exactly ln e a period; the period doubles at
+tr J = -(1 + e^2). For e = 0.5 a strange attractor lies at A = 1.74.
 
 Sources: P. J. Holmes, J. Sound and Vibration 84 (1982) 173-189; N. B. Tufillaro, T. Abbott and J. Reilly, An
 Experimental Approach to Nonlinear Dynamics and Chaos, 1992, Ch. 1; stability: J. J. Barroso, M. V. Carneiro
@@ -92,14 +89,7 @@ def advance(state: Array, amplitude: float) -> Array:
 
 
 def flight(state: Array, amplitude: float) -> tuple[Array, Array]:
-    """Take a state one period on, with the product of the exact linear maps on the way.
-
-    Returns
-    -------
-    state
-        Height and speed, shape (2,).
-    tangent
-        Its derivative with respect to the state before, shape (2, 2).
+    """Take a state one period on; also return its derivative by the state before, shape (2, 2).
 
     Raises
     ------

@@ -62,8 +62,9 @@ def page(results: Results) -> dict[str, object]:
     return {
         "finding": f"Of {len(config.scenes)} scenes: {counts}.",
         "answer": rows_table(answer(best, name) for name in config.scenes),
-        "sections": rows_table(_section(results, name) for name in config.scenes),
-        "distributions": rows_table(_distributions(results, name) for name in config.scenes),
+        "sections": rows_table(
+            _section(results, name) | _distributions(results, name) for name in config.scenes
+        ),
         "forgetting": rows_table(_forgetting(results, name) for name in (MAIN, FORGETTING)),
         "without_memory": without_memory(best, results.scatter),
         "memory": rows_table(_memory(results.memories, angle) for angle in LATER),
@@ -140,13 +141,12 @@ def _distributions(results: Results, name: str) -> dict[str, str]:
     tests = distances(a, b)
     correlations = [abs(a[column].autocorr()) for column in a]
     numbers = {
-        "differ": f"**{tests['differs'].sum()}**",
-        "smallest adjusted p": f"{tests['adjusted'].min():.2g}",
         "largest distance": f"{tests['statistic'].max():.2f}",
         "Wasserstein over scatter": f"{(tests['wasserstein'] / tests['scale']).max():.2f}",
+        "smallest adjusted p": f"{tests['adjusted'].min():.2g}",
         "correlation of cycles": f"{max(correlations, default=nan):.2f}",
     }
-    count = {"scene": name, "tests": f"{len(tests)}"}
+    count = {"sections that differ": f"**{tests['differs'].sum()}** of {len(tests)}"}
     return count | (numbers if len(tests) else dict.fromkeys(numbers, MISSING))
 
 
@@ -236,8 +236,13 @@ STRETCHES = 20
 """Of a cycle, over which the growth is summed."""
 SMALLEST = 1e-16
 """m; what a logarithmic axis shows of zero."""
-PARAMETERS = {SPEED: ("speed (rpm)", 1.0), CLEARANCE: ("clearance (mm)", 1e3)}
-"""Key of a bifurcation diagram -> label and factor."""
+DIAGRAMS = (
+    (SPEED, "speed (rpm)", 1.0, 15),
+    (SPEED, "speed (rpm)", 1.0, 36),
+    (CLEARANCE, "clearance (mm)", 1e3, 15),
+)
+"""Key, label, factor and sample of a cycle of each bifurcation diagram: after the reversal the slider
+chatters, before the top dead centre only at high speed."""
 BINS = 400
 """Of a bifurcation diagram's height: cycles that fall into the same are one point."""
 _LINES: tuple[dict[str, Any], ...] = (
@@ -260,9 +265,12 @@ def draw(results: Results, folder: Path) -> None:
         for axes, angle in zip(panels, DRAWN, strict=True):
             _section_at(axes, results, angle)
         svg.legend_above(panels[0])
-    with svg.panels(folder / "bifurcation.svg", len(PARAMETERS), height=5.2) as panels:
-        for axes, (key, (label, factor)) in zip(panels, PARAMETERS.items(), strict=True):
-            _bifurcation(axes, results.swept[key], label, factor)
+    with svg.panels(folder / "bifurcation.svg", len(DIAGRAMS), height=6.4) as panels:
+        for axes, (key, label, factor, angle) in zip(panels, DIAGRAMS, strict=True):
+            x = {factor * value: each[:, angle] for value, each in results.swept[key].items()}
+            _bifurcation(axes, x)
+            axes.set_title(f"{360 * angle / ANGLES:.0f}° after the start", fontsize=9)
+            axes.set(xlabel=label, ylabel="slider x / clearance (-)")
     with svg.panels(folder / "growth.svg", 2, height=4.2, sharex=True) as (upper, lower):
         _growth(upper, lower, results)
 
@@ -333,26 +341,17 @@ def _section_at(axes: Axes, results: Results, angle: int) -> None:
     axes.set(xlabel=f"slider x ({unit})", ylabel=f"velocity of x ({rate_unit})")
 
 
-def _bifurcation(axes: Axes, diagram: Mapping[float, Array], label: str, factor: float) -> None:
-    """Draw x once a cycle over a parameter, at the one angle where it scatters most on the average."""
-    if diagram:
-        scatter = np.mean([x.std(axis=0) for x in diagram.values()], axis=0)
-        angle = int(np.argmax(scatter))
-        points = [
-            (factor * value, level / BINS)
-            for value, x in diagram.items()
-            for level in np.unique(np.round(x[:, angle] * BINS))
-        ]
-        # Very short dashes with round ends are dots, in one path: a tenth of the bytes of markers.
-        at, y = np.array(points).T
-        ends, nothing = 1e-4 * np.ptp(at), np.full(at.size, np.nan)
-        axes.plot(
-            np.column_stack([at, at + ends, nothing]).ravel(), np.column_stack([y, y, nothing]).ravel(),
-            color=svg.FIRST, lw=1.5, solid_capstyle="round",
-        )  # fmt: skip
-        axes.set_title(f"{360 * angle / ANGLES:.0f}° after the start", fontsize=9)
+def _bifurcation(axes: Axes, diagram: Mapping[float, Array]) -> None:
+    """Draw x once a cycle over a parameter; cycles that look the same are one point."""
+    points = [(value, y / BINS) for value, x in diagram.items() for y in np.unique(np.round(x * BINS))]
+    at, y = np.array(points).reshape(-1, 2).T
+    # Very short dashes with round ends are dots, in one path: a tenth of the bytes of markers.
+    ends, nothing = 1e-4 * (max(diagram, default=1.0) - min(diagram, default=0.0)), np.full(at.size, np.nan)
+    axes.plot(
+        np.column_stack([at, at + ends, nothing]).ravel(), np.column_stack([y, y, nothing]).ravel(),
+        color=svg.FIRST, lw=1.5, solid_capstyle="round",
+    )  # fmt: skip
     axes.margins(x=0.02)
-    axes.set(xlabel=label, ylabel="slider x / clearance (-)", ylim=(-1.05, 1.05))
 
 
 def _growth(upper: Axes, lower: Axes, results: Results) -> None:

@@ -130,7 +130,8 @@ def probabilities(
 def changes(common: Mapping[float, Drawn]) -> pd.DataFrame:
     """Return how far failure probabilities change against the finest tolerance; a row each.
 
-    ``shifted``: the interval of the change excludes zero.
+    ``seconds`` and ``failed``: processor time of a run, and runs that failed, at the tolerance; ``shifted``:
+    the interval of the change excludes zero.
     """
     rows = []
     (*coarse, _), (*_, finest) = common, common.values()
@@ -139,8 +140,10 @@ def changes(common: Mapping[float, Drawn]) -> pd.DataFrame:
             failed = [each.responses[name] > LIMITS[name][0] for each in (common[tolerance], finest)]
             pair = pd.concat(failed, axis=1, join="inner").to_numpy()
             change, low, high = paired_change(*pair.T)
-            rows.append((tolerance, name, change, low, high, low > 0 or high < 0))
-    return pd.DataFrame(rows, columns=["tolerance", "response", "change", "low", "high", "shifted"])
+            cost = common[tolerance].seconds, len(common[tolerance].failures)
+            rows.append((tolerance, *cost, name, change, low, high, low > 0 or high < 0))
+    names = ["tolerance", "seconds", "failed", "response", "change", "low", "high", "shifted"]
+    return pd.DataFrame(rows, columns=names)
 
 
 def limits_of(samples: int) -> dict[str, tuple[float, ...]]:
@@ -174,7 +177,6 @@ def page(results: Results) -> dict[str, object]:
             shown_response(name, planes[name], many.responses[name], exceeded) for name in RESPONSES
         ),
         "inputs": rows_table(shown_input(i, one, planes) for i, one in enumerate(results.inputs)),
-        "precision": rows_table(shown_tolerance(*each, changed) for each in results.common.items()),
         "shifted": ", ".join(shifted) or "none",
     }
 
@@ -191,13 +193,14 @@ def shown_response(name: str, plane: Plane, drawn: pd.Series, exceeded: pd.DataF
     line = {
         "largest error": name,
         "mean: plane; Monte Carlo": f"{mean}; {quantity(float(drawn.mean()), unit)}",
-        "deviation": f"{quantity(plane.deviation, unit)}; {quantity(float(drawn.std(ddof=0)), unit)}",
+        "deviation: plane; Monte Carlo": f"{quantity(plane.deviation, unit)}; "
+        f"{quantity(float(drawn.std(ddof=0)), unit)}",
         "residual": quantity(plane.rest, unit),
         "variance explained": f"{plane.deviation**2 / total:.0%}" if total else MISSING,
     }
     for method in (FIRST_ORDER, WITH_RESIDUAL):
         agrees = exceeded[(exceeded["response"] == name) & (exceeded["method"] == method)]["agrees"]
-        line[f"limits at which {method} agrees"] = f"{agrees.sum()} of {len(agrees)}"
+        line[f"{method} agrees at"] = f"{agrees.sum()} of {len(agrees)} limits"
     return line
 
 
@@ -209,17 +212,6 @@ def shown_input(i: int, one: RandomInput, planes: Mapping[str, Plane]) -> dict[s
         significant = abs(plane.gradient[i]) > 2 * plane.errors[i]
         line[name] = f"{plane.importance[i]:.1%}" if significant else "–"
     return line
-
-
-def shown_tolerance(tolerance: float, drawn: Drawn, changed: pd.DataFrame) -> dict[str, str]:
-    """Return a line with the cost of a tolerance and the change of the failure probabilities."""
-    here = changed[changed["tolerance"] == tolerance].set_index("response")
-    cells = dict.fromkeys((f"change, {name}" for name in COMPARED), "compared with") | {
-        f"change, {name}": "{:+.2f} % ({:+.2f} … {:+.2f})".format(*(100 * row[["change", "low", "high"]]))
-        for name, row in here.iterrows()
-    }
-    cost = {"processor time of a run": quantity(drawn.seconds, "s"), "failed runs": str(len(drawn.failures))}
-    return {"tolerance": f"{tolerance:.0e}"} | cost | cells
 
 
 # ---- figures
@@ -234,6 +226,8 @@ def draw(results: Results, folder: Path) -> None:
     planes, responses = results.planes[1.0], results.many.responses
     table = probabilities(planes, responses, limits_of(results.config.samples))
     table.to_csv(folder / "probabilities.csv", index=False, float_format="%.6g")
+    changed = changes(results.common)
+    changed.to_csv(folder / "precision.csv", index=False, float_format="%.6g")
     with svg.panels(folder / "probabilities.svg", 2, 2, height=4.8) as four:
         for axes, name in zip(four, RESPONSES, strict=True):
             _probabilities(axes, name, responses[name].to_numpy(), planes[name])
@@ -244,7 +238,7 @@ def draw(results: Results, folder: Path) -> None:
             _gradients(axes, name, key, {f: each[name] for f, each in results.planes.items()}, column)
         panels[-1].set_xlabel("scatter of the runs over that of the inputs (-)")
     with svg.panels(folder / "precision.svg", height=3.4) as (axes,):
-        _precision(axes, results.common)
+        _precision(axes, changed)
 
 
 def _probabilities(axes: Axes, name: str, values: Array, plane: Plane) -> None:
@@ -282,10 +276,10 @@ def _gradients(axes: Axes, name: str, key: str, planes: Mapping[float, Plane], c
     axes.set_title(f"{name} by {key}", fontsize=9)
 
 
-def _precision(axes: Axes, common: Mapping[float, Drawn]) -> None:
+def _precision(axes: Axes, changed: pd.DataFrame) -> None:
     """Draw how far the failure probability changes when the solver is coarser."""
-    changed = changes(common)
-    ticks = [f"{t:.0e}\n{1e3 * drawn.seconds:.1f} ms" for t, drawn in common.items()][:-1]
+    costs = changed.groupby("tolerance", sort=False)["seconds"].first()
+    ticks = [f"{tolerance:.0e}\n{1e3 * seconds:.1f} ms" for tolerance, seconds in costs.items()]
     for n, (name, line) in enumerate(zip(COMPARED, svg.SERIES_LINES, strict=False)):
         here = 100 * changed[changed["response"] == name][["change", "low", "high"]].astype(float)
         bars = [here["change"] - here["low"], here["high"] - here["change"]]

@@ -29,7 +29,7 @@ OTHER_FILES = {
     "extremes": {"cells.csv", "classes.csv"},
     "nonlinear": {"exponents.csv"},
     "paper": {"report.html"},
-    "random-inputs": {"probabilities.csv"},
+    "random-inputs": {"precision.csv", "probabilities.csv"},
 }
 
 
