@@ -11,12 +11,11 @@ from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from comparison.formatting import number
 from comparison.report import svg
-from comparison.studies.identification.facts import UNKNOWNS, shipped_geometry, table_1
-from comparison.studies.identification.fitting import Fit, Profile
+from comparison.studies.identification.fitting import Fit, Profile, shipped_geometry, table_1
 from comparison.studies.identification.kinematics import motion
-from comparison.studies.identification.radius import POWER
-from comparison.studies.identification.runs import PRINTED_RANGES, Runs
+from comparison.studies.identification.runs import POWER, PRINTED_RANGES, Runs
 
+UNKNOWNS = ("H_x", "H_y", "guide")
 _BESIDE = {"O": (8, -9), "A": (7, 4), "B": (3, 5), "H": (4, 4), "C": (3, 6), "F": (-12, -3)}
 """Joint -> offset of its letter, points: clear of the links and of the other letters."""
 _ROW = 0.19
@@ -65,7 +64,7 @@ def draw_ranking(fits: Sequence[Fit], path: Path) -> None:
         axes.set_ylim(len(fits) - 0.5, -0.5)
         labels = [fit.topology.words("{}, B {}, rod 2 at {}, {}, guide {}") for fit in fits]
         axes.set_yticks(places, labels, fontsize=6.8)
-        axes.set_xlabel("misfit (allowances)")
+        axes.set_xlabel("misfit of the printed figures (allowances)")
 
 
 def draw_profiles(profiles: Sequence[Profile], path: Path) -> None:
@@ -79,7 +78,7 @@ def draw_profiles(profiles: Sequence[Profile], path: Path) -> None:
             axes.axvline(1e3 * (value - held.best), label="shipped", color=svg.SERIES[3])
             axes.set_xlabel(f"{name} − best (mm)")
             axes.set_title(f"best {number(1e3 * held.best, 5)} mm", fontsize=9)
-        three[0].set_ylabel("growth of the sum of squares")
+        three[0].set_ylabel("growth of the sum of squares (-)")
         svg.legend_above(three[0])
 
 
@@ -97,7 +96,7 @@ def draw_radius(runs: Runs, path: Path) -> None:
         axes.yaxis.set_major_formatter(ScalarFormatter())
         axes.yaxis.set_minor_locator(NullLocator())
         axes.margins(x=0.03)
-        axes.set(xlabel="corner radius (m)", ylabel="peak acceleration error / published")
+        axes.set(xlabel="corner radius (m)", ylabel="peak acceleration error,\nours / published (-)")
         svg.legend_above(axes, 3)
 
 

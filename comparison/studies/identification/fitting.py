@@ -1,35 +1,119 @@
-"""The geometry of a topology that comes closest to the published facts, and how well they determine it."""
+"""What the paper prints about the ideal motion, and the geometry that comes closest to it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
+from math import pi, tau
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from comparison.studies.identification.facts import shown
-from comparison.studies.identification.kinematics import Geometry, Topology
+from comparison.scene import load_scene
+from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, lengths_of, motion
+from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
-DRAWN = 1000
-"""Random geometries a topology, of which the best are the starts of a fit."""
-STARTS = 5
-REACH = 0.9
-"""m; pivots farther than rod 2, crank and rocker together would reach are not drawn."""
-GUIDES = (0.02, 1.5)
-"""m; distances of the guide from the crank pivot."""
+BASE = "150rpm-0.2mm"
+ANGLES = 240
+"""Crank angles of a cycle; parabolas through three of them give extrema to 1e-6 of their size."""
+OF_THE_QUOTIENT = 0.015
+"""Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
+quotient falls 1.3 % short, as the page reports."""
+DRAWN, STARTS = 1000, 5
+"""Random geometries an arrangement, and how many of the best are starts of a fit."""
+REACH, GUIDES = 0.9, (0.02, 1.5)
+"""m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""
 COARSE = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
 """Allowances of the first of two fits: with the printed ones alone the angle's steep valley holds it."""
 MISSING = 1e3
 """Misfit of a press that cannot be assembled, growing with what it lacks."""
 
 
+def printed_facts() -> pd.DataFrame:
+    """Return the five facts that the geometry is fitted to, by what they are.
+
+    ``value``: what the ideal motion should show, in ``unit``; ``allowance``: by how much it may miss (one
+    standard deviation): the rounding of the print, and what the clearance adds to a number of a motion with
+    clearance; ``rounding``: half a unit of the last printed digit alone.
+
+    The range of the velocity (Fig. 14c) is one with clearance. The clearance widens it by something between
+    nothing and the largest error of the velocity (Fig. 14e): half of that, give or take half, is taken off.
+    The tangent of rod 4's angle is the quotient of the largest errors of y and x in Fig. 14: at constant x
+    the slider's y error is its x error times this tangent.
+    """
+    angle, stroke = published("S2.2-tdc"), published("S4.2-stroke")
+    lowest, highest = published("F14c-vy"), published("F14c-vy2")
+    y, x = published("F14e-y2"), published("F14a-x")
+    quotient, half = abs(y.value / x.value), 0.5 * vibration()
+    of_quotient = quotient * (y.rounding / abs(y.value) + x.rounding / abs(x.value))
+    rows = {
+        "top dead centre": ("deg", angle.value, angle.rounding, angle.rounding),
+        "stroke": ("m", abs(stroke.value), stroke.rounding, stroke.rounding),
+        "lowest velocity": ("m/s", lowest.value + half, half + lowest.rounding, lowest.rounding),
+        "highest velocity": ("m/s", highest.value - half, half + highest.rounding, highest.rounding),
+        "largest tan β": ("", quotient, OF_THE_QUOTIENT * quotient, of_quotient),
+    }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["unit", "value", "allowance", "rounding"])
+
+
+def vibration() -> float:
+    """Return the largest velocity error of Fig. 14e, m/s."""
+    return max(abs(published(name).value) for name in ("F14e-vy", "F14e-vy2"))
+
+
+@cache
+def table_1() -> tuple[Lengths, float]:
+    """Return the lengths of Table 1, and the speed of the crank, rad/s."""
+    data = load_scene(BASE).data
+    return lengths_of(data["mechanism"]), pi / 30 * abs(float(data["drive"]["speed_rpm"]))
+
+
+def shipped_geometry() -> Geometry:
+    """Return the geometry that the shipped scenes have; the guide is the ideal slider's line."""
+    mechanism = load_scene("paper").data["mechanism"]
+    x, y = mechanism["rocker_pivot"]
+    return Geometry(x, y, mechanism["guide_x"] + mechanism["reference_offset"])
+
+
+def shown(geometry: Geometry, topology: Topology) -> tuple[float, Array]:
+    """Return `Motion.assembled` of a press with the lengths of Table 1, and what it shows.
+
+    Shape (5,), in the order of `printed_facts`; nan where it cannot be assembled at every angle.
+    """
+    lengths, speed = table_1()
+    cycle = motion(geometry, topology, lengths, tau * np.arange(ANGLES) / ANGLES)
+    if cycle.assembled <= 0:
+        return cycle.assembled, np.full(5, np.nan)
+    top, at = _highest(cycle.F.imag)
+    crank = at * tau / ANGLES
+    # Newton's method, since the print gives this angle to 4e-5 of a cycle; at most to the next sample.
+    for _ in range(3):
+        here = motion(geometry, topology, lengths, np.array([crank]))
+        velocity, acceleration = float(here.velocity[0]), float(here.acceleration[0])
+        if acceleration < 0:
+            step = topology.crank * velocity / acceleration
+            crank -= min(max(step, -tau / ANGLES), tau / ANGLES)
+    stroke = top + _highest(-cycle.F.imag)[0]
+    low, high = -speed * _highest(-cycle.velocity)[0], speed * _highest(cycle.velocity)[0]
+    values = (np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0])
+    return cycle.assembled, np.array(values)
+
+
+def _highest(values: Array) -> tuple[float, float]:
+    """Return the vertex of the parabola through the largest sample and its neighbours: height, and index."""
+    k = int(values.argmax())
+    before, here, after = (float(values[(k + n) % values.size]) for n in (-1, 0, 1))
+    curve = before - 2 * here + after
+    shift = 0.5 * (before - after) / curve if curve < 0 else 0.0
+    return here - 0.25 * (before - after) * shift, k + shift
+
+
 @dataclass(frozen=True)
 class Fit:
-    """The best geometry of a topology."""
+    """The best geometry of an arrangement."""
 
     topology: Topology
     geometry: Geometry
@@ -75,21 +159,18 @@ def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame
 
 
 def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | None:
-    """Return the best geometry of a topology, or None where none of the drawn ones can be assembled.
-
-    The facts are as `comparison.studies.identification.facts.printed_facts` returns them.
-    """
+    """Return the best geometry of an arrangement, or None where none of the drawn ones can be assembled."""
     digits = (topology.crank, topology.rocker, topology.slider, topology.side, int(topology.pin == "tip"))
     rng = np.random.default_rng([0, *(digit + 1 for digit in digits)])
     near, far = sorted(topology.side * distance for distance in GUIDES)
     low, high = np.array([-REACH, -REACH, near]), np.array([REACH, REACH, far])
     starts = rng.uniform(low, high, (drawn, 3))
 
-    def of(geometry: Array, allowances: Array) -> Array:
+    def misses(geometry: Array, allowances: Array) -> Array:
         return residuals(geometry.tolist(), topology, facts, allowances)
 
-    costs = np.array([np.sum(of(start, COARSE) ** 2) for start in starts])
-    search = partial(least_squares, of, bounds=(low, high), x_scale=0.1)
+    costs = np.array([np.sum(misses(start, COARSE) ** 2) for start in starts])
+    search = partial(least_squares, misses, bounds=(low, high), x_scale=0.1)
     tried = []
     for n in np.argsort(costs)[:STARTS]:
         if costs[n] < MISSING**2:
@@ -97,7 +178,7 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
             tried.append(search(coarse.x, args=(facts["allowance"].to_numpy(),)))
     if not tried:
         return None
-    best = min(tried, key=lambda found: found.cost)
+    best = min(tried, key=lambda each: each.cost)
     fitted = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
     covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))
@@ -111,15 +192,15 @@ def profile(fitted: Fit, which: int, values: Array, facts: pd.DataFrame) -> Prof
     """
     free = [k for k in range(3) if k != which]
     slope = fitted.covariance[free, which] / fitted.covariance[which, which]
-    best = np.array(fitted.geometry)
-    allowances = facts["allowance"].to_numpy()
+    best, allowances = np.array(fitted.geometry), facts["allowance"].to_numpy()
 
-    def of(others: Array, value: float) -> Array:
+    def misses(others: Array, value: float) -> Array:
         return residuals(np.insert(others, which, value).tolist(), fitted.topology, facts, allowances)
 
-    sums = []
-    for value in values:
-        start = best[free] + slope * (value - best[which])
-        sums.append(2 * least_squares(of, start, args=(value,), x_scale=0.1).cost)
+    starts = (best[free] + slope * (value - best[which]) for value in values)
+    sums = [
+        2 * least_squares(misses, start, args=(value,), x_scale=0.1).cost
+        for start, value in zip(starts, values, strict=True)
+    ]
     growth = np.array(sums) - np.sum(fitted.residuals**2)
     return Profile(fitted.geometry[which], values, growth)

@@ -1,10 +1,12 @@
-"""What kinematics do not determine, from runs of the reference: corner radius, gravity, reference line."""
+"""What kinematics leave open, from runs of the reference: corner radius, gravity, reference line."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import exp, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,8 +15,7 @@ from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.scene import load_scene
-from comparison.studies.identification.facts import BASE
-from comparison.studies.identification.fitting import Fit
+from comparison.studies.identification.fitting import BASE, Fit
 from comparison.studies.identification.kinematics import Topology
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
@@ -42,6 +43,8 @@ PRINTED_RANGES = {
 RADII = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 GRAVITIES = (-9.81, 0.0, 9.81)
 OFFSETS = (-50e-6, 0.0, 25e-6, 50e-6, 75e-6)
+POWER = 0.2
+"""Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
 NUDGE = 1e-9
 """m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
 
@@ -160,3 +163,28 @@ def _ranges(run: Table, ideal: Table) -> list[float]:
     off = run.values("slider_y") - ideal.values("slider_y")[cycle]
     line, x = float(ideal.values("slider_x")[0]), run.extrema["slider_x"]
     return [x["min"] - line, x["max"] - line, float(off.min()), float(off.max())]
+
+
+class RadiusFit(NamedTuple):
+    """A straight line through the logarithms of radii and peaks."""
+
+    power: float
+    """Of the radius in the peaks."""
+    radius: float
+    """At which the mean of the peaks is the published one, m; nan where they do not grow with it."""
+    low: float
+    high: float
+    """One standard deviation to either side, from the scatter of the scenes through `POWER`, m."""
+    scatter: float
+    """Factor by which the scenes scatter about their mean."""
+
+
+def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
+    """Return how peaks over the published ones, a row a radius (m), a column a scene, depend on it."""
+    logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
+    power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
+    # The residual of each scene's ratio about the mean of all gives the uncertainty of a mean of five.
+    scatter = sqrt(float(np.mean(np.var(logs, axis=1, ddof=1))))
+    factor = exp(scatter / sqrt(logs.shape[1]) / POWER)
+    best = exp(float(scale.mean() - logs.mean() / power)) if power > 0 else float("nan")
+    return RadiusFit(power, best, best / factor, best * factor, exp(scatter))

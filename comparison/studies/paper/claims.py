@@ -8,7 +8,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
@@ -21,8 +21,7 @@ from scipy.signal import find_peaks
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.chaos import Chaos, verdict
-from comparison.studies.paper.measures import largest_error, reliabilities
+from comparison.studies.nonlinear.chaos import Chaos
 from comparison.studies.paper.runs import CHANNELS, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array, BoolArray
@@ -40,7 +39,7 @@ SWING = 0.5
 """Of the clearance: a quarter of the slider's way from wall to wall."""
 
 
-class Verdict(Enum):
+class Verdict(StrEnum):
     """What runs say of a statement."""
 
     SUPPORTED = "supported"
@@ -69,30 +68,32 @@ class Criterion:
 class Evidence:
     """What one model's runs show of a statement."""
 
-    values: Mapping[str, float]
+    deciding: Mapping[str, float]
     """Criterion -> value."""
     numbers: Mapping[str, tuple[Array | Sequence[float], str]]
-    """What they follow from: label -> values, shown as a range, and unit ("%" of shares)."""
+    """What they follow from: label -> values and their unit ("%" of shares)."""
 
     @property
     def verdict(self) -> Verdict:
-        """What all criteria say; undecided where they say different things."""
-        found = {criteria()[name].decide(value) for name, value in self.values.items()}
-        return found.pop() if len(found) == 1 else Verdict.UNDECIDED
+        """What all criteria say."""
+        return _unanimous({criteria()[name].decide(value) for name, value in self.deciding.items()})
 
 
 @dataclass(frozen=True)
 class Judged:
-    """One statement."""
+    """One statement, and each model's evidence."""
 
     claim: Claim
     evidence: Mapping[str, Evidence]
 
     @property
     def verdict(self) -> Verdict:
-        """What both models say; undecided where they say different things."""
-        found = {of.verdict for of in self.evidence.values()}
-        return found.pop() if len(found) == 1 else Verdict.UNDECIDED
+        """What both models say."""
+        return _unanimous({each.verdict for each in self.evidence.values()})
+
+
+def _unanimous(verdicts: set[Verdict]) -> Verdict:
+    return next(iter(verdicts)) if len(verdicts) == 1 else Verdict.UNDECIDED
 
 
 @cache
@@ -102,7 +103,7 @@ def _data() -> dict[str, Any]:
 
 def criteria() -> dict[str, Criterion]:
     """Return the criteria by name."""
-    return {name: Criterion(**of) for name, of in _data()["criteria"].items()}
+    return {name: Criterion(**values) for name, values in _data()["criteria"].items()}
 
 
 def all_claims() -> list[Claim]:
@@ -124,40 +125,47 @@ def judge_all(runs: Runs) -> list[Judged]:
     ]
 
 
+# ---- one function a kind of statement
+
+
 def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether one condition's errors are larger: those of the second cycle, and those of every later one."""
     channel, sides = claim["channel"], (claim["more"], claim["less"])
-    more, less = (_second_cycle(runs, scene, model, channel) for scene in sides)
-    values = {"peaks": float(np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min())))}
-    unit = channels()[channel].unit
-    numbers = {scene: (peaks, unit) for scene, peaks in zip(sides, (more, less), strict=True)}
+    more, less = (_sizes(runs, scene, model, channel) for scene in sides)
+    closest = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
+    values, unit = {"peaks": float(closest)}, channels()[channel].unit
     many = [later_cycles(runs, scene, model, channel) for scene in sides]
-    if all(of.size for of in many):
+    if all(each.size for each in many):
         values["cycles"] = net_share(*many)
-    return Evidence(values, numbers)
+    return Evidence(values, {sides[0]: (more, unit), sides[1]: (less, unit)})
 
 
 def alike(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether two conditions' largest errors of the second cycle are nearly the same."""
-    sizes = {scene: _second_cycle(runs, scene, model, claim["channel"]) for scene in claim["scenes"]}
-    a, b = (float(np.median(of)) for of in sizes.values())
-    unit = channels()[claim["channel"]].unit
-    return Evidence({"change": abs(_ratio(b, a) - 1)}, {scene: (of, unit) for scene, of in sizes.items()})
+    channel = claim["channel"]
+    sizes = {scene: _sizes(runs, scene, model, channel) for scene in claim["scenes"]}
+    a, b = (float(np.median(each)) for each in sizes.values())
+    numbers = {scene: (each, channels()[channel].unit) for scene, each in sizes.items()}
+    return Evidence({"change": abs(_ratio(b, a) - 1)}, numbers)
 
 
 def more_contacts(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the slider touches its guide more often in a cycle."""
-    sides = (claim["more"], claim["less"])
-    counts = [contacts_by_cycle(runs, scene, model)["size"].to_numpy(np.float64) for scene in sides]
-    numbers = {f"{scene}, contacts a cycle": (of, "") for scene, of in zip(sides, counts, strict=True)}
-    return Evidence({"cycles": net_share(*counts)}, numbers)
+    counts = {
+        f"{scene}, contacts a cycle": contacts_by_cycle(runs, scene, model)["size"].to_numpy(np.float64)
+        for scene in (claim["more"], claim["less"])
+    }
+    return Evidence({"cycles": net_share(*counts.values())}, {label: (n, "") for label, n in counts.items()})
 
 
 def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the smallest reliability falls."""
-    found = {s: reliabilities(runs, s, model)[claim["quantity"]] for s in (claim["more"], claim["less"])}
-    more, less = (of.minimum for of in found.values())
-    return Evidence({"reliability": less - more}, {s: ([of.minimum], "1") for s, of in found.items()})
+    smallest = {
+        scene: runs.reliabilities(scene, model)[claim["quantity"]].minimum
+        for scene in (claim["more"], claim["less"])
+    }
+    more, less = smallest.values()
+    return Evidence({"reliability": less - more}, {scene: ([r], "1") for scene, r in smallest.items()})
 
 
 def close(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -178,13 +186,13 @@ def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the acceleration changes abruptly and often near the lowest point."""
     scene, channel = claim["scene"], "slider_ay"
     errors, ideal = runs.errors(scene, model, channel), runs.ideal[scene, model]
-    least = LITTLE * float(np.ptp(ideal.values(channel)))
+    bottom, least = _bottom(runs, scene, model), LITTLE * float(np.ptp(ideal.values(channel)))
     there, cycle = (
         float(_swings(errors[part], least).size + _swings(-errors[part], least).size)
-        for part in (_bottom(runs, scene, model), second(ideal))
+        for part in (bottom, second(ideal))
     )
-    reach = float(np.ptp(errors[_bottom(runs, scene, model)]))
-    numbers = {"range of the error there": ([reach], "m/s^2"), "changes in the whole cycle": ([cycle], "")}
+    span = [float(np.ptp(errors[bottom]))]
+    numbers = {"range of the error there": (span, "m/s^2"), "changes in the whole cycle": ([cycle], "")}
     return Evidence({"abrupt": there}, numbers)
 
 
@@ -206,18 +214,17 @@ def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
     opposite one: the better of both readings counts.
     """
     del claim
-    force = runs.pin_forces(model)
+    force = runs.in_the_bearing(model, "reaction_A_x", "reaction_A_y")
     total = float(np.abs(force).sum()) or 1.0
     quadrants = {"upper right": (1, 1), "upper left": (-1, 1), "lower left": (-1, -1), "lower right": (1, -1)}
     shares = {
         name: float(np.abs(force[(x * force.real > 0) & (y * force.imag > 0)]).sum()) / total
         for name, (x, y) in quadrants.items()
     }
-    lesser, greater = (
-        [pick(shares[f"{height} {side}"] for height in ("upper", "lower")) for side in ("left", "right")]
-        for pick in (min, max)
+    left, right = (
+        [shares[f"{height} {side}"] for height in ("upper", "lower")] for side in ("left", "right")
     )
-    zones = max(_ratio(lesser[0], greater[1]), _ratio(lesser[1], greater[0]))
+    zones = max(_ratio(min(left), max(right)), _ratio(min(right), max(left)))
     return Evidence({"zones": zones}, {name: ([share], "%") for name, share in shares.items()})
 
 
@@ -243,31 +250,30 @@ def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the error of a channel, all that the crank does not force, repeats from cycle to cycle."""
-    errors = _later(runs.long_errors(claim["scene"], model, claim["channel"]))
-    spread, reach = float(np.ptp(errors, axis=0).max()), float(np.ptp(errors))
-    unit = channels()[claim["channel"]].unit
-    numbers = {"spread": ([spread], unit), "range of the error": ([reach], unit)}
-    return Evidence({"repetition": spread / reach if reach else 0.0}, numbers)
+    errors, unit = (
+        _later(runs.long_errors(claim["scene"], model, claim["channel"])),
+        channels()[claim["channel"]].unit,
+    )
+    spread, span = float(np.ptp(errors, axis=0).max()), float(np.ptp(errors))
+    numbers = {"spread": ([spread], unit), "range of the error": ([span], unit)}
+    return Evidence({"repetition": spread / span if span else 0.0}, numbers)
 
 
 def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the two models' errors are consistent in the second cycle."""
-    other = next(name for name in MODELS if name != model)
-    scene = claim["scene"]
-    within = second(runs.ideal[scene, model])
-    shares = {}
+    other, scene = next(name for name in MODELS if name != model), claim["scene"]
+    within, shares = second(runs.ideal[scene, model]), {}
     for channel in CHANNELS:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares[channel] = float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2)))
-    return Evidence({"codes": max(shares.values())}, {name: ([of], "%") for name, of in shares.items()})
+    return Evidence({"codes": max(shares.values())}, {name: ([share], "%") for name, share in shares.items()})
 
 
 def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the scene is chaotic, as the study nonlinear has it: one verdict of both models."""
-    scene = claim["scene"]
-    value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[verdict(runs.exponents, scene)]
-    found = [e for (name, by, _), e in runs.exponents.items() if (name, by) == (scene, model) and e.measured]
-    return Evidence({"exponent": value}, {"exponents per cycle": ([e.value for e in found], "")})
+    """Whether the central case is chaotic, as the study nonlinear has it: one verdict of both models."""
+    del claim
+    value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[runs.chaos]
+    return Evidence({"exponent": value}, {"exponents per cycle": (runs.exponents[model], "")})
 
 
 TESTS = {
@@ -278,6 +284,9 @@ TESTS = {
     )
 }  # fmt: skip
 """What a claim's ``test`` names."""
+
+
+# ---- what they measure
 
 
 def net_share(a: Array, b: Array) -> float:
@@ -306,14 +315,14 @@ def contacts_by_cycle(runs: Runs, scene: str, model: str) -> pd.DataFrame:
     cycles = (run.time.size - 1) // runs.config.long_samples
     none = pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64)
     events = none if run.events is None else run.events
-    of_cycle = (events["start"] / run.time[-1] * cycles).astype(int)
-    found = events["peak_force"].astype(float).groupby(of_cycle).agg(["size", "max"])
-    return found.reindex(range(1, cycles), fill_value=0)
+    cycle = (events["start"] / run.time[-1] * cycles).astype(int)
+    counted = events["peak_force"].astype(float).groupby(cycle).agg(["size", "max"])
+    return counted.reindex(range(1, cycles), fill_value=0)
 
 
-def _second_cycle(runs: Runs, scene: str, model: str, channel: str) -> Array:
-    members = range(len(runs.short[scene, model]))
-    return np.array([abs(largest_error(runs, scene, model, channel, k).value) for k in members])
+def _sizes(runs: Runs, scene: str, model: str, channel: str) -> Array:
+    """Return the size of the largest error of the second cycle from each start."""
+    return np.array([abs(peak.value) for peak in runs.by_member(scene, model, channel)])
 
 
 def _ratio(a: float, b: float) -> float:

@@ -1,4 +1,4 @@
-"""Figures 7, 9 to 13, 16 and 17 of the paper: both models in each panel, printed values marked."""
+"""The paper's figures by both models, printed values marked, and how far all predictions are met."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullLocator
 
 from comparison.formatting import pretty_unit
 from comparison.models import MODELS
+from comparison.reliability.assessment import reliability
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
-from comparison.studies.paper.measures import reliabilities, scene_of
-from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, Runs, second
+from comparison.scene import load_scene
+from comparison.scene.schema import Limits
+from comparison.studies.paper.ledger import CLOSE, FACTOR, Outcome, Use, one_limit
+from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
@@ -25,10 +29,19 @@ from comparison.tables.channels import channels
 LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
 PRINTED: dict[str, Any] = {"color": svg.OUTSIDE, "marker": "o", "ms": 4, "mfc": "none", "ls": "", "zorder": 3}
 IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
+LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
+RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
+"""Lines of a printed range, and of the range of all cycles."""
 LEAST = 1e-16
 """m, m/s, m/s^2: what a logarithmic axis shows of zero."""
 COLUMNS = 250
 """Of a panel half as wide as the page."""
+EVERY = 8
+"""Samples of the two cycles that are drawn of a path."""
+HARDEST = 0.99
+"""Quantile of the pin's force from which on its hits are marked."""
+CYCLES = 4
+"""Of the portraits' curves: the last ones. More would fill the plane, and the page."""
 UNITS = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
 WORDS = {channel: word for word, channel in QUANTITIES.items()}
 ERRORS = {
@@ -39,31 +52,36 @@ ERRORS = {
 }
 """Figure -> how the ids of the printed peaks of its two conditions begin."""
 RELIABILITY = {"figure-16": ("F16-01", "F16-05"), "figure-17": ("F17-150", "F17-300")}
+X_RANGE = ("F14a-x", "F14a-x2")
 
 
-def draw(runs: Runs, folder: Path) -> None:
-    """Write the figures."""
+def draw(runs: Runs, entries: pd.DataFrame, folder: Path) -> None:
+    """Write the figures; `entries` is the ledger."""
+    _predictions(entries, folder / "predictions.svg")
     _responses(runs, folder / "figure-7.svg")
+    _path(runs, folder / "figure-8.svg")
+    _pin(runs, folder / "figure-8-pin.svg")
     for name, conditions in ERRORS.items():
         _errors(runs, conditions, folder / f"{name}.svg")
     _two_codes(runs, folder / "figure-13.svg")
+    _phase(runs, folder / "figure-14-phase.svg")
+    _poincare(runs, folder / "figure-14-poincare.svg")
+    _cycles(runs, folder / "figure-15.svg")
+    limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
     for name, conditions in RELIABILITY.items():
-        _reliability(runs, conditions, folder / f"{name}.svg")
+        _reliability(runs, conditions, limits, folder / f"{name}.svg")
 
 
 @contextmanager
-def grid(
-    path: Path, rows: int, titles: Sequence[str], height: float, **options: Any
+def _grid(
+    path: Path, rows: int, titles: Sequence[str], height: float, columns: int = 4, **options: Any
 ) -> Iterator[list[list[Axes]]]:
-    """Draw a figure with a column a title as `svg.panels` does; yield its panels by row and column.
-
-    The legend is that of the first panel.
-    """
+    """Draw a figure with a column a title; yield its panels by row and column, the legend is the first's."""
     with svg.panels(path, rows, len(titles), height=height, **options) as panels:
         for panel, title in zip(panels, titles, strict=False):
             panel.set_title(title, fontsize=9)
         yield [panels[k : k + len(titles)] for k in range(0, len(panels), len(titles))]
-        svg.legend_above(panels[0])
+        svg.legend_above(panels[0], columns)
 
 
 def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
@@ -73,82 +91,265 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
         panel.plot(x[kept], y[kept], label=model, **LINES[model])
 
 
+def _predictions(entries: pd.DataFrame, path: Path) -> None:
+    """Draw our sizes over the printed ones: a panel a quantity, a line a condition."""
+    predicted = entries[entries["use"] == Use.PREDICTION]
+    kind = predicted["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
+    of_many = predicted["sign"] == Outcome.NONE
+    lines = [*SCENES, f"{CENTRAL}, ranges"]
+    place = predicted["scene"].where(~of_many, lines[-1]).map(lines.index)
+    agree = of_many | ((predicted["sign"] == Outcome.AGREES) & (predicted["instant"] == Outcome.AGREES))
+    with _grid(path, 1, list(QUANTITIES), 2.8, columns=2, sharex=True, sharey=True) as (axes,):
+        for panel, quantity in zip(axes, QUANTITIES, strict=True):
+            panel.axvspan(1 / FACTOR, FACTOR, color=svg.SHADE, alpha=0.35, lw=0)
+            panel.axvspan(1 - CLOSE, 1 + CLOSE, color=svg.LIMIT, alpha=0.6, lw=0)
+            for model, size, width in zip(MODELS, (8, 4), (2.4, 1.2), strict=True):
+                style = {"color": LINES[model]["color"], "alpha": LINES[model].get("alpha", 1.0), "ms": size}
+                ratio = predicted[f"{model}_ratio"]
+                for met, mark, label in ((True, "o", model), (False, "x", f"{model}, other sign or instant")):
+                    shown = (kind == quantity) & (agree == met)
+                    panel.plot(ratio[shown], place[shown], mark, label=label, mew=width * (not met), **style)
+            panel.set(xscale="log", xlim=(0.28, 3.6), ylim=(len(lines) - 0.5, -0.5))
+            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2]))
+            panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+            panel.xaxis.set_minor_locator(NullLocator())
+            panel.set_xlabel("ours / printed (-)")
+        axes[0].set_yticks(range(len(lines)), lines)
+
+
 def _responses(runs: Runs, path: Path) -> None:
     """Draw the slider's motion with clearance at the slider, at the crank pin, and the ideal one."""
+    ideal = runs.ideal[CENTRAL, MODELS[0]]
+    shown, lowest = second(ideal), published("S4.2-stroke")
+    time = ideal.time[shown]
     titles = ("clearance at the slider", "clearance at the crank pin A")
-    with grid(path, 3, titles, 4.9, sharex=True, sharey="row") as axes:
-        ideal = runs.ideal[CENTRAL, MODELS[0]]
-        shown = second(ideal)
-        time = ideal.time[shown]
+    with _grid(path, 3, titles, 4.9, sharex=True, sharey="row") as axes:
         for row, channel in zip(axes, CHANNELS, strict=True):
             still = ideal.values(channel)
             zero = still[0] if channel == "slider_y" else 0.0
             for panel, scene in zip(row, (CENTRAL, PIN), strict=True):
-                moving = {m: runs.short[scene, m][0].values(channel)[shown] - zero for m in MODELS}
-                _both(panel, time, moving)
+                _both(panel, time, {m: runs.short[scene, m][0].values(channel)[shown] - zero for m in MODELS})
                 panel.plot(time, still[shown] - zero, label="ideal", **IDEAL)
             row[0].set_ylabel(f"{WORDS[channel]} ({pretty_unit(channels()[channel].unit)})")
-        lowest = published("S4.2-stroke")
         for panel in axes[0]:
             panel.plot(lowest.time, lowest.value, label="printed", **PRINTED)
-        for panel in axes[-1]:
-            panel.set(xlabel="time (s)", xlim=(time[0], time[-1]))
+        _time(axes, time)
 
 
 def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
     """Draw the errors of two conditions over the second cycle, with the printed peaks."""
     scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
-    with grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
+    with _grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
         for row, channel, letter in zip(axes, CHANNELS, "dva", strict=True):
             scale, unit = UNITS[channel]
             for panel, prefix, scene in zip(row, conditions, scenes, strict=True):
                 run = runs.short[scene, MODELS[0]][0]
                 shown, period = second(run), run.time[-1] / 2
-                found = {m: scale * runs.errors(scene, m, channel)[shown] for m in MODELS}
-                _both(panel, run.time[shown] / period, found)
+                errors = {m: scale * runs.errors(scene, m, channel)[shown] for m in MODELS}
+                _both(panel, run.time[shown] / period, errors)
                 printed = published(f"{prefix}-{letter}")
-                panel.plot(printed.time / period, scale * printed.value, label="printed", **PRINTED)
+                panel.plot(printed.time / period, scale * printed.value, label="printed peak", **PRINTED)
             row[0].set_ylabel(f"error of the\n{WORDS[channel]} ({unit})")
         for panel in axes[-1]:
-            panel.set(xlabel="crank cycles (-)", xlim=(1, 2), xticks=(1.2, 1.4, 1.6, 1.8))
+            panel.set(xlabel="time (crank cycles)", xlim=(1, 2), xticks=(1.2, 1.4, 1.6, 1.8))
 
 
 def _two_codes(runs: Runs, path: Path) -> None:
     """Draw both models, where the paper has MATLAB and ADAMS, and their difference."""
-    with grid(path, 3, ("both models", "their difference"), 4.9, sharex=True) as axes:
-        run = runs.short[CENTRAL, MODELS[0]][0]
-        shown = second(run)
-        time = run.time[shown]
+    run = runs.short[CENTRAL, MODELS[0]][0]
+    shown = second(run)
+    time = run.time[shown]
+    with _grid(path, 3, ("both models", "their difference"), 4.9, sharex=True) as axes:
         for (left, right), channel in zip(axes, CHANNELS, strict=True):
             scale, unit = UNITS[channel]
-            found = {m: scale * runs.errors(CENTRAL, m, channel)[shown] for m in MODELS}
-            _both(left, time, found)
-            apart = np.maximum(np.abs(found[MODELS[1]] - found[MODELS[0]]), LEAST * scale)
+            errors = {m: scale * runs.errors(CENTRAL, m, channel)[shown] for m in MODELS}
+            _both(left, time, errors)
+            apart = np.maximum(np.abs(errors[MODELS[1]] - errors[MODELS[0]]), LEAST * scale)
             kept = upper_envelope(apart, COLUMNS)
             right.semilogy(time[kept], apart[kept], color=svg.DIFFERENCE)
             left.set_ylabel(f"error of the\n{WORDS[channel]} ({unit})")
             right.set_ylabel(f"|difference| ({unit})")
-        for panel in axes[-1]:
-            panel.set(xlabel="time (s)", xlim=(time[0], time[-1]))
+        _time(axes, time)
 
 
-def _reliability(runs: Runs, conditions: Sequence[str], path: Path) -> None:
-    """Draw what is missing to 1 in every part of the cycle, with the printed minima."""
+def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, float], path: Path) -> None:
+    """Draw what is missing to 1 in every part of the cycle, with the printed minima.
+
+    With the limits of the scenes, and of the first model with those fitted to all printed minima.
+    """
     scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
-    with grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
+    with _grid(path, 3, scenes, 5.1, sharex=True, sharey="row") as axes:
         for column, (prefix, scene) in enumerate(zip(conditions, scenes, strict=True)):
-            assessed = {model: reliabilities(runs, scene, model) for model in MODELS}
+            assessed = {model: runs.reliabilities(scene, model) for model in MODELS}
             for row, quantity, letter in zip(axes, QUANTITIES, "dva", strict=True):
+                panel, first = row[column], assessed[MODELS[0]][quantity]
                 for model, by_quantity in assessed.items():
-                    of = by_quantity[quantity]
-                    lacking = 1e3 * (1 - of.reliability)
-                    row[column].semilogy(of.angle, lacking, ".-", label=model, **LINES[model])
+                    curve = by_quantity[quantity]
+                    panel.semilogy(curve.angle, 1 - curve.reliability, ".-", label=model, **LINES[model])
+                fitted = reliability(Limits(upper=limits[quantity]), first.mean, first.deviation)
+                panel.plot(first.angle, 1 - fitted, label="fitted limit", **RANGE)
                 printed = published(f"{prefix}-{letter}")
-                row[column].plot(printed.angle, 1e3 * (1 - printed.value), label="printed", **PRINTED)
+                panel.plot(printed.angle, 1 - printed.value, label="printed", **PRINTED)
         for row, quantity in zip(axes, QUANTITIES, strict=True):
-            row[0].set_ylabel(f"1000 (1 − R)\n{quantity}")
+            row[0].set_ylabel(f"1 − R of the\n{quantity} (-)")
             row[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             row[0].yaxis.set_major_formatter(FormatStrFormatter("%g"))
             row[0].yaxis.set_minor_locator(NullLocator())
         for panel in axes[-1]:
             panel.set(xlabel="crank angle from the start (deg)", xlim=(18, 378), xticks=range(36, 361, 72))
+
+
+# ---- paths, phase portraits, Poincaré maps, many cycles
+
+
+def _of_x(runs: Runs, model: str) -> tuple[Array, Array]:
+    """Return x from the ideal slider's line (mm) and its velocity (mm/s), a row a cycle."""
+    run, line = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_x")[0]
+    return 1e3 * (runs.by_cycle(run, "slider_x") - line), 1e3 * runs.by_cycle(run, "slider_vx")
+
+
+def _of_y(runs: Runs, model: str) -> tuple[Array, Array]:
+    """Return y from the ideal slider's start (m) and its velocity (m/s), a row a cycle."""
+    run, start = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_y")[0]
+    return runs.by_cycle(run, "slider_y") - start, runs.by_cycle(run, "slider_vy")
+
+
+def _of_error(runs: Runs, model: str) -> tuple[Array, Array]:
+    """Return the errors of y (um) and of its velocity (mm/s), a row a cycle."""
+    y, velocity = (runs.long_errors(CENTRAL, model, channel) for channel in ("slider_y", "slider_vy"))
+    return 1e6 * y, 1e3 * velocity
+
+
+def _ends(figure: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    return (f"{figure}-y", f"{figure}-y2"), (f"{figure}-vy", f"{figure}-vy2")
+
+
+PLANES: tuple[Any, ...] = (
+    (_of_x, "slider x − line (mm)", "velocity of x (mm/s)", X_RANGE, ("F14a-vx", "F14a-vx2"), (1e3, 1e3)),
+    (_of_y, "slider y − start (m)", "velocity of y (m/s)", *_ends("F14c"), (1.0, 1.0)),
+    (_of_error, "error of y (µm)", "its velocity (mm/s)", *_ends("F14e"), (1e6, 1e3)),
+)
+"""Values, labels of both axes, rows of the printed ranges of both, and scales from the printed units."""
+
+
+def _path(runs: Runs, path: Path) -> None:
+    """Draw the slider's centre in its guide over the second cycle (Fig. 8a)."""
+    with _grid(path, 1, MODELS, 3.2, sharex=True, sharey=True) as (axes,):
+        for panel, model in zip(axes, MODELS, strict=True):
+            run, ideal = runs.short[CENTRAL, model][0], runs.ideal[CENTRAL, model]
+            x, y = (
+                (run.values(channel) - ideal.values(channel)[0])[second(run)][::EVERY]
+                for channel in ("slider_x", "slider_y")
+            )
+            panel.plot(1e3 * x, y, color=LINES[model]["color"], lw=0.8, label="slider's centre, second cycle")
+            for name, label in zip(X_RANGE, ("printed range", None), strict=True):
+                panel.axvline(1e3 * published(name).value, label=label, **LIMIT)
+            panel.margins(x=0.04)
+            panel.set_xlabel("slider x − guide line (mm)")
+        axes[0].set_ylabel("slider y − start (m)")
+
+
+def _pin(runs: Runs, path: Path) -> None:
+    """Draw the path of the journal in its bearing over the second cycle, and where it hits (Fig. 8b)."""
+    clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
+    circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
+    with _grid(path, 1, MODELS, 3.4, sharex=True, sharey=True) as (axes,):
+        for panel, model in zip(axes, MODELS, strict=True):
+            journal = 1e3 * runs.in_the_bearing(model, "journal_x", "journal_y")
+            force = np.abs(runs.in_the_bearing(model, "reaction_A_x", "reaction_A_y"))
+            hard = journal[(force > 0) & (force >= np.quantile(force, HARDEST))]
+            colour = LINES[model]["color"]
+            panel.plot(circle.real, circle.imag, label="clearance", **RANGE)
+            panel.plot(
+                journal.real[::EVERY], journal.imag[::EVERY], color=colour, lw=0.8, label="centre of the pin"
+            )
+            panel.plot(
+                hard.real,
+                hard.imag,
+                "x",
+                color=svg.INK,
+                ms=4,
+                label=f"force in its largest {1 - HARDEST:.0%}",
+            )
+            panel.margins(0.08)
+            panel.set_aspect("equal", adjustable="box")
+            panel.set_xlabel("pin x in its bearing (mm)")
+        axes[0].set_ylabel("pin y in its bearing (mm)")
+
+
+def _phase(runs: Runs, path: Path) -> None:
+    """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
+    with _grid(path, len(PLANES), MODELS, 6.6, sharex="row", sharey="row") as axes:
+        for row, (plane, across, up, *names, scales) in zip(axes, PLANES, strict=True):
+            printed = np.array(
+                [[s * published(n).value for n in pair] for pair, s in zip(names, scales, strict=True)]
+            )
+            for panel, model in zip(row, MODELS, strict=True):
+                x, v = plane(runs, model)
+                panel.margins(0.04)
+                last = x[-CYCLES:].ravel(), v[-CYCLES:].ravel()
+                panel.plot(*last, color=LINES[model]["color"], lw=0.5, label=f"last {CYCLES} cycles")
+                _box(
+                    panel,
+                    np.array([(x.min(), x.max()), (v.min(), v.max())]),
+                    label="range of all cycles",
+                    **RANGE,
+                )
+                if plane is _of_y:  # of the displacement the paper prints a range that cannot be
+                    for value in printed[1]:
+                        panel.axhline(value, **LIMIT)
+                else:
+                    _box(panel, printed, label="printed range", **LIMIT)
+                panel.set_xlabel(across)
+            row[0].set_ylabel(up)
+
+
+def _poincare(runs: Runs, path: Path) -> None:
+    """Draw sections of x at the start's angle and where widest, and of the error of y (Fig. 14b, f)."""
+    width = np.ptp(_of_x(runs, MODELS[0])[0][1:], axis=0)
+    sections = (
+        (_of_x, 0, 1e6, "slider x (nm)", 1e3, "velocity of x (µm/s)"),
+        (_of_x, int(width.argmax()), 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
+        (_of_error, 0, 1e3, "error of y (nm)", 1e3, "its rate (µm/s)"),
+    )
+    with _grid(path, len(sections), MODELS, 6.6, sharex="row", sharey="row") as axes:
+        for row, (plane, at, scale, across, scale_v, up) in zip(axes, sections, strict=True):
+            for panel, model in zip(row, MODELS, strict=True):
+                x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
+                label = "once a cycle, less the mean"
+                panel.plot(scale * x, scale_v * v, ".", color=LINES[model]["color"], ms=3, label=label)
+                panel.margins(0.05)
+                panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start")
+            row[0].set_ylabel(up)
+
+
+def _cycles(runs: Runs, path: Path) -> None:
+    """Draw the lowest and the highest sample of each column of the drawing over all cycles (Fig. 15)."""
+    rows = (
+        (_of_x, "slider x − line (mm)", [1e3 * published(name).value for name in X_RANGE]),
+        (_of_y, "slider y − start (m)", [published("S4.2-stroke").value]),
+    )
+    with _grid(path, len(rows), MODELS, 4.2, sharex=True, sharey="row") as axes:
+        for row, (plane, label, printed) in zip(axes, rows, strict=True):
+            for panel, model in zip(row, MODELS, strict=True):
+                by_cycle = plane(runs, model)[0]
+                kept = envelope(by_cycle.ravel(), COLUMNS)
+                time, values = kept / by_cycle.shape[1], by_cycle.ravel()[kept]
+                panel.plot(time, values, color=LINES[model]["color"], lw=0.6, label="all cycles")
+                for k, value in enumerate(printed):
+                    panel.axhline(value, label=None if k else "printed", **LIMIT)
+                panel.set_xlim(0, len(by_cycle))
+            row[0].set_ylabel(label)
+        for panel in axes[-1]:
+            panel.set_xlabel("time (crank cycles)")
+
+
+def _time(axes: Sequence[Sequence[Axes]], time: Array) -> None:
+    for panel in axes[-1]:
+        panel.set(xlabel="time (s)", xlim=(time[0], time[-1]))
+
+
+def _box(panel: Axes, ranges: Array, **line: Any) -> None:
+    """Draw the rectangle of two ranges, shape (2, 2): across, up."""
+    across, up = ranges
+    panel.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], **line)

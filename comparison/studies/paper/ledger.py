@@ -1,36 +1,41 @@
-"""The ledger: every printed figure against both models, by what it was used for, size, sign and instant.
+"""The ledger: every printed number against both models, by what it was used for, size, sign and instant.
 
-A figure to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
-however well it is met. A figure that the paper prints again is one entry. Size, sign and instant are judged
+A number to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
+however well it is met. A number that the paper prints again is one entry. Size, sign and instant are judged
 apart: the largest error of a cycle has the printed size by chance more easily than all three.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
+from math import exp
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import minimize_scalar
 
 from comparison.models import MODELS
-from comparison.reliability.assessment import cap
-from comparison.reliability.errors import QUANTITIES
+from comparison.reliability.assessment import Assessment, cap, implied_limit, reliability
+from comparison.reliability.errors import QUANTITIES, Peak, unit_of
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.measures import PEAKS, REACH, Measured, measure, reliabilities, scene_of
-from comparison.studies.paper.runs import Runs
-from comparison.studies.paper.tolerances import missing, one_limit
+from comparison.studies.paper.runs import PEAKS, REACH, Measured, Runs, measure, scene_of
 from comparison.studies.shared.published import Published, printed_events, printed_rows, published
 
 CLOSE = 0.05
 """What the paper calls insignificant moves its peaks by 0.3 % at most (Fig. 10), what it calls larger by 33 %
-at least (Fig. 9): within 5 % is the condition's own figure."""
+at least (Fig. 9): within 5 % is the condition's own number."""
 FACTOR = 2.0
 """The paper prints neither its tolerances nor the radius of the corners, which is known to a factor of four
 and moves accelerations by a third; and from starts 1 um apart our own peaks differ by up to 1.7 (300 rpm)."""
+CAP = cap(Limits(upper=1.0))
+"""Reliability without any error, whatever the limit."""
 
 
-class Use(Enum):
-    """What a printed figure can say of the models."""
+class Use(StrEnum):
+    """What a printed number can say of the models."""
 
     PREDICTION = "prediction"
     CALIBRATION = "calibration"
@@ -39,10 +44,10 @@ class Use(Enum):
 
 
 USES = {"prediction": Use.PREDICTION, "misprint": Use.MISPRINT, "cap": Use.UNINFORMATIVE}
-"""Of the table of printed figures; all others say what was fitted."""
+"""Of the table of printed numbers; all other words in it say what was fitted."""
 
 
-class Size(Enum):
+class Size(StrEnum):
     """How far the sizes are apart, of both models and all starts the farthest."""
 
     CLOSE = "within 5 %"
@@ -51,50 +56,36 @@ class Size(Enum):
     NONE = "not compared"
 
 
-class Outcome(Enum):
+class Outcome(StrEnum):
     """Whether a sign or an instant is the printed one."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
-    VARIES = "varies between models or starts"
-    OPEN = "open: printed in more than one way"
+    VARIES = "varies"
+    """Between models or starts."""
+    OPEN = "open"
+    """Printed in more than one way."""
     NONE = ""
     """Nothing to compare."""
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A printed figure with all rows that print it."""
+def ledger(runs: Runs) -> pd.DataFrame:
+    """Return a row for each printed number, in the order of the paper.
 
-    ids: tuple[str, ...]
-    figure: str
-    """Of the paper, where it is first printed; "" in the text alone."""
-    scene: str
-    quantity: str
-    note: str
-    use: Use
-    fitted: str
-    """What was fitted to it; "" if nothing was."""
-    printed: tuple[Published, ...]
-    """By each row."""
-    measured: Mapping[str, Measured]
-    """Model -> what stands in its place."""
-    ratio: Mapping[str, float]
-    """Model -> our size over the printed one, of the first start; of reliabilities what is missing to the
-    cap. Empty where nothing is judged."""
-    away: Mapping[str, float]
-    """Model -> our instant after the printed one, cycles; nan where the figure has no instant."""
-    size: Size
-    sign: Outcome
-    instant: Outcome
-    limit: float
-    """Of the permitted error, fitted to the reliabilities of one quantity; nan of other figures."""
-
-
-def ledger(runs: Runs) -> list[Entry]:
-    """Return an entry for each printed figure, in the order of the paper."""
+    Returns
+    -------
+    ledger
+        ``ids`` of all rows that print it, ``scene``, ``figure``, ``quantity``, ``unit``; ``printed`` and
+        ``printed_at`` (s), as first printed, ``times`` and ``signs`` as printed anywhere; ``use``, and
+        what was ``fitted`` to it; ``limit`` of the permitted error, of a reliability; ``note``.
+        For each model: its value by the model's name and, behind the name, ``_at`` (s), ``_unseen``: by how
+        much samples may miss it, ``_least`` and ``_most`` of all starts' sizes, ``_sampled``: of the samples
+        alone, ``_ratio``: its size over the printed one, of reliabilities of what is missing to the cap, nan
+        where nothing is judged, and ``_away``: its instant after the printed one, cycles.
+        ``size``, ``sign`` and ``instant``: the verdicts.
+    """
     limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
-    return [_entry(tuple(ids), runs, limits) for ids in printed_events()]
+    return pd.DataFrame([_entry(ids, runs, limits) for ids in printed_events()])
 
 
 def size_of(ratios: Sequence[float]) -> Size:
@@ -115,55 +106,122 @@ def outcome(ways: int, agree: Sequence[bool]) -> Outcome:
     return Outcome.AGREES if agree[0] else Outcome.DIFFERS
 
 
-def _entry(ids: tuple[str, ...], runs: Runs, limits: Mapping[str, float]) -> Entry:
-    row, printed = printed_rows().loc[ids[0]], tuple(map(published, ids))
-    quantity, use, scene = str(row["quantity"]), str(row["use"]), scene_of(ids[0])
-    role, limit = USES.get(use, Use.CALIBRATION), float("nan")
-    if quantity.startswith("min_"):
-        of = quantity.split("_")[1]
-        limit = limits[of]
-        measured, ratio, size = _reliability(printed[0], of, scene, runs, limit)
-        if of == "displacement" and limit > abs(published("S4.2-stroke").value):
-            role = Use.UNINFORMATIVE
+def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[str, Any]:
+    row, prints = printed_rows().loc[ids[0]], [published(name) for name in ids]
+    scene, quantity, word, first = scene_of(ids[0]), str(row["quantity"]), str(row["use"]), prints[0]
+    use, limit, bounded = USES.get(word, Use.CALIBRATION), float("nan"), quantity.startswith("min_")
+    if bounded:
+        name = quantity.split("_")[1]
+        limit = limits[name]
+        missing = {model: lacking(limit, runs.reliabilities(scene, model)[name]) for model in MODELS}
+        measured = {m: Measured((Peak(CAP - lack, float("nan")),)) for m, lack in missing.items()}
+        ratio = {model: lack / (CAP - first.value) for model, lack in missing.items()}
+        same = all(abs(lack - (CAP - first.value)) <= first.rounding for lack in missing.values())
+        size = Size.CLOSE if same else size_of(list(ratio.values()))
+        if name == "displacement" and limit > abs(published("S4.2-stroke").value):
+            use = Use.UNINFORMATIVE
     else:
-        measured = {model: measure(ids[0], quantity, runs, model) for model in MODELS}
-        ratio = {model: abs(found.value / printed[0].value) for model, found in measured.items()}
-        size = size_of([abs(p.value / printed[0].value) for found in measured.values() for p in found.peaks])
-    judged = role in (Use.PREDICTION, Use.CALIBRATION)
-    peaks = [p for found in measured.values() for p in found.peaks] if judged and quantity in PEAKS else []
-    first, period = printed[0], load_scene(scene).period
-    return Entry(
-        ids=ids,
-        figure=str(row["figure"]),
-        scene=scene,
-        quantity=quantity,
-        note="; ".join(filter(None, printed_rows().loc[list(ids), "note"])),
-        use=role,
-        fitted="" if use in USES else use,
-        printed=printed,
-        measured=measured,
-        ratio=ratio if judged else {},
-        away={model: (found.time - first.time) / period for model, found in measured.items()},
-        size=size if judged else Size.NONE,
-        sign=outcome(len({p.value > 0 for p in printed}), [p.value * first.value > 0 for p in peaks]),
-        instant=outcome(
-            len({p.time for p in printed}), [abs(p.time - first.time) <= REACH * period for p in peaks]
-        ),
-        limit=limit,
-    )
+        measured = {model: measure(ids[0], runs, model) for model in MODELS}
+        ratio = {model: abs(each.first.value / first.value) for model, each in measured.items()}
+        size = size_of([abs(p.value / first.value) for each in measured.values() for p in each.peaks])
+    judged = use in (Use.PREDICTION, Use.CALIBRATION)
+    peaks = [p for each in measured.values() for p in each.peaks] if judged and quantity in PEAKS else []
+    times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
+    period = load_scene(scene).period
+    entry: dict[str, Any] = {
+        "ids": ", ".join(ids),
+        "scene": scene,
+        "figure": str(row["figure"]),
+        "quantity": quantity,
+        "unit": first.unit,
+        "printed": first.value,
+        "printed_at": first.time,
+        "times": [time for time in times if not np.isnan(time)],
+        "signs": len(signs),
+        "use": use,
+        "fitted": "" if word in USES else word,
+        "limit": limit,
+        "note": "; ".join(filter(None, printed_rows().loc[list(ids), "note"])),
+    }
+    for model, each in measured.items():
+        sizes = [abs(peak.value) for peak in each.peaks]
+        entry |= {
+            model: each.first.value,
+            f"{model}_at": each.first.time,
+            f"{model}_unseen": each.first.error,
+            f"{model}_least": min(sizes),
+            f"{model}_most": max(sizes),
+            f"{model}_sampled": each.sampled,
+            f"{model}_ratio": ratio[model] if judged else float("nan"),
+            f"{model}_away": (each.first.time - first.time) / period,
+        }
+    return entry | {
+        "size": size if judged else Size.NONE,
+        "sign": outcome(len(signs), [p.value * first.value > 0 for p in peaks]),
+        "instant": outcome(len(times), [abs(p.time - first.time) <= REACH * period for p in peaks]),
+    }
 
 
-def _reliability(
-    printed: Published, quantity: str, scene: str, runs: Runs, limit: float
-) -> tuple[dict[str, Measured], dict[str, float], Size]:
-    """Compare a smallest reliability by what is missing to the cap, with a limit of the permitted error."""
-    top = cap(Limits(upper=1.0))
-    lacking = {model: missing(limit, reliabilities(runs, scene, model)[quantity]) for model in MODELS}
-    wanted = top - printed.value
-    ratio = {model: lack / wanted for model, lack in lacking.items()}
-    same = all(abs(lack - wanted) <= printed.rounding for lack in lacking.values())
-    return (
-        {model: Measured(top - lack) for model, lack in lacking.items()},
-        ratio,
-        Size.CLOSE if same else size_of(list(ratio.values())),
-    )
+# ---- the limits that the paper must have used for its reliabilities, from our errors
+
+
+def lacking(limit: float, assessed: Assessment) -> float:
+    """Return what the smallest reliability would miss to the cap with another upper limit, the lower zero."""
+    return CAP - float(reliability(Limits(upper=limit), assessed.mean, assessed.deviation).min())
+
+
+def printed_reliabilities() -> list[tuple[str, str, Published]]:
+    """Return id, quantity and number of each smallest reliability that the paper prints."""
+    quantities = printed_rows()["quantity"].str.extract(r"^min_(\w+)_reliability$", expand=False).dropna()
+    return [(str(identifier), name, published(str(identifier))) for identifier, name in quantities.items()]
+
+
+def one_limit(runs: Runs, quantity: str) -> float:
+    """Return the upper limit that meets all printed reliabilities of a quantity best, in its unit.
+
+    Least squares of the logarithms of what is missing to the cap; a reliability printed at the cap does not
+    count. The errors are those of the first model: both have the same.
+    """
+    known = [
+        (CAP - printed.value, runs.reliabilities(scene_of(identifier), MODELS[0])[quantity])
+        for identifier, name, printed in printed_reliabilities()
+        if name == quantity and CAP - printed.value > printed.rounding
+    ]
+
+    def squares(log_limit: float) -> float:
+        ours = [max(lacking(exp(log_limit), assessed), 1e-300) for _, assessed in known]
+        return float(np.sum(np.log(np.array(ours) / [wanted for wanted, _ in known]) ** 2))
+
+    # The sum has several minima where a limit is too narrow for any reliability; a scan finds the widest.
+    scan = np.log(np.geomspace(1e-6, 1e6, 241))
+    start = int(np.argmin([squares(value) for value in scan]))
+    around = scan[max(start - 1, 0)], scan[min(start + 1, scan.size - 1)]
+    return exp(minimize_scalar(squares, bounds=around, method="bounded").x)
+
+
+def implied(runs: Runs) -> pd.DataFrame:
+    """Solve every printed reliability for its upper limit, the lower one being zero.
+
+    Returns
+    -------
+    limits
+        ``id``, ``quantity``, ``unit``, ``printed`` and its crank angle ``at`` (deg). For each model the upper
+        limit that gives the printed value in that part of the cycle, ``_least`` and ``_most`` within the
+        rounding of the print; ``_worst_at``: the part in which the model's reliability is smallest, deg, and
+        ``_worst``: the limit that gives the printed value there.
+    """
+    rows = []
+    for identifier, quantity, printed in printed_reliabilities():
+        row: dict[str, Any] = {"id": identifier, "quantity": quantity, "unit": unit_of(quantity)}
+        row |= {"printed": printed.value, "at": printed.angle}
+        for model in MODELS:
+            assessed = runs.reliabilities(scene_of(identifier), model)[quantity]
+            there, worst = int(np.argmin(np.abs(assessed.angle - printed.angle))), assessed.worst
+            moments = {k: (float(assessed.mean[k]), float(assessed.deviation[k])) for k in (there, worst)}
+            # A higher reliability needs a wider limit.
+            for end, by in (("", 0.0), ("_least", -printed.rounding), ("_most", printed.rounding)):
+                row[f"{model}{end}"] = implied_limit(printed.value + by, *moments[there])
+            row[f"{model}_worst_at"] = float(assessed.angle[worst])
+            row[f"{model}_worst"] = implied_limit(printed.value, *moments[worst])
+        rows.append(row)
+    return pd.DataFrame(rows)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.ticker import NullLocator
 
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Progress, run_all, successful
-from comparison.formatting import number, percent, quantity
+from comparison.files import replacing
+from comparison.formatting import percent, quantity
 from comparison.models import MODELS
-from comparison.reliability.assessment import ROUNDING, Assessment, cap
+from comparison.reliability.assessment import ROUNDING, cap
 from comparison.reliability.averages import integrals
 from comparison.reliability.difference import (
     MARGIN,
@@ -23,10 +27,10 @@ from comparison.reliability.difference import (
     ideal_scenes,
 )
 from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
+from comparison.report import svg
 from comparison.report.figures import against_angle
-from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.frames import crossed
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
@@ -36,6 +40,8 @@ LEFT_OUT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""
 PAPER = 2
 """Cycles of the paper's figures and of the shipped scenes."""
+LEAST = 1e-12
+"""Of a reliability: what a logarithmic axis shows of less."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,6 @@ class Results:
     repeating: dict[str, dict[str, float]]
 
 
-def scene(name: str, config: Config, cycles: int) -> Scene:
-    """Return a case over so many cycles at the settings of the tight tier."""
-    values = {"drive.cycles": float(cycles), "output.samples_per_cycle": config.samples}
-    return at_tier(load_scene(name, values), "tight")
-
-
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run the cases and the ideal mechanism by both models.
 
@@ -76,64 +76,69 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         If a run does not succeed.
     """
     scenes = {
-        (name, cycles): scene(name, config, cycles)
+        (name, cycles): at_tier(
+            load_scene(name, {"drive.cycles": float(cycles), "output.samples_per_cycle": config.samples}),
+            "tight",
+        )
         for name in config.cases
         for cycles in (PAPER, config.cycles)
     }
     jobs = {
-        (which, model, motion, kind): Job(level, model)
-        for which, of in scenes.items()
+        (which, model, motion, level): Job(variant, model)
+        for which, scene in scenes.items()
         for model in MODELS
         for motion, variants in (
-            ("actual", levels(dense_scene(of), model)),
-            ("ideal", ideal_scenes(of, model)),
+            ("actual", levels(dense_scene(scene), model)),
+            ("ideal", ideal_scenes(scene, model)),
         )
-        for kind, level in variants.items()
+        for level, variant in variants.items()
     }
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
     tables = {
         key: successful(outcome, job) for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
     }
 
-    def runs(which: tuple[str, int], model: str, motion: str) -> Runs:
-        kinds = {key[3]: table for key, table in tables.items() if key[:3] == (which, model, motion)}
-        return Runs(refinement=refinement(model, scenes[which]), **kinds)
-
-    def compared(name: str, cycles: int, left_out: int) -> dict[str, Difference]:
-        of, which = scenes[name, cycles], (name, cycles)
-        pairs = [[runs(which, model, motion) for model in MODELS] for motion in ("actual", "ideal")]
-        (a, b), (ideal_a, ideal_b) = pairs
-        return compare_reliability(
-            (a, b),
-            (ideal_a, ideal_b),
-            of.period,
-            of.reliability,
-            thresholds("tight").k,
-            left_out * of.period,
+    def compared(which: tuple[str, int], left_out: int) -> dict[str, Difference]:
+        scene = scenes[which]
+        actual, ideal = (
+            [
+                Runs(
+                    refinement=refinement(model, scene),
+                    **{key[3]: run for key, run in tables.items() if key[:3] == (which, model, motion)},
+                )
+                for model in MODELS
+            ]
+            for motion in ("actual", "ideal")
         )
+        k, start = thresholds("tight").k, left_out * scene.period
+        (a, b), (ideal_a, ideal_b) = actual, ideal
+        return compare_reliability((a, b), (ideal_a, ideal_b), scene.period, scene.reliability, k, start)
 
-    repeats = {}
-    for name in config.cases:
-        which = (name, config.cycles)
-        run, still = (tables[which, MODELS[0], motion, "base"] for motion in ("actual", "ideal"))
-        repeats[name] = repeating(run, still, scenes[which])
+    long = {name: (name, config.cycles) for name in config.cases}
     return Results(
         config,
-        {name: scenes[name, config.cycles] for name in config.cases},
-        {name: compared(name, PAPER, 0) for name in config.cases},
-        {name: compared(name, config.cycles, LEFT_OUT) for name in config.cases},
-        repeats,
+        {name: scenes[which] for name, which in long.items()},
+        {name: compared((name, PAPER), 0) for name in config.cases},
+        {name: compared(which, LEFT_OUT) for name, which in long.items()},
+        {
+            name: repeating(
+                tables[which, MODELS[0], "actual", "base"],
+                tables[which, MODELS[0], "ideal", "base"],
+                scenes[which],
+            )
+            for name, which in long.items()
+        },
     )
 
 
-def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
+def repeating(run: Table, ideal: Table, scene: Scene) -> dict[str, float]:
     """Return by quantity the share of the error's variance that its average over the cycles has.
 
     Of the averages over hundredths of a cycle.
     """
-    errors = slider_errors(run, ideal, of.period, start=LEFT_OUT * of.period)
-    cycles = round(errors.time[-1] / of.period)
-    edges = of.period * np.arange(100 * cycles + 1) / 100
+    errors = slider_errors(run, ideal, scene.period, start=LEFT_OUT * scene.period)
+    cycles = round(errors.time[-1] / scene.period)
+    edges = scene.period * np.arange(100 * cycles + 1) / 100
     shares = {}
     for name, channel in QUANTITIES.items():
         by_cycle = integrals(errors.time, errors.by_channel[channel], edges).reshape(cycles, -1)
@@ -142,103 +147,135 @@ def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
     return shares
 
 
+# ---- page
+
+
+def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
+    """Return a row for each scene and quantity: both smallest reliabilities, their difference, its error."""
+    rows = []
+    for scene, quantities in by_scene.items():
+        for name, each in quantities.items():
+            row: dict[str, Any] = {"scene": scene, "quantity": name}
+            for model, side in zip(MODELS, (each.a, each.b), strict=True):
+                row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
+            rows.append(
+                row
+                | {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
+                | {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
+            )
+    return pd.DataFrame(rows)
+
+
+def one_model(results: Results) -> pd.DataFrame:
+    """Return what the reference's reliability means: a row for each scene and quantity."""
+    rows = []
+    for scene, quantities in results.long.items():
+        for name, side in ((name, each.a) for name, each in quantities.items()):
+            least = int(side.within.argmin())
+            rows.append(
+                {"scene": scene, "quantity": name, "unit": unit_of(name), "smallest_R": side.minimum}
+                | dict(zip(("R_low", "R_high"), side.interval, strict=True))
+                | {"parts_at_cap": int(side.capped.sum()), "parts": side.capped.size}
+                | {"smallest_P": side.within[least], "P_low": side.within_low[least]}
+                | {"P_high": side.within_high[least], "largest_mean": side.mean.max()}
+                | {"largest_deviation": side.deviation.max(), "repeats": results.repeating[scene][name]}
+            )
+    return pd.DataFrame(rows)
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    long, two, alone = differences(results.long), differences(results.paper), one_model(results)
+    settings = next(iter(results.scenes.values())).reliability
+    curves = [each for quantities in results.long.values() for each in quantities.values()]
+    inside = np.concatenate([np.abs(each.curve) <= each.curve_half_width for each in curves])
+    return {
+        "cycles": results.config.cycles - LEFT_OUT,
+        "all_cycles": results.config.cycles,
+        "bins": settings.bins,
+        "of_what": "size of the error" if settings.errors == "absolute" else "signed error",
+        "limits": ", ".join(
+            f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES
+        ),
+        "cap": f"{cap(settings.displacement):.10f}",
+        "rounding": f"{ROUNDING:g}",
+        "margin": f"{MARGIN:g}",
+        "count": len(long),
+        **{verdict: int((long["verdict"] == verdict).sum()) for verdict in ("agree", "undecided", "differ")},
+        "within": int((long["difference"].abs() <= long["half_width"]).sum()),
+        "bins_within": percent(float(inside.mean())),
+        "smallest": _by_quantity(long),
+        "two": _by_quantity(two),
+        "below_P": int((alone["smallest_R"] < alone["smallest_P"]).sum()),
+        "repeats": percent(float(alone["repeats"].min())),
+        "repeats_median": percent(float(alone["repeats"].median())),
+        "figures": "\n\n".join(
+            f"![{scene.title}: reliability against the crank angle]({picture(name)})"
+            for name, scene in results.scenes.items()
+        ),
+    }
+
+
+def _by_quantity(rows: pd.DataFrame) -> str:
+    """Return both models' smallest reliabilities, once where they round to the same, with the verdicts."""
+    cells = []
+    for _, row in rows.iterrows():
+        both = dict.fromkeys(rounded(row[f"{model}_smallest"]) for model in MODELS)
+        verdict = row["verdict"] if row["verdict"] == "agree" else f"**{row['verdict']}**"
+        cells.append(f"{' and '.join(both)}, {verdict}")
+    return crossed("scene", list(rows["scene"]), list(rows["quantity"]), cells)
+
+
+# ---- figures
+
+
 def picture(name: str) -> str:
     """Return the name of a scene's figure."""
     return f"{name.replace('.', '_')}.svg"
 
 
-def figures(results: Results, folder: Path) -> None:
-    """Draw the reliabilities of every scene against the crank angle."""
-    with style():
+def draw(results: Results, folder: Path) -> None:
+    """Draw differences, and the reliabilities against the crank angle; write the tables as CSV."""
+    long = differences(results.long)
+    _differences(long, folder / "differences.svg")
+    with svg.style():
         for name, quantities in results.long.items():
-            write_svg(against_angle(quantities, MODELS), folder / picture(name))
+            svg.write_svg(against_angle(quantities, MODELS), folder / picture(name))
+    frames = {"differences": long, "two-cycles": differences(results.paper), "one-model": one_model(results)}
+    for name, frame in frames.items():
+        with replacing(folder / f"{name}.csv") as part:
+            frame.to_csv(part, index=False)
 
 
-def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
-    each, two = (
-        [(name, quantity, of) for name, found in runs.items() for quantity, of in found.items()]
-        for runs in (results.long, results.paper)
-    )
-    verdicts = [of.verdict for *_, of in each]
-    settings = next(iter(results.scenes.values())).reliability
-    inside = np.concatenate([np.abs(of.curve) <= of.curve_half_width for *_, of in each])
-    return {
-        "cycles": results.config.cycles - LEFT_OUT,
-        "all_cycles": results.config.cycles,
-        "two": rows_table(_compared(*of) for of in two),
-        "bins": settings.bins,
-        "of_what": "size of the error" if settings.errors == "absolute" else "signed error",
-        "limits": ", ".join(
-            f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}"
-            for name in dict.fromkeys(name for _, name, _ in each)
-        ),
-        "cap": f"{cap(settings.displacement):.10f}",
-        "rounding": f"{ROUNDING:g}",
-        "margin": f"{MARGIN:g}",
-        "count": len(each),
-        **{verdict: verdicts.count(verdict) for verdict in ("agree", "undecided", "differ")},
-        "within": sum(abs(of.minimum) <= of.half_width for *_, of in each),
-        "bins_within": percent(float(inside.mean())),
-        "differences": rows_table(_compared(*of) for of in each),
-        "one_model": rows_table(
-            _alone(name, quantity, of.a, results.repeating[name][quantity]) for name, quantity, of in each
-        ),
-        "figures": "\n\n".join(
-            f"![{of.title}: reliability against the crank angle]({picture(name)})\n\n{of.title}"
-            for name, of in results.scenes.items()
-        ),
-    }
+def _differences(rows: pd.DataFrame, path: Path) -> None:
+    """Draw the models' differences with their half-widths against the margin: a panel a quantity."""
+    scenes = list(dict.fromkeys(rows["scene"]))
+    with svg.panels(
+        path, 1, len(QUANTITIES), height=1.4 + 0.2 * len(scenes), sharex=True, sharey=True
+    ) as axes:
+        for panel, name in zip(axes, QUANTITIES, strict=True):
+            shown = rows[rows["quantity"] == name]
+            place = shown["scene"].map(scenes.index)
+            size, width = shown["difference"].abs().clip(LEAST), shown["half_width"].clip(LEAST)
+            panel.hlines(place, LEAST, width, color=svg.SHADE, lw=5, label="± half-width")
+            panel.plot(size, place, "o", color=svg.SERIES[0], ms=4, label="|difference| of the smallest R")
+            panel.axvline(MARGIN, color=svg.LIMIT, dashes=(1, 2), label=f"margin {MARGIN:g}")
+            panel.set(
+                xscale="log", xlim=(LEAST, 1.0), ylim=(len(scenes) - 0.5, -0.5), xticks=[1e-10, 1e-5, 1]
+            )
+            panel.xaxis.set_minor_locator(NullLocator())
+            panel.set_xlabel("difference of R (-)")
+            panel.set_title(name, fontsize=9)
+        axes[0].set_yticks(range(len(scenes)), scenes)
+        svg.legend_above(axes[0])
 
 
-def _compared(name: str, quantity_: str, of: Difference) -> dict[str, str]:
-    return {
-        "scene": name,
-        "quantity": quantity_,
-        **{
-            f"smallest R, {model}": f"{rounded(side.minimum)} at {side.angle[side.worst]:g}°"
-            for model, side in zip(MODELS, (of.a, of.b), strict=True)
-        },
-        "difference": number(of.minimum, 2),
-        "other cycles": f"± {number(of.sampling, 2)}",
-        "numerics": f"± {number(of.numerical, 2)}",
-        "quadrature": f"± {number(of.quadrature, 2)}",
-        "verdict": f"**{of.verdict}**",
-    }
-
-
-def _alone(name: str, quantity_: str, of: Assessment, repeats: float) -> dict[str, str]:
-    least, unit = int(of.within.argmin()), unit_of(quantity_)
-    mean, deviation = (quantity(float(values.max()), unit) for values in (of.mean, of.deviation))
-    return {
-        "scene": name,
-        "quantity": quantity_,
-        "smallest R, 95 % interval": "{} ({:.5f} … {:.5f})".format(rounded(of.minimum), *of.interval),
-        "parts of the cycle at the cap": f"{int(of.capped.sum())} of {of.capped.size}",
-        "smallest P, 95 % interval": f"{of.within[least]:.3f} ({of.within_low[least]:.3f} … "
-        f"{of.within_high[least]:.3f})",
-        "largest mean, deviation": f"{mean}, {deviation}",
-        "repeats in every cycle": percent(repeats),
-    }
-
-
+CASES = ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm", "crank-pin")
 STUDY = Study(
     "reliability",
     small=Config(cases=("150rpm-0.2mm", "crank-pin"), cycles=3, samples=100),
-    full=Config(
-        cases=(
-            "150rpm-0.2mm",
-            "69GPa",
-            "poisson-0.33",
-            "90rpm-0.1mm",
-            "90rpm-0.5mm",
-            "300rpm-0.2mm",
-            "crank-pin",
-        ),
-        cycles=11,
-        samples=1000,
-    ),
+    full=Config(cases=CASES, cycles=11, samples=1000),
     measure=measure,
     page=page,
-    draw=figures,
+    draw=draw,
 )

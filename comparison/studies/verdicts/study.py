@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from comparison.execution.run import Progress
 from comparison.files import replacing
@@ -30,9 +31,19 @@ ABOVE = "†"
 RECORD = "verdicts.toml"
 """What `comparison.verdict.shipped` reads, in the study's folder; ``make reports`` packages it."""
 PICTURE_OF = ("150rpm-0.2mm", "slider_x")
+SHOWN = (
+    "scene",
+    "standard tier",
+    "samples predictable",
+    "largest difference of x, first cycle",
+    "tight tier",
+    "samples predictable, tight",
+    "largest difference of x, tight, predictable samples",
+)
+"""Columns of `row` on the page; all are in ``verdicts.csv``."""
 NOTE = f"""
-{ABOVE} above {TARGET:.0e} m, the target for x at the tight tier; the verdict compares the difference with the
-numerical uncertainty of both runs, which is not that small there.
+{ABOVE} above {TARGET:.0e} m, the target for x at the tight tier; the uncertainty of both runs, with which the
+verdict compares the difference, is not that small there.
 """
 
 
@@ -53,12 +64,10 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
-    table = rows_table(row(comparison) for comparison in results.comparisons)
-    return {
-        "finding": headline(results.comparisons),
-        "table": table,
-        "note": NOTE if ABOVE in table else "",
-    } | results.made
+    rows = [row(comparison) for comparison in results.comparisons]
+    table = rows_table({name: each[name] for name in SHOWN} for each in rows)
+    note = NOTE if ABOVE in table else ""
+    return {"finding": headline(results.comparisons), "table": table, "note": note} | results.made
 
 
 def row(scene: SceneComparison) -> dict[str, str]:
@@ -70,7 +79,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
         first, whole = size[scene.time <= (scene.period or np.inf)].max(), size.max()
     if tight and tight.channels:
         x_tight = tight.channels["slider_x"].largest_predictable
-    mark = f" {ABOVE}" if x_tight > TARGET else ""
+    above = f" {ABOVE}" if x_tight > TARGET else ""
     return {
         "scene": scene.title,
         "standard tier": _verdict(scene),
@@ -80,7 +89,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
         "largest difference of x, whole run": _metres(whole),
         "tight tier": _verdict(tight),
         **_shares(tight, ", tight"),
-        "largest difference of x, tight, predictable samples": _metres(x_tight) + mark,
+        "largest difference of x, tight, predictable samples": _metres(x_tight) + above,
     }
 
 
@@ -106,17 +115,19 @@ def _metres(value: float) -> str:
 
 
 def draw(results: Results, folder: Path) -> None:
-    """Write the picture of the README and the verdicts to be recorded."""
+    """Write the picture of the README, the verdicts to be recorded and the whole table."""
     named = {comparison.name: comparison for comparison in results.comparisons}
-    record = as_toml([load_scene(name) for name in named], results.comparisons, results.made)
-    for name, content in (("slider_x.svg", picture(named[PICTURE_OF[0]], PICTURE_OF[1])), (RECORD, record)):
+    scene, channel = named[PICTURE_OF[0]], named[PICTURE_OF[0]].channels[PICTURE_OF[1]]
+    texts = {
+        "slider_x.svg": standalone(channel_figure(scene, channel, "readme")),
+        RECORD: as_toml([load_scene(name) for name in named], results.comparisons, results.made),
+        "verdicts.csv": pd.DataFrame(map(row, results.comparisons))
+        .replace(r"\*\*", "", regex=True)
+        .to_csv(index=False),
+    }
+    for name, text in texts.items():
         with replacing(folder / name) as part:
-            part.write_text(content, "utf-8")
-
-
-def picture(scene: SceneComparison, channel: str) -> str:
-    """Return the report's figure of one channel as an SVG file of its own."""
-    return standalone(channel_figure(scene, scene.channels[channel], "readme"))
+            part.write_text(text, "utf-8")
 
 
 STUDY = Study(

@@ -27,9 +27,19 @@ OTHER_FILES = {
     "detection": {"detection.json"},
     "ensembles": {"tests.csv"},
     "extremes": {"cells.csv", "classes.csv"},
+    "identification": {"arrangements.csv", "peaks.csv"},
     "nonlinear": {"exponents.csv"},
-    "paper": {"report.html"},
+    "paper": {
+        "report.html",
+        "printed.csv",
+        "statements.csv",
+        "criteria.csv",
+        "limits.csv",
+        "first-cycle.csv",
+    },
     "random-inputs": {"precision.csv", "probabilities.csv"},
+    "reliability": {"differences.csv", "two-cycles.csv", "one-model.csv"},
+    "verdicts": {"verdicts.csv"},
 }
 
 

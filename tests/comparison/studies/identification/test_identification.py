@@ -9,12 +9,17 @@ import pandas as pd
 import pytest
 
 from comparison.formatting import number
-from comparison.studies.identification.facts import printed_facts, shipped_geometry, shown, table_1
-from comparison.studies.identification.fitting import fit, profile
+from comparison.studies.identification.fitting import (
+    fit,
+    printed_facts,
+    profile,
+    shipped_geometry,
+    shown,
+    table_1,
+)
 from comparison.studies.identification.kinematics import TOPOLOGIES, Geometry, Topology, motion
-from comparison.studies.identification.radius import fit_radius, radius_words
-from comparison.studies.identification.runs import RADII
-from comparison.studies.identification.tables import decision
+from comparison.studies.identification.runs import RADII, fit_radius
+from comparison.studies.identification.study import decision, of_radius
 from comparison.studies.shared.published import published
 
 LENGTHS, _ = table_1()
@@ -167,10 +172,10 @@ def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
 def test_what_the_page_says_of_radius_and_peaks_follows_the_numbers():
     grows = np.array(RADII)[:, None] ** 0.2 * np.array([0.9, 1.0, 1.1])
     for met, words in ((1e-3, "agrees with the peaks"), (1e-2, "does not agree with the peaks")):
-        found = radius_words(fit_radius(pd.DataFrame(grows / met**0.2, index=RADII)))
+        found = of_radius(pd.DataFrame(grows / met**0.2, index=RADII))
         assert found["radius_certainty"].startswith(words)
         assert f"on the mean at {number(met, 2)} m" in found["radius_found"]
-    found = radius_words(fit_radius(pd.DataFrame(1 / grows, index=RADII)))
+    found = of_radius(pd.DataFrame(1 / grows, index=RADII))
     assert found["radius_certainty"] == "the peaks do not determine it"
     assert "n/a" not in found["radius_found"]
     assert decision({"the first": 1.6, "the second": 12.0}) == "the peaks exclude the second"

@@ -10,7 +10,7 @@ import pytest
 
 from comparison.models import MODELS
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.methods import Exponent
+from comparison.studies.nonlinear.chaos import Chaos
 from comparison.studies.paper import runs
 from comparison.studies.paper.study import STUDY
 from comparison.tables.table import Table
@@ -42,7 +42,7 @@ def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
     return Table(frame, contacts, extrema)
 
 
-def motions(changes=None, long=None, angles=(45,), exponent=0.0, shape=np.sin):
+def motions(changes=None, long=None, angles=(45,), chaos=Chaos.UNDECIDED, shape=np.sin):
     """Runs of all conditions without any error, but for some: (scene, channel) -> sizes of each member's.
 
     A shape is that of the errors over the cycle; a size may be a series of its own instead. The pin pushes
@@ -74,9 +74,8 @@ def motions(changes=None, long=None, angles=(45,), exponent=0.0, shape=np.sin):
     push = pd.DataFrame(
         {"time": time, "reaction_A_x": 50 * np.cos(angle), "reaction_A_y": 50 * np.sin(angle)}
     )
-    found = Exponent(exponent, exponent - 0.1, exponent + 0.1, collapsed=0.0)
-    exponents = {(runs.CENTRAL, model, 1e-10): found for model in MODELS}
-    return runs.Runs(CONFIG, short, ideal, many, {model: Table(push) for model in MODELS}, exponents)
+    pin = {model: Table(push) for model in MODELS}
+    return runs.Runs(CONFIG, short, ideal, many, pin, chaos, {model: [2.0] for model in MODELS})
 
 
 @pytest.fixture
