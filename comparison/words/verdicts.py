@@ -144,8 +144,10 @@ def scene_reason(scene: SceneComparison) -> str:
         return f"{len(unsettled)} of {len(excited)} channels are indeterminate{which}: {reason(worst)}"
     agreeing = [channel for channel in excited if channel.verdict == "agree"]
     text = f"{len(agreeing)} of {len(excited)} excited channels agree"
-    by_gate = decisive(agreeing) is None
-    text += f": {reason(agreeing[0])}" if by_gate else f", nearest to its limit {_named(agreeing)}"
+    if decisive(agreeing) is not None:
+        text += f", nearest to its limit {_named(agreeing)}"
+    elif agreeing:  # by the limits of a gate
+        text += f": {reason(agreeing[0])}"
     known = any(channel.u is not None for channel in excited)
     text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if known else ""
     if unsettled:

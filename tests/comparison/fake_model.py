@@ -56,6 +56,9 @@ def signals(scene, error=0.0, stretch=0.0):
     }
     if "accelerations" in scene["output"]["groups"]:
         columns |= {"slider_ax": ax, "slider_ay": 0.2 * ax, "slider_alpha": ax / half}
+    if "corners" in scene["output"]["groups"] and scene["joints"]["crank_pin"] == "clearance":
+        path = scene["clearance"]["crank_pin"] * np.exp(1j * phase) * size
+        columns |= {"journal_x": path.real, "journal_y": path.imag}
     if "corners" in scene["output"]["groups"] and scene["joints"]["slider"] == "clearance":
         for corner in ("ll", "lr", "ul", "ur"):
             inside = np.maximum(np.sin(phase) - 0.5, 0.0) * size

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
+from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pandas as pd
 
 from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.formatting import NO_BREAK, number, quantity
+from comparison.formatting import MISSING, NO_BREAK, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
@@ -25,6 +26,7 @@ from comparison.studies.paper.runs import CENTRAL, REACH, Config, Runs, scene_of
 from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study
+from comparison.tables.arrays import Array
 
 FIRST_CYCLE = ("F9-210", "F9-69", "F11-01", "F11-05", "F12-300")
 """Of Figs. 9, 11 and 12: how the ids of printed peaks of different conditions begin."""
@@ -245,13 +247,19 @@ def _different(texts: Iterable[str]) -> str:
 def _evidence(judged: Judged) -> str:
     """Return the numbers that the first model's runs show of a statement."""
     return "; ".join(
-        f"{label} "
-        + " … ".join(dict.fromkeys(_shown(float(end), unit) for end in (np.min(values), np.max(values))))
+        f"{label} " + " … ".join(dict.fromkeys(_shown(float(end), unit) for end in _range(values)))
         for label, (values, unit) in judged.evidence[MODELS[0]].numbers.items()
     )
 
 
+def _range(values: Sequence[float] | Array) -> tuple[float, float]:
+    """Return the least and the largest; nan without any, as of exponents where none could be measured."""
+    return (min(values), max(values)) if len(values) else (nan, nan)
+
+
 def _shown(value: float, unit: str) -> str:
+    if isnan(value):
+        return MISSING
     if unit == "%":
         return f"{number(100 * value, 2)}{NO_BREAK}%"
     if unit == "" and value.is_integer():

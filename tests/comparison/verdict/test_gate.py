@@ -98,7 +98,7 @@ def test_a_gate_alone_decides(gate, verdict):
     channel = result.channels["slider_x"]
     assert channel.basis is Basis.GATE
     assert [check.metric for check in channel.checks] == list(gate)
-    assert ("limits of the gate are met" in scene_reason(result)) == (verdict == "agree")
+    assert ("of the gate " in scene_reason(result)) == (verdict == "agree")
 
 
 def test_a_gate_adds_to_a_tolerance_and_cannot_undo_it():
