@@ -19,26 +19,16 @@ import numpy as np
 
 LONGEST_NAME = 200
 """Bytes of a file's name; file systems allow 255, and companions of a table have longer names."""
+LARGEST_TEXT = 10_000_000
+"""Bytes of a file that is read as a whole and holds no samples: mappings, records of runs, baselines."""
 
 
 class FolderError(ValueError):
     """A file or folder that cannot be written; the message is one line."""
 
 
-LARGEST_TEXT = 10_000_000
-"""Bytes of a file that is read as a whole and holds no samples: mappings, records of runs, baselines."""
-
-
 def contents(path: Path, most: int = LARGEST_TEXT) -> str:
-    """Read a text in UTF-8 of at most so many bytes.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read, or is larger.
-    UnicodeDecodeError
-        If it is not UTF-8.
-    """
+    """Read a text in UTF-8; an `OSError` if it cannot be read or has more bytes than ``most``."""
     with path.open("rb") as file:
         found = file.read(most + 1)  # a pipe has no size to ask for
     if len(found) > most:
@@ -47,13 +37,7 @@ def contents(path: Path, most: int = LARGEST_TEXT) -> str:
 
 
 def check_size(path: Path, most: int) -> None:
-    """Reject what is no regular file of at most so many bytes, before it is read.
-
-    Raises
-    ------
-    OSError
-        With the rule.
-    """
+    """Reject what is no regular file of at most so many bytes by an `OSError`, before it is read."""
     found = path.stat()
     if not stat.S_ISREG(found.st_mode):
         kind = "is a folder" if stat.S_ISDIR(found.st_mode) else "is not a file"
@@ -67,13 +51,7 @@ def _too_large(path: Path, most: int) -> OSError:
 
 
 def expanded(path: Path) -> Path:
-    """Replace a leading ``~``, which a shell leaves in ``--out=~/a``.
-
-    Raises
-    ------
-    FolderError
-        If there is no such user.
-    """
+    """Replace a leading ``~``, which a shell leaves in ``--out=~/a``; `FolderError` without such a user."""
     try:
         return path.expanduser()
     except RuntimeError as error:
@@ -83,15 +61,8 @@ def expanded(path: Path) -> Path:
 def check_folder(folder: Path) -> Path:
     """Reject a folder that cannot be written to, before the work begins whose result it is to hold.
 
-    Returns
-    -------
-    folder
-        With ``~`` replaced.
-
-    Raises
-    ------
-    FolderError
-        If it, or the first of its parents that exists, is not a folder in which a file can be made.
+    Returns it with ``~`` replaced. A `FolderError` if the first of it and its parents that exists is no
+    folder in which a file can be made.
     """
     folder = expanded(folder)
     try:
@@ -109,18 +80,7 @@ def check_folder(folder: Path) -> Path:
 
 
 def check_file(path: Path) -> Path:
-    """Reject a file that cannot be written, before the work begins whose result it is to hold.
-
-    Returns
-    -------
-    path
-        With ``~`` replaced.
-
-    Raises
-    ------
-    FolderError
-        If it is a folder, a device or a link to nothing, its name is too long, or its folder is rejected.
-    """
+    """Reject a file that cannot be written, as `check_folder` does its folder."""
     path = expanded(path)
     if len(os.fsencode(path.name)) > LONGEST_NAME:
         raise FolderError(f"{path}: the name is longer than {LONGEST_NAME} bytes")
@@ -180,14 +140,15 @@ def replacing_in(folder: Path) -> Iterator[Path]:
 
 def _move(part: Path, folder: Path) -> None:
     """Move all files below one folder into another; after an error everything is as before."""
-    files = sorted(path for path in part.rglob("*") if path.is_file())
+    moves = [(path, folder / path.relative_to(part)) for path in sorted(part.rglob("*")) if path.is_file()]
+    for _, target in moves:
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
     old = Path(tempfile.mkdtemp(dir=part))
     undo: list[tuple[Path, Path]] = []
     try:
-        for number, path in enumerate(files):
-            target = folder / path.relative_to(part)
+        for number, (path, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
-            _check_not_a_folder(target)
             if target.exists():
                 target.replace(old / str(number))
                 undo.append((old / str(number), target))
@@ -197,11 +158,6 @@ def _move(part: Path, folder: Path) -> None:
         for now, before in reversed(undo):
             now.replace(before)
         raise
-
-
-def _check_not_a_folder(path: Path) -> None:
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
@@ -217,13 +173,7 @@ def write_text(text: str, path: Path) -> None:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
-    """Return strict JSON; numbers that are not finite become null.
-
-    Raises
-    ------
-    TypeError
-        If a value has no JSON equivalent.
-    """
+    """Return strict JSON; non-finite numbers become null, what has no equivalent is a `TypeError`."""
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 

@@ -21,14 +21,12 @@ def pretty_unit(unit: str) -> str:
 def prefix(magnitude: float, unit: str) -> tuple[float, str]:
     """Return the factor and prefixed unit that bring a magnitude below 1 to between 1 and 1000.
 
-    No prefix above one (km/s² is unusual for a press), below nano, or for units that take none
-    (degrees, millimetres).
+    No prefix above one (km/s² is unusual for a press), below nano, or for degrees and millimetres.
     """
-    if not _TAKES_PREFIX.match(unit) or not math.isfinite(magnitude) or magnitude == 0.0:
-        return 1.0, pretty_unit(unit)
-    for factor, letter in _PREFIXES:
-        if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm
-            return factor, letter + pretty_unit(unit)
+    if _TAKES_PREFIX.match(unit) and math.isfinite(magnitude):
+        for factor, letter in _PREFIXES:
+            if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm
+                return factor, letter + pretty_unit(unit)
     return 1.0, pretty_unit(unit)
 
 
@@ -71,26 +69,21 @@ def decade(value: float) -> str:
 def percent(share: float, error: float = 0.0) -> str:
     """Return a share as percent with two decimals, truncated: 0.98999 is 98.99 %, never 99.00 %.
 
-    Shares are compared with a floor (0.99, 0.5); rounding up would show a passing value beside a failing
-    verdict. An error is added with one digit if it shows: "66.40 ± 0.3 %".
+    Rounded up, it could show a passing value beside a failing verdict. An error is added with one digit if it
+    shows: "66.40 ± 0.3 %".
     """
     if math.isnan(share):
         return MISSING
-    if error >= 5e-5:
-        return percent(share).replace(
-            f"{NO_BREAK}%", f"{NO_BREAK}±{NO_BREAK}{number(100 * error, 1)}{NO_BREAK}%"
-        )
     # The small addend undoes only the rounding of the product (0.29 * 10000 is 2900 - 5e-13).
     hundredths = math.floor(share * 10000 + 1e-8)
-    return f"100{NO_BREAK}%" if hundredths == 10000 else f"{hundredths / 100:.2f}{NO_BREAK}%"
+    text = "100" if hundredths == 10000 else f"{hundredths / 100:.2f}"
+    if error >= 5e-5:
+        text += f"{NO_BREAK}±{NO_BREAK}{number(100 * error, 1)}"
+    return f"{text}{NO_BREAK}%"
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table; bars inside cells are escaped."""
-    head, *body = [_line(cells) for cells in (headings, *rows)]
+    escaped = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
+    head, *body = [f"| {' | '.join(cells)} |" for cells in escaped]
     return "\n".join([head, f"|{'---|' * len(headings)}", *body])
-
-
-def _line(cells: Sequence[str]) -> str:
-    escaped = [cell.replace("|", r"\|") for cell in cells]
-    return f"| {' | '.join(escaped)} |"
