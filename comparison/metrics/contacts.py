@@ -1,9 +1,6 @@
 """Contacts of results, from their event tables: matched one by one, their situations, their forces in time.
 
-An event table has one row a contact, in any order: ``corner``, ``start`` and ``end`` (s), ``normal_speed``,
-``impulse``, ``peak_force``, in SI units; an empty one needs no columns. Samples are not used: the median
-contact lasts 0.2 ms, a sampling interval 0.4 ms. Impulses are preferred to peak forces: a peak depends on the
-contact's compliance, an impulse on the colliding masses and their speeds.
+Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Times are in s.
 """
 
 from __future__ import annotations
@@ -23,10 +20,9 @@ from comparison.tables.table import Table
 
 IntArray = NDArray[np.intp]
 
-# Two starts are matched within this share of a crank cycle (80 us at 150 rpm). It is less than half of the
-# shortest time between contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is
-# unique during chatter; where runs are predictable their starts agree to 1e-4 of a cycle, and elsewhere the
-# nearest start is typically 1e-3 away. Samples are 1e-3 apart.
+# Two starts are matched within this share of a crank cycle: less than half of the shortest time between
+# contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is unique during chatter;
+# where runs are predictable their starts agree to 1e-4 of a cycle.
 WINDOW = 1 / 5000
 
 SITUATIONS = {
@@ -35,12 +31,7 @@ SITUATIONS = {
     "one_side": "two corners of one side",
     "opposite": "two opposite corners",
 }
-"""The paper's four contact situations of the slider (Sec. 2, Fig. 3) by key, with their descriptions.
-
-A wall is touched by no corner, one or both of its own. Two opposite corners (Fig. 3b) means contact at both
-walls at once, whichever corners: the slider is narrower than its guide, so lower left and lower right cannot
-touch together, and what is left are the two diagonals.
-"""
+"""The paper's four contact situations of the slider (Sec. 2, Fig. 3); opposite: at both walls at once."""
 
 PULSE_POINTS = 20
 """Points of a pulse at least; fewer noted ones are joined by a monotone spline."""
@@ -52,30 +43,14 @@ _NOTED = 5
 
 @dataclass(frozen=True)
 class Impacts:
-    """Agreement of the contacts of b with those of a.
+    """Agreement of the contacts of b with those of a; a number is nan where there is nothing to compare.
 
-    Attributes
-    ----------
-    pairs
-        Rows of the two event tables that are matched, in the order of a's starts, shape (m, 2).
-    count_a, count_b
-        Contacts considered.
-    precision, recall
-        Share of b's and of a's contacts that are matched; nan without any.
-    largest_delay, median_delay
-        Of the absolute differences of matched starts, s; nan without a match, like all that follow but the
-        total impulse's.
-    normal_speed_error
-        Largest difference of the normal speeds of matched contacts, over the largest normal speed considered.
-    total_impulse_error
-        Difference of the impulses of all contacts considered, matched or not, over the mean of the two.
-    impulse_error
-        Sum of the absolute differences of the impulses of matched contacts, over the same mean. Large where
-        chatter ends in a lasting contact and one model lifts off once more than the other: there a short
-        contact is matched with a long one, which leaves the total unchanged.
-    peak_force_error
-        Largest difference of the peak forces of matched contacts, over the largest peak considered.
-        Information: a peak depends on compliance.
+    ``pairs`` are the matched rows of the two event tables, shape (m, 2); precision and recall are the shares
+    of b's and of a's contacts that are matched, delays those of matched starts (s). Errors of normal speed
+    and peak force are the largest of matched contacts, over the largest value considered; that of the total
+    impulse is of all contacts considered, matched or not, that of the impulse the sum of the absolute
+    differences of matched ones, both over the mean of the two totals. Impulses are preferred to peak forces,
+    which depend on compliance.
     """
 
     pairs: IntArray
@@ -92,55 +67,33 @@ class Impacts:
 
 
 def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
-    """Match the contacts of two event tables one to one.
+    """Match the contacts of two event tables one to one: rows of a and b, by a's starts, shape (m, 2).
 
     Two contacts match if they are at the same corner, each one's start is the nearest start of the other
-    table to the other's, and both are at most ``window`` apart. Of two equally near the earlier is the
-    nearest. Exchanging the tables exchanges the columns and orders the rows by the other starts.
-
-    Parameters
-    ----------
-    a, b
-        Event tables; starts at one corner are distinct.
-    window
-        s, >= 0.
-
-    Returns
-    -------
-    pairs
-        Row positions in a and in b, in the order of a's starts, shape (m, 2).
+    table to the other's (of two equally near the earlier), and both are at most ``window`` apart.
     """
     matched = [np.empty((0, 2), dtype=np.intp)]
     for place in CONTACTS:
-        rows_a, starts_a = _starts(a, place)
-        rows_b, starts_b = _starts(b, place)
-        if not (rows_a.size and rows_b.size):
-            continue
-        partner = _nearest(starts_a, starts_b)
-        mutual = _nearest(starts_b, starts_a)[partner] == np.arange(rows_a.size)
-        mutual &= np.abs(starts_b[partner] - starts_a) <= window
-        matched.append(np.column_stack([rows_a, rows_b[partner]])[mutual])
+        (rows_a, starts_a), (rows_b, starts_b) = starts_at(a, place), starts_at(b, place)
+        if rows_a.size and rows_b.size:
+            partner = _nearest(starts_a, starts_b)
+            mutual = _nearest(starts_b, starts_a)[partner] == np.arange(rows_a.size)
+            mutual &= np.abs(starts_b[partner] - starts_a) <= window
+            matched.append(np.column_stack([rows_a, rows_b[partner]])[mutual])
     pairs = np.concatenate(matched)
-    start = _column(a, "start")[pairs[:, 0]]
-    return pairs[np.lexsort((pairs[:, 0], start))]
+    return pairs[np.lexsort((pairs[:, 0], _column(a, "start")[pairs[:, 0]]))]
 
 
 def compare_impacts(
-    a: pd.DataFrame,
-    b: pd.DataFrame,
-    window: float,
-    part: tuple[BoolArray, BoolArray] | None = None,
+    a: pd.DataFrame, b: pd.DataFrame, window: float, part: tuple[BoolArray, BoolArray] | None = None
 ) -> Impacts:
-    """Compare the contacts of two event tables, matched within a window (s).
+    """Compare the contacts of two event tables, matched within a window.
 
-    A ``part`` names those to consider, shapes (len(a),) and (len(b),), see `begin_where`. The tables are
-    matched as a whole, and a matched contact is considered if its partner is: none loses its partner at the
-    edge of the part.
+    A ``part`` names those to consider, by rows, see `begin_where`. The tables are matched as a whole, and a
+    matched contact is considered if its partner is: none loses its partner at the edge of the part.
     """
     pairs = match(a, b, window)
-    in_a, in_b = (
-        np.ones(len(events), np.bool_) if part is None else part[i] for i, events in enumerate((a, b))
-    )
+    in_a, in_b = part or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
     pairs = pairs[in_a[pairs[:, 0]] | in_b[pairs[:, 1]]]
     first, second = pairs[:, 0], pairs[:, 1]
     in_a, in_b = in_a.copy(), in_b.copy()
@@ -152,8 +105,8 @@ def compare_impacts(
     def largest(name: str) -> float:
         if not len(pairs):
             return np.nan
-        values = _column(a, name)[in_a], _column(b, name)[in_b]
-        return _ratio(differences(name).max(), max(part.max() for part in values))
+        whole = max(_column(a, name)[in_a].max(), _column(b, name)[in_b].max())
+        return _ratio(differences(name).max(), whole)
 
     count_a, count_b = int(in_a.sum()), int(in_b.sum())
     delays = differences("start")
@@ -175,13 +128,10 @@ def compare_impacts(
 
 
 def begin_where(events: pd.DataFrame, time: Array, holds: Mapping[str, BoolArray]) -> BoolArray:
-    """Return which contacts begin where something holds at the samples on either side, shape (len(events),).
-
-    ``holds`` says by corner whether it does at each of the increasing times (s), shape (n,), n >= 2.
-    """
+    """Return which contacts begin where something holds, by corner, at the samples on either side."""
     begins = np.zeros(len(events), dtype=np.bool_)
     for place, mask in holds.items():
-        rows, starts = _starts(events, place)
+        rows, starts = starts_at(events, place)
         after = np.clip(np.searchsorted(time, starts), 1, time.size - 1)
         begins[rows] = mask[after - 1] & mask[after]
     return begins
@@ -197,21 +147,8 @@ def impacts_of(
 ) -> dict[str, Impacts] | None:
     """Compare the contacts of two runs: "all", and those of the "predictable" part where that is known.
 
-    Parameters
-    ----------
-    a, b
-        Event tables; None: the run has none.
-    time
-        Increasing, s, shape (n,).
-    period
-        Period of a crank cycle, s, which sets the `WINDOW`; None: unknown.
-    predictable
-        Corner -> where its contacts are predictable, shape (n,); empty if no uncertainty is known.
-
-    Returns
-    -------
-    impacts
-        None, "not available", where a table or the period is missing.
+    ``predictable`` says by corner where its contacts are, at each time, shape (n,). None where a table or the
+    period of a crank cycle is unknown.
     """
     if a is None or b is None or period is None:
         return None
@@ -224,27 +161,20 @@ def impacts_of(
 
 
 def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> dict[str, float]:
-    """Return the share of a span of time that the slider spends in each of the `SITUATIONS`; their sum is 1.
+    """Return the share of a span of time that the slider spends in each of the `SITUATIONS`.
 
-    Exact from the contacts' starts and ends, to round-off.
-
-    Parameters
-    ----------
-    events
-        Event table; others than the slider's four corners, and what lies outside the span, do not count.
-    span
-        First and last instant, s.
+    Exact from the contacts' starts and ends, to round-off; what is outside the span does not count.
     """
     lengths, touches = _touches(events, tuple(CORNERS), span)
     left = touches["ll"].astype(int) + touches["ul"]
     right = touches["lr"].astype(int) + touches["ur"]
-    holds = {
-        "free": left + right == 0,
-        "one_corner": left + right == 1,
-        "one_side": (np.maximum(left, right) == 2) & (np.minimum(left, right) == 0),
-        "opposite": np.minimum(left, right) > 0,
-    }
-    return {situation: float(lengths[holds[situation]].sum()) for situation in SITUATIONS}
+    holds = (
+        left + right == 0,
+        left + right == 1,
+        (np.maximum(left, right) == 2) & (np.minimum(left, right) == 0),
+        np.minimum(left, right) > 0,
+    )
+    return {name: float(lengths[where].sum()) for name, where in zip(SITUATIONS, holds, strict=True)}
 
 
 def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
@@ -256,12 +186,9 @@ def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
 def _touches(
     events: pd.DataFrame, places: tuple[str, ...], span: tuple[float, float]
 ) -> tuple[Array, dict[str, BoolArray]]:
-    """Return the lengths between all starts and ends, as shares of the span, and which places touch there.
-
-    Shapes (n,), the second by place. Contacts of one place may overlap.
-    """
+    """Return the lengths between all starts and ends, as shares of the span, and which places touch there."""
     bounds = np.column_stack([_column(events, "start"), _column(events, "end")])
-    spans = {place: np.clip(bounds[_starts(events, place)[0]], *span) for place in places}
+    spans = {place: np.clip(bounds[starts_at(events, place)[0]], *span) for place in places}
     edges = np.unique(np.concatenate([span, *(contacts.ravel() for contacts in spans.values())]))
     touches = {}
     for place, contacts in spans.items():
@@ -274,17 +201,7 @@ def _touches(
 
 @dataclass(frozen=True)
 class Pulse:
-    """Normal force of one contact, shape (n,), n >= `PULSE_POINTS`.
-
-    Attributes
-    ----------
-    row
-        Row of the contact in the event table.
-    time
-        From the touch, s, increasing.
-    force
-        N.
-    """
+    """Normal force (N) of the contact in a row of the event table, at times (s) from the touch."""
 
     row: int
     time: Array
@@ -294,8 +211,7 @@ class Pulse:
 def noted(table: Table) -> list[Pulse]:
     """Return the contacts that a table has the force of, with enough points and the peak of its events.
 
-    A model notes the forces of its contacts at its own steps. The few of a method of high order are joined by
-    a monotone spline. No verdict depends on them: they are drawn.
+    A model notes the forces of its contacts at its own steps. No verdict depends on them: they are drawn.
     """
     if table.pulses is None or table.events is None:
         return []
@@ -320,7 +236,7 @@ def _column(events: pd.DataFrame, name: str) -> Array:
     return events[name].to_numpy(dtype=np.float64) if len(events) else np.empty(0)
 
 
-def _starts(events: pd.DataFrame, place: str) -> tuple[IntArray, Array]:
+def starts_at(events: pd.DataFrame, place: str) -> tuple[IntArray, Array]:
     """Return row positions and starts of the contacts at one place, by increasing start."""
     if not len(events):
         return np.empty(0, dtype=np.intp), np.empty(0)

@@ -1,17 +1,13 @@
-"""Rating of a signal against a reference after ISO/TS 18571:2014.
+"""Rating of a signal against a reference after ISO/TS 18571:2014, made for crash tests; here information.
 
-"Road vehicles: objective rating metric for non-ambiguous signals". Written from the published description:
-the standard's section 6, and Barbat, Fu, Zhan, Yang and Gehre (2013), Objective rating metric for dynamic
-systems, ESV 13-0448. 1 is a perfect match; above 0.94 the standard says excellent, above 0.80 good, above
-0.58 fair, else poor. It was made for crash tests; here it is information.
+Written from the standard's section 6, and Barbat, Fu, Zhan, Yang and Gehre (2013), ESV 13-0448.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -28,63 +24,31 @@ EQUAL = 1e-12
 """Two numbers that differ by less, relatively, are equal: what their sums round to, with a margin."""
 
 
-@dataclass(frozen=True)
-class Rating:
-    """Scores from 0 (none) to 1 (perfect)."""
+class Rating(NamedTuple):
+    """Scores R, Z, E_P, E_M and E_S of `rating`, from 0 (none) to 1 (perfect)."""
 
     overall: float
-    """R = 0.4 Z + 0.2 E_P + 0.2 E_M + 0.2 E_S."""
     corridor: float
-    """Z."""
     phase: float
-    """E_P."""
     magnitude: float
-    """E_M."""
     slope: float
-    """E_S."""
 
 
 def rating(reference: Array, other: Array) -> Rating:
-    r"""Rate a signal against a reference.
+    """Rate C against a reference T on one uniform grid, in one unit: R = 0.4 Z + 0.2 (E_P + E_M + E_S).
 
-    .. math::
-
-        R = 0.4 Z + 0.2 E_P + 0.2 E_M + 0.2 E_S
-
-    Corridor, with :math:`\delta_i = 0.05 \max |T|` and :math:`\delta_o = 0.5 \max |T|`: the mean of
-
-    .. math::
-
-        Z(t) = ((\delta_o - |T - C|) / (\delta_o - \delta_i))^2 \text{ cut to } [0, 1]
-
-    Phase: the shift by n of N samples, at most 0.2 N, at which the common part of both has the largest
-    correlation coefficient; :math:`E_P = 1 - n / (0.2 N)`. The other two scores are those of that part.
-    Magnitude: both are warped in time, by less than a tenth of their length, so that the sum of squared
-    differences is least; :math:`E_M = 1 - \epsilon_M / 0.5` with
-    :math:`\epsilon_M = \sum |C_w - T_w| / \sum |T_w|`. Slope: with the derivatives C' and T', smoothed over
-    nine samples, :math:`E_S = 1 - \epsilon_S / 2`, :math:`\epsilon_S = \sum |C' - T'| / \sum |T'|`; neither
-    score is below 0.
-
-    Parameters
-    ----------
-    reference, other
-        T and C on one uniform grid, in one unit, shape (n,), n <= 5000: the time grows with n^2.
-
-    Returns
-    -------
-    rating
-        All nan where either is constant (a correlation is undefined) or there are fewer than 10 samples;
-        whoever shows it says so. Exchanging the two changes it.
-
-    Raises
-    ------
-    ValueError
-        If there are more than 5000 samples.
+    Corridor Z: the mean of ((d_o - |T - C|) / (d_o - d_i))^2, cut to [0, 1], with d_i = 0.05 max |T| and d_o
+    = 0.5 max |T|. Phase E_P = 1 - n / (0.2 N): the shift by n of N samples, at most 0.2 N, at which the
+    common part of both has the largest correlation coefficient; the other two scores, not below 0, are those
+    of that part. Magnitude E_M = 1 - sum |C_w - T_w| / sum |T_w| / 0.5, both warped in time, by less than a
+    tenth of their length, so that the sum of squared differences is least. Slope E_S = 1 - sum |C' - T'| /
+    sum |T'| / 2, with derivatives smoothed over nine samples. All are nan where either is constant or has
+    fewer than 10 samples.
     """
     if reference.size > MOST_POINTS:
         raise ValueError(f"{reference.size} samples; at most {MOST_POINTS} can be rated")
     if reference.size < 10 or np.ptp(reference) == 0.0 or np.ptp(other) == 0.0:
-        return Rating(np.nan, np.nan, np.nan, np.nan, np.nan)
+        return Rating(*[np.nan] * 5)
     # The scores are ratios: any unit will do, and one in which squares neither over- nor underflow is safe.
     unit = max(float(np.abs(reference).max()), float(np.abs(other).max()))
     reference, other = reference / unit, other / unit
@@ -108,8 +72,7 @@ def rating(reference: Array, other: Array) -> Rating:
 def best_shift(reference: Array, other: Array) -> int:
     """Return by how many samples the other is late (negative: early) where both are most alike.
 
-    Of shifts with equal correlation the smallest, late before early; shifts at which either part is constant
-    do not count. Shapes (n,); neither is constant.
+    Of equal ones the smallest, late before early; shifts at which either part is constant do not count.
     """
     size = reference.size
     shifts = np.arange(int(MAX_SHIFT * size), -int(MAX_SHIFT * size) - 1, -1)
@@ -181,11 +144,8 @@ def _warp_sums(reference: Array, other: Array, width: int) -> tuple[float, float
         if i == 0:
             above_cost = 0.0
         elif first > 0:
-            above_cost, above_difference, above_total = (
-                cost[first - 1],
-                difference[first - 1],
-                total[first - 1],
-            )
+            k = first - 1
+            above_cost, above_difference, above_total = cost[k], difference[k], total[k]
         left_cost, left_difference, left_total = np.inf, 0.0, 0.0
         for j in range(first, min(size, i + width + 1)):
             best, best_difference, best_total = above_cost, above_difference, above_total

@@ -1,15 +1,9 @@
 """Rank test of whether a run belongs to an ensemble of runs, and detection of clusters in an ensemble.
 
-For one channel with members M_i, i = 1 ... n, and a run S, at the same m samples:
-
-    T(S)   = max over samples of |S - mean(M)| / max(std(M), u)
-    T(M_i) = the same of M_i against the other members, without M_i.
-
-If S is drawn as the members are, every one of the n + 1 runs is as likely as any other to be the farthest
-out, whatever the distribution, so T(S) exceeds all T(M_i) about once in n + 1 draws (a permutation test;
-B. Phipson, G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Less often where errors spread over
-decades, since the farthest member widens the ensemble for S but not for itself: half as often, measured over
-six decades. Of several channels the largest T counts, so that it stays one statistic.
+The statistic T of a run S is the largest |S - mean(M)| / max(std(M), u) over the samples of one channel, with
+the members M; that of a member is against the others. If S is drawn as the members are, T(S) exceeds all
+T(M_i), i = 1 ... n, about once in n + 1 draws, whatever the distribution (a permutation test; B. Phipson, G.
+K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Of several channels the largest T counts.
 """
 
 from __future__ import annotations
@@ -21,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.metrics.contacts import WINDOW
+from comparison.metrics.contacts import WINDOW, starts_at
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS
 
@@ -35,22 +29,10 @@ PARTED = 0.9
 
 
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
-    """Evaluate the statistic of one channel, for each member left out and for a run.
+    """Return T of one channel, for each of n >= 3 members left out, and for a run; zero without a sample.
 
-    Parameters
-    ----------
-    members
-        Values of the ensemble, shape (n, m), n >= 3.
-    run
-        Of the run, shape (m,).
-    floor
-        The numerical uncertainty u, below which no distance is significant, shape (m,), positive. Without it
-        the local errors of a solver would count, which moved starts do not show where motion forgets them.
-
-    Returns
-    -------
-    members, run
-        T of each, shape (n,), and of the run; zero without a sample.
+    Shapes (n, m) and (m,). The floor is the numerical uncertainty u, shape (m,), positive: without it the
+    local errors of a solver would count, which moved starts do not show where motion forgets them.
     """
     count = members.shape[0]
     if not run.size:
@@ -66,17 +48,10 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
 
 
 def clustered(members: Array, floor: Array) -> BoolArray:
-    """Return the samples at which an ensemble falls into two clusters, shape (m,).
+    """Return the samples, shape (m,), at which an ensemble, shape (n, m), falls into two clusters.
 
     That is into groups of at least `SMALLEST` of the members each, farther apart than `SEPARATION` times the
     width of either, and than the floor.
-
-    Parameters
-    ----------
-    members
-        Values of the ensemble, shape (n, m).
-    floor
-        The numerical uncertainty, shape (m,).
     """
     count = members.shape[0]
     least = max(2, ceil(SMALLEST * count))
@@ -99,35 +74,26 @@ def split(values: Array) -> BoolArray:
 
 
 class Parting(NamedTuple):
-    """A contact that the runs of one group have and those of another lack."""
+    """A contact that the runs of one group have and those of another lack: so many runs of so many each."""
 
     corner: str
     start: float
     having: tuple[int, int]
-    """How many runs of either group have it."""
     sizes: tuple[int, int]
-    """How many runs either group has."""
 
 
 def parting_contact(
     groups: tuple[Sequence[pd.DataFrame], Sequence[pd.DataFrame]], *, period: float, until: float
 ) -> Parting | None:
-    """Find the first contact that parts two groups of runs; None where no contact does.
+    """Find the first contact that parts two groups of runs, of their event tables; None where none does.
 
-    Parameters
-    ----------
-    groups
-        The event tables of each, none empty of tables. A run has a contact if one of the same corner starts
-        within `comparison.metrics.contacts.WINDOW` of a crank cycle of it.
-    period
-        Of a crank cycle, s.
-    until
-        s; later contacts are consequences.
+    A run has a contact if one of the same corner starts within `comparison.metrics.contacts.WINDOW` of a
+    crank cycle of it. Contacts later than ``until`` (s) are consequences.
     """
     first = None
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
     for corner in CONTACTS:
-        starts = [[_starts(events, corner) for events in group] for group in groups]
+        starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
         candidates = np.concatenate([own for group in starts for own in group])
         candidates = candidates[candidates <= until]
         one, other = (np.sum([_near(candidates, own, window) for own in group], axis=0) for group in starts)
@@ -143,12 +109,6 @@ def parting_contact(
     return first
 
 
-def _starts(events: pd.DataFrame, corner: str) -> Array:
-    starts = events["start"].to_numpy(np.float64)[(events["corner"] == corner).to_numpy()]
-    return np.sort(starts)
-
-
 def _near(instants: Array, starts: Array, window: float) -> BoolArray:
-    """Return whether a start lies within the window of each instant, shape (n,)."""
     first, last = (np.searchsorted(starts, instants + side * window) for side in (-1.0, 1.0))
     return np.asarray(last > first)

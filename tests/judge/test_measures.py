@@ -50,7 +50,7 @@ def test_the_rating_of_random_signals(seed):
     late = int(np.random.default_rng(seed).integers(-12, 13))
     found = rating(first[12:-12], np.roll(other, late)[12:-12])
     expected = second_measures.iso18571(first[12:-12], np.roll(other, late)[12:-12])
-    assert vars(found) == pytest.approx(expected, abs=1e-12)
+    assert found._asdict() == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -66,7 +66,7 @@ def test_measures_of_random_scenes(seed, name):
     assert found == pytest.approx(expected, abs=1e-7)  # the arc cosine's
     assert channel.metrics["tube_share"] == second_measures.tube_share(time, a, b)
     expected = second_measures.iso18571(a[:300], b[:300])
-    assert vars(rating(a[:300], b[:300])) == pytest.approx(expected, abs=1e-12)
+    assert rating(a[:300], b[:300])._asdict() == pytest.approx(expected, abs=1e-12)
 
 
 # Alignment and shift

@@ -15,10 +15,15 @@ from comparison.metrics.contacts import WINDOW
 from comparison.metrics.outliers import clustered, distances, parting_contact, split
 
 
-def heavy_tailed(rng: np.random.Generator, count: int, samples: int = 20) -> np.ndarray:
+def heavy_tailed(rng: np.random.Generator, count: int) -> np.ndarray:
     """Errors of one size a run, which spreads over six decades, along one course of the motion."""
     sizes = rng.choice([-1.0, 1.0], count) * 10 ** rng.uniform(-9.0, -3.0, count)
-    return sizes[:, None] * np.linspace(0.5, 1.0, samples) + 1e-10 * rng.standard_normal((count, samples))
+    return sizes[:, None] * np.linspace(0.5, 1.0, 20) + 1e-10 * rng.standard_normal((count, 20))
+
+
+def normal(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Errors of one kind and of about one size."""
+    return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
 
 
 def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
@@ -32,11 +37,6 @@ def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
     np.testing.assert_allclose(of_members, expected, rtol=1e-12)
     assert of_run == pytest.approx(5.0 / np.sqrt(14.0))
     assert distances(members[:, :0], np.empty(0), np.empty(0))[1] == 0.0
-
-
-def normal(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Errors of one kind and of about one size."""
-    return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
 
 
 @pytest.mark.parametrize("draw", [heavy_tailed, normal])
@@ -54,14 +54,12 @@ def test_a_run_of_the_same_model_is_outside_no_more_than_once_in_as_many_draws_a
 
 
 def test_without_the_floor_errors_that_moved_starts_do_not_show_would_count():
-    rng = np.random.default_rng(1)
-    members = 1e-13 * rng.standard_normal((99, 20))
+    members = 1e-13 * np.random.default_rng(1).standard_normal((99, 20))
     local_error = np.full(20, 1e-11)  # of a solver, in a contact that makes all starts one
     of_members, of_run = distances(members, local_error, np.full(20, 1e-15))
     assert of_run > of_members.max()
     of_members, of_run = distances(members, local_error, np.full(20, 3e-11))
-    assert of_run < 1.0
-    assert of_members.max() < 1.0
+    assert max(of_run, of_members.max()) < 1.0
 
 
 @example(members=[1000.0] * 18 + [-1000.0], side=1.0)  # the closest case: all but one on the run's side
@@ -70,52 +68,51 @@ def test_without_the_floor_errors_that_moved_starts_do_not_show_would_count():
 )
 def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, side):
     """A run just outside k u of the base, u the ensemble's, is farther out than every member left out."""
-    base, ensemble = 0.0, np.array(members)[:, None]
-    u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble - base).max(axis=0), 1e-3)
-    of_members, of_run = distances(ensemble, base + side * thresholds().k * u, u)
+    ensemble = np.array(members)[:, None]
+    u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble).max(axis=0), 1e-3)
+    of_members, of_run = distances(ensemble, side * thresholds().k * u, u)
     assert of_run >= of_members.max() * (1 - 1e-12)
 
 
 def test_two_families_are_clusters_and_errors_over_six_decades_are_not():
     rng = np.random.default_rng(7)
-    families = 1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < 12, 1e-6, 0.0)[:, None]
+    families, lonely = (
+        1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < count, 1e-6, 0.0)[:, None]
+        for count in (12, 1)
+    )
     assert clustered(families, np.full(30, 1e-8)).all()
     # Not where they are no farther apart than u, nor where only a straggler is: one run is no family.
     assert not clustered(families, np.full(30, 1e-5)).any()
-    lonely = 1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < 1, 1e-6, 0.0)[:, None]
     assert not clustered(lonely, np.full(30, 1e-8)).any()
     assert not clustered(families[:3], np.full(30, 1e-8)).any()
-    found = sum(clustered(heavy_tailed(rng, 99), np.full(20, 1e-10)).any() for _ in range(1000))
-    assert found <= 5
+    assert sum(clustered(heavy_tailed(rng, 99), np.full(20, 1e-10)).any() for _ in range(1000)) <= 5
     np.testing.assert_array_equal(split(families[:, 0]), np.arange(99) < 12)
-
-
-def contacts(*rows: tuple[str, float]) -> pd.DataFrame:
-    """Event tables with no more than corner and start."""
-    return pd.DataFrame(rows, columns=["corner", "start"])
 
 
 def test_the_first_contact_that_parts_two_groups_is_named():
     rng, window = np.random.default_rng(3), WINDOW * 0.4
 
     def run(*extra: tuple[str, float]) -> pd.DataFrame:
-        jitter = 0.2 * window * rng.uniform(-1.0, 1.0, 3)
         common = [("ll", 0.01), ("ul", 0.01), ("ll", 0.1)]
-        rows = [(corner, start + moved) for (corner, start), moved in zip(common, jitter, strict=True)]
-        return contacts(*rows, *extra)
+        moved = 0.2 * window * rng.uniform(-1.0, 1.0, 3)
+        rows = [(corner, start + by) for (corner, start), by in zip(common, moved, strict=True)]
+        return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
+
+    def parted(one, other, until=0.3):
+        return parting_contact((one, other), period=0.4, until=until)
 
     with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
     without = [run() for _ in range(20)]
-    found = parting_contact((without, with_contact), period=0.4, until=0.3)
+    found = parted(without, with_contact)
     assert (found.corner, found.having, found.sizes) == ("ul", (0, 5), (20, 5))
     assert found.start == pytest.approx(0.05)
     # A corner that the first run of either group does not touch parts them all the same.
     most = [run(), *with_contact[1:], *(run(("ul", 0.05)) for _ in range(6))]
     bare = [events[events["corner"] != "ul"] for events in without]
     most[0] = most[0][most[0]["corner"] != "ul"]
-    found = parting_contact((bare, most), period=0.4, until=0.3)
+    found = parted(bare, most)
     assert (found.corner, found.having) == ("ul", (0, 10))
     # What comes later is a consequence; and a contact that half of both have parts nothing.
-    assert parting_contact((without, with_contact), period=0.4, until=0.04) is None
+    assert parted(without, with_contact, 0.04) is None
     mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
-    assert parting_contact((mixed, mixed[::-1]), period=0.4, until=0.3) is None
+    assert parted(mixed, mixed[::-1]) is None
