@@ -1,47 +1,11 @@
-r"""Time averages over parts of the crank cycle, and what samples and cycles leave open of them.
+"""Time averages over parts of the crank cycle, and what samples and cycles leave open of them.
 
-**Samples.** Between them a signal is taken as linear: the trapezoidal rule, exactly over each part, whether
-or not its edges are samples. What that misses is estimated in two ways.
-
-- *Half the samples*, every second one, from the first or from the second: the average by all of them is the
-  mean of those by either half, so that it differs from these as much as it errs itself where the signal is
-  rough, and three times as much where it is smooth.
-- *The integral*: where that is sampled too, as the velocity is that of the acceleration, its change over an
-  interval is known, and with it what the trapezoidal rule makes of a pulse of which a sample shows nothing,
-  or of one that lasts less than an interval and is hit.
-
-Both are as often positive as negative where samples hit or miss short pulses. So they are taken by blocks of
-each part of each cycle, and squares add up; twice the root is stated, which holds 95 % of normal errors.
-Measured on the paper's cases and 60 random scenes, the share of parts in which beta by 120,000 samples a
-cycle lies within the stated error: of displacement and velocity 98 % on 100 samples a cycle, 99.5 % from 200
-on; of acceleration, whose pulses last a 2000th of a cycle, 96 % on 100, 98 % on 200, 99 % from 300 on where
-the table has the model's extrema, without them 83 % on 100, 91 % on 200, 94 % on 300, 99 % from 1000 on.
-
-**Cycles.** The errors of a run are locked to the crank: the angles are fixed, what is drawn are cycles, and
-only what differs *between* cycles at equal angle makes an average uncertain. With values x of shape (N
-cycles, J samples),
-
-.. math::
-
-    r_{cj} = x_{cj} - \bar x_{\cdot j}, \quad
-    \gamma_l = \frac{N}{N-1} \frac{1}{NJ} \sum_c \sum_j r_{cj} r_{c,j+l}, \quad
-    \mathrm{se}^2 = \frac{1}{NJ} \sum_{|l| < J} \lambda(l / M) \gamma_l
-
-with the flat-top window :math:`\lambda` (1 up to 1/2, then falling to 0 at 1) and its width M = 2 m after
-D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), the rule of the automatic block length of Politis and
-White (2004): m is the first lag after which the autocorrelation stays insignificant. Where it never does, all
-lags count in full and the sum is the variance of the cycles' averages. From `ENOUGH` cycles on these averages
-are the sample, and the same formula takes in what the cycles remember of each other. Of a part of one cycle
-nothing is known about others: there the mean of the part is subtracted, and what is locked to the crank
-counts as scatter, which makes the interval wider.
-
-Measured share of the 95 % intervals of a proportion that hold the truth, 100 samples a part, signals without
-memory, with memory up to a third of the part, with a course locked to the crank or a number of its own for
-every cycle: 93 to 100 % from five cycles on, 88 to 96 % of two, 79 to 99 % of one. Cycles that remember each
-other (correlation 0.6): 87 to 95 % from five on, 76 % of two. Excursions so rare that a few cycles show
-hardly any: 83 to 98 % from five on; a stationary bootstrap of the samples covers 9 to 59 % there, for it says
-[1, 1] where all samples are within the limit. Two cycles, all that the paper's scenes have, are few: no
-interval knows what a third one would have shown.
+Between samples a signal is linear. What that misses is estimated by every second sample, and, where the
+signal's integral is sampled too, by its change over an interval, which tells of pulses that samples miss.
+Both are as often positive as negative: they are taken by blocks of each part of each cycle, and squares add
+up. The errors of a run are locked to the crank: what is drawn are cycles, and only what differs between
+cycles at equal angle makes an average uncertain. The 95 % intervals hold the truth in 93 to 100 % of trials
+from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
 """
 
 from __future__ import annotations
@@ -54,52 +18,29 @@ from scipy.special import betaincinv, ndtri, stdtrit
 
 from comparison.tables.arrays import Array, BoolArray
 
-BLOCKS = 8
-"""Of a part in one cycle."""
-SAFETY = 2.0
-"""Of a normal error's deviation, 95 %."""
+BLOCKS = 8  # of a part in one cycle
+SAFETY = 2.0  # of a normal error's deviation, 95 %
 LEVEL = 0.95
 ENOUGH = 30
 """Cycles, from which on their averages are the sample."""
-ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
-"""Of the largest value: an average and a subtraction."""
+ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: an average and a subtraction
 
 
 def part_edges(end: float, period: float, count: int) -> Array:
-    """Return the edges of the parts that a run covers one after the other, s, from 0.
+    """Return the edges (s) of the parts, ``count`` a cycle, that a run to ``end`` covers.
 
-    Parameters
-    ----------
-    end
-        Of the run, s.
-    period
-        Of a crank cycle, s.
-    count
-        Equal parts of a cycle.
-
-    Returns
-    -------
-    edges
-        Shape (n + 1,): n whole parts; of a run shorter than a cycle also its last, incomplete one.
+    Whole parts; of a run shorter than a cycle also its last, incomplete one.
     """
     width = period / count
     whole = int(end / width + 1e-9)
     edges = width * np.arange(whole + 1)
-    is_incomplete = whole < count and end > edges[-1] + 1e-9 * width
-    return np.append(edges, [end] if is_incomplete else [])
+    return np.append(edges, [end] if whole < count and end > edges[-1] + 1e-9 * width else [])
 
 
 def integrals(time: Array, values: Array, edges: Array) -> Array:
-    """Return the integrals between successive edges of what is linear between samples, shape (..., m).
+    """Return the integrals between m + 1 edges of what is linear between samples, shape (..., m).
 
-    Parameters
-    ----------
-    time
-        Of the samples, s, strictly increasing, shape (n,), n >= 2.
-    values
-        Shape (..., n).
-    edges
-        Within the samples' span but for rounding, s, shape (m + 1,).
+    Times increase, shape (n,), n >= 2, and span the edges but for rounding; values have shape (..., n).
     """
     step = np.diff(time)
     total = np.zeros(values.shape)
@@ -111,10 +52,7 @@ def integrals(time: Array, values: Array, edges: Array) -> Array:
 
 
 def halved(time: Array, values: Array, edges: Array) -> Array:
-    """Return by how much the integrals of each block change with either half of the samples.
-
-    Parameters as of `integrals`, with the edges of n parts; shape (..., n, 2 BLOCKS).
-    """
+    """Return by how much integrals over blocks change with either half of the samples, (..., n, 2 BLOCKS)."""
     changes = []
     for half in (slice(None, None, 2), slice(1, None, 2)):
         rows = [np.interp(time, time[half], row[half]) for row in values.reshape(-1, time.size)]
@@ -124,11 +62,7 @@ def halved(time: Array, values: Array, edges: Array) -> Array:
 
 
 def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Array:
-    """Return by how much the change of a signal's integral exceeds the integral of its size over each block.
-
-    Parameters as of `integrals`, with the edges of n parts; ``primitive`` is what the signal is the rate of.
-    Shape (n, BLOCKS).
-    """
+    """Return by how much a primitive changes more than by the integral of the size of its rate, by blocks."""
     sizes = np.abs(values)
     excess = np.abs(np.diff(primitive)) - 0.5 * np.diff(time) * (sizes[1:] + sizes[:-1])
     total = np.concatenate([[0.0], np.cumsum(excess)])
@@ -138,7 +72,7 @@ def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Arra
 def quadrature_error(halves: Array, excess: Array) -> float:
     """Return the error (95 %) that samples leave of the average over one part of N cycles.
 
-    From what `halved` and `mismatch` give of them, over the part's length, shapes (N, 2 BLOCKS), (N, BLOCKS).
+    From `halved` and `mismatch` over the part's length, shapes (N, 2 BLOCKS), (N, BLOCKS).
     """
     # Either half of the samples tells the same, so that of 2 BLOCKS squares half the sum counts.
     root = np.sqrt(0.5 * np.sum(halves**2)) + np.sqrt(np.sum(excess**2))
@@ -146,26 +80,29 @@ def quadrature_error(halves: Array, excess: Array) -> float:
 
 
 class StandardError(NamedTuple):
-    """Of an average; the fields have the leading shape of the values."""
+    """Of an average, with its degrees of freedom, and how many independent values the average is worth."""
 
     error: Array
-    """In the unit of the values."""
     freedom: Array
-    """Degrees of freedom of the estimate: as many independent pieces as the correlation leaves."""
     independent: Array
-    """How many independent values the average is worth."""
 
 
 def standard_error(values: Array) -> StandardError:
-    """Estimate the standard error of the average of a part's samples, cycle by cycle, shape (..., N, J)."""
+    """Estimate the standard error of the average of a part's samples, cycle by cycle, shape (..., N, J).
+
+    From the autocovariances of what differs from the cycles' mean at equal angle, in a flat-top window after
+    D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), twice as wide as the correlation is significant.
+    Where it never ends, all lags count in full and the sum is the variance of the cycles' averages; from
+    `ENOUGH` cycles on these are the sample. Of one cycle the mean of the part is subtracted: what is locked
+    to the crank counts as scatter.
+    """
     drawn = values.shape[-2]
     if drawn >= ENOUGH:
         values = values.mean(-1)[..., None, :]
     cycles, length = values.shape[-2:]
     count = cycles * length
     several = cycles > 1
-    locked = values.mean(-2 if several else -1, keepdims=True)
-    residuals = values - locked
+    residuals = values - values.mean(-2 if several else -1, keepdims=True)
     # What repeats exactly leaves the rounding of its average, which would pass for noise.
     largest = np.abs(values).max((-2, -1), keepdims=True)
     residuals = np.where(np.abs(residuals) <= ROUND_OFF * largest, 0.0, residuals)
@@ -194,30 +131,12 @@ def half_width(estimate: StandardError) -> Array:
     return np.asarray(stdtrit(estimate.freedom, 0.5 + LEVEL / 2.0) * estimate.error)
 
 
-class Proportion(NamedTuple):
-    """A share of the samples and its interval; the fields have the leading shape of the values."""
+def proportion(within: BoolArray, errors: Array) -> tuple[Array, Array]:
+    """Return the interval of the share of the samples that are within a limit, shape (..., N, J).
 
-    share: Array
-    low: Array
-    high: Array
-
-
-def proportion(within: BoolArray, errors: Array) -> Proportion:
-    """Return the share of the samples that are within a limit, with its interval.
-
-    Parameters
-    ----------
-    within
-        Which samples are, shape (..., N, J).
-    errors
-        What the limit is set to, of that shape: where all samples are on one side, they alone tell how many
-        independent values these are.
-
-    Notes
-    -----
-    The interval of Clopper and Pearson at the effective number of samples share (1 - share) / se^2, less for
-    the few degrees of freedom of se: E. L. Korn and B. I. Graubard (Surv. Methodol. 24, 1998, 193-201). Where
-    all samples are within, n independent ones leave 1 - 0.025^(1/n) open.
+    That of Clopper and Pearson at the effective number of samples share (1 - share) / se^2, less for the few
+    degrees of freedom of se: E. L. Korn and B. I. Graubard (Surv. Methodol. 24, 1998, 193-201). Where all
+    samples are on one side, the ``errors`` that the limit is set to tell how many independent ones these are.
     """
     estimate = standard_error(within.astype(np.float64))
     share = within.mean((-2, -1))
@@ -231,19 +150,15 @@ def proportion(within: BoolArray, errors: Array) -> Proportion:
     outside = effective - inside
     low = np.where(inside > 0.0, betaincinv(np.maximum(inside, 1e-300), outside + 1.0, tail), 0.0)
     high = np.where(outside > 0.0, betaincinv(inside + 1.0, np.maximum(outside, 1e-300), 1.0 - tail), 1.0)
-    return Proportion(share, low, high)
+    return low, high
 
 
 def _blocks(edges: Array) -> Array:
-    """Return the edges of `BLOCKS` equal blocks of each of n parts, shape (n BLOCKS + 1,)."""
     return np.interp(np.arange((edges.size - 1) * BLOCKS + 1) / BLOCKS, np.arange(edges.size), edges)
 
 
 def _memory(covariance: Array, count: int) -> NDArray[np.intp]:
-    """Return the lag after which the autocorrelation is insignificant; the number of lags where it never is.
-
-    Politis (2003): the first m with |rho| < 2 sqrt(log10(n) / n) at the next K = max(5, sqrt(log10 n)) lags.
-    """
+    """Return the lag after which the autocorrelation is insignificant; where it never is, their number."""
     length = covariance.shape[-1]
     seldom = length / (length - np.arange(length))  # a lag has the fewer pairs, the longer it is
     with np.errstate(divide="ignore", invalid="ignore"):

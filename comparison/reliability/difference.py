@@ -1,21 +1,10 @@
-r"""Difference of two models' reliabilities and its significance, and what is run for it.
+"""Difference of two models' reliabilities and its significance, and what is run for it.
 
-Both models compute the same press from the same start, so their difference D has three sources of
-uncertainty:
-
-- *numerical*: the reliability is also evaluated from the finer, the coarser and the perturbed runs of each
-  model, and their distances give u as those of any channel do (`comparison.accuracy.uncertainty`). Where
-  neighbouring runs diverge, the reliability of a perturbed run is that of another trajectory, which u
-  includes. The ideal mechanism's own error enters in the same way, by a coarser run of it.
-- *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
-  one instant belong together: the standard error is that of the average of the difference of what each error
-  changes (`comparison.reliability.assessment.sensitivity`), bin by bin; nothing is left where both follow one
-  course. Where the smallest reliabilities of the two are in different bins there are no pairs, and the
-  squares of both add up.
-- *quadrature*: what the samples leave open of time averages (`comparison.reliability.averages`), paired too.
-
-The interval is :math:`D \pm \sqrt{s^2 + (k u)^2 + q^2}` with s and q the half-widths of 95 % and k = 2 as for
-any channel.
+It has three uncertainties, whose squares add up. Numerical: the distances of the reliabilities from the
+finer, the coarser and the perturbed runs of each model, and from a coarser ideal mechanism, as those of any
+channel (`comparison.accuracy.uncertainty`). Sampling: how far it would move with other cycles, paired, since
+the errors of both models at one instant belong together. Quadrature: what the samples leave open of time
+averages, paired too. Where the smallest reliabilities of the two are in different bins there are no pairs.
 """
 
 from __future__ import annotations
@@ -39,37 +28,23 @@ from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 
 MARGIN = 1e-3
-"""Of reliability: an interval that reaches further leaves it undecided whether two models agree. It is of the
-size by which the paper's cases differ."""
+"""Of reliability: an interval that reaches further leaves it undecided whether two models agree."""
 STEPS = 10_000
-"""Exudyn's steps per crank cycle of an ideal mechanism, fixed. Constraints alone move it: positions are right
-to 1e-12 m whatever the step, velocities to 1e-7 m/s and accelerations to 5e-7 m/s^2 at 150 rpm (of order
-step^2), measured against the closed form. The step of 2e-6 s for a clearance would cost twenty times as much.
-"""
+"""Exudyn's steps per crank cycle of an ideal mechanism: positions err by 1e-12 m, velocities by 1e-7 m/s and
+accelerations by 5e-7 m/s^2 at 150 rpm (measured against the closed form)."""
 DENSE = 10_000
-"""Samples per crank cycle at least, of which the reliability is computed: contacts last some 5 intervals. On
-1,000 R of the central case's acceleration is wrong by 4e-4, on these by 6e-7."""
+"""Samples per crank cycle at least: of the central case R errs by 6e-7 (acceleration), on 1,000 by 4e-4."""
 MOST = 400_000
-"""Samples of a run at most, some 80 MB: of a run of more than 40 cycles fewer are taken a cycle."""
+"""Samples of a run at most, some 80 MB."""
 _WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One quantity's reliability in two models; arrays of shape (k bins,).
+    """One quantity's reliability in two models.
 
-    Attributes
-    ----------
-    a, b
-        Each model's.
-    curve
-        R_a - R_b in each bin.
-    curve_half_width
-        Of its interval, all sources together; nan where a model has no numerical uncertainty.
-    minimum
-        The smallest of R_a's bins less the smallest of R_b's.
-    sampling, numerical, quadrature
-        Half-widths of its interval by source; the second nan as above.
+    ``curve`` is R_a - R_b in each bin, ``minimum`` the difference of the smallest, both with half-widths of
+    their intervals, nan where a model has no numerical uncertainty.
     """
 
     a: Assessment
@@ -88,11 +63,7 @@ class Difference:
 
     @property
     def verdict(self) -> str:
-        """Verdict by the interval.
-
-        ``"differ"``: it does not hold zero. ``"agree"``: it does, and reaches no further than `MARGIN`.
-        ``"undecided"``: it does, but reaches further, or there is none.
-        """
+        """Whether the interval excludes zero, is within `MARGIN`, or neither."""
         if abs(self.minimum) > self.half_width:
             return "differ"
         return "agree" if abs(self.minimum) + self.half_width <= MARGIN else "undecided"
@@ -109,17 +80,7 @@ class FailedRun:
 
 @dataclass(frozen=True)
 class ReliabilityComparison:
-    """A scene's reliability in two models.
-
-    Attributes
-    ----------
-    settings
-        ``[reliability]`` of the scene.
-    quantities
-        Quantity -> its reliabilities; empty where there is no ideal mechanism to measure errors against.
-    missing
-        What prevented it then.
-    """
+    """A scene's reliability in two models, by quantity, or what prevented it."""
 
     settings: Settings
     quantities: dict[str, Difference] = field(default_factory=dict)
@@ -127,7 +88,7 @@ class ReliabilityComparison:
 
     @property
     def verdict(self) -> str:
-        """The worst of the quantities': differ, undecided, agree; ``"undecided"`` where there is none."""
+        """The worst of the quantities'; "undecided" where there is none."""
         verdicts = {difference.verdict for difference in self.quantities.values()} or {"undecided"}
         return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in verdicts)
 
@@ -146,28 +107,21 @@ def dense_scene(scene: Scene) -> Scene:
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the same scene with ideal joints, by its name in `comparison.accuracy.uncertainty.Runs`.
+    """Return the same scene with ideal joints: "base" and, where the model can be refined, "coarser".
 
-    Speed and bodies are the scene's, samples those of `dense_scene`, but a coarser run's the scene's. What
-    does not affect a motion that the drive alone prescribes is set to one value, also gravity and the
-    settings of our two models: scenes that differ in nothing else share the run. The reference model has a
-    closed form of the ideal mechanism; Exudyn moves its five bodies, in `STEPS` steps per cycle. An installed
-    model keeps its settings.
-
-    Returns
-    -------
-    scenes
-        ``"base"`` and, where the model can be refined, ``"coarser"``, which gives its uncertainty.
+    Samples are those of `dense_scene`, but a coarser run's the scene's. What does not affect a motion that
+    the drive alone prescribes is set to one value, also the settings of our two models: scenes that differ in
+    nothing else share the run. The reference has a closed form of the ideal mechanism; Exudyn moves its five
+    bodies, in `STEPS` steps per cycle. An installed model keeps its settings.
     """
     base = load_scene(BASE).data
-    values: dict[str, object] = {
-        f"{section}.{key}": value for section in _WITHOUT_MEANING for key, value in base[section].items()
+    sections = {section: base[section] for section in _WITHOUT_MEANING} | {
+        "solver.reference": ReferenceSolver().model_dump(),
+        "solver.exudyn": ExudynSolver(step=scene.period / STEPS).model_dump(),
     }
-    for name, solver in (
-        ("reference", ReferenceSolver()),
-        ("exudyn", ExudynSolver(step=scene.period / STEPS)),
-    ):
-        values |= {f"solver.{name}.{key}": value for key, value in solver.model_dump().items()}
+    values: dict[str, object] = {
+        f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()
+    }
     values |= {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
     ideal = scene.variant(values)
     coarse = coarser(model, ideal)
@@ -183,32 +137,11 @@ def compare_reliability(
     k: float,
     start: float = 0.0,
 ) -> dict[str, Difference]:
-    """Compare the reliabilities of two models.
+    """Compare the reliabilities of two models, by quantity: those whose channels the tables hold.
 
-    Parameters
-    ----------
-    runs
-        Of each model; without a finer run it has no numerical uncertainty.
-    ideals
-        The ideal mechanism by each model; a coarser run beside it gives its uncertainty.
-    period
-        Of a crank cycle, s.
-    settings
-        ``[reliability]`` of the scene.
-    k
-        How many numerical uncertainties explain a difference.
-    start
-        Of the first cycle that counts, s.
-
-    Returns
-    -------
-    differences
-        By quantity: those whose channels the tables hold.
-
-    Raises
-    ------
-    TableError
-        If the tables cannot be compared with the ideal mechanism's (`slider_errors`) or with each other.
+    Of each model's runs (without a finer one it has no numerical uncertainty) and of the ideal mechanism by
+    it (a coarser run gives its uncertainty). ``k`` numerical uncertainties explain a difference; the first
+    cycle that counts starts at ``start`` (s). A `TableError` if the tables cannot be compared.
     """
 
     def assessed(table: Table, ideal: Table) -> dict[str, Assessment]:
@@ -219,11 +152,8 @@ def compare_reliability(
         by_run = {kind: assessed(table, ideal.base) for kind, table in _others(runs)}
         by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal)}
         return {
-            quantity: np.hypot(
-                _uncertainty(base, {kind: by[quantity] for kind, by in by_run.items()}, runs),
-                _uncertainty(base, {kind: by[quantity] for kind, by in by_ideal.items()}, ideal),
-            )
-            for quantity, base in own.items()
+            name: np.hypot(_uncertainty(name, base, by_run, runs), _uncertainty(name, base, by_ideal, ideal))
+            for name, base in own.items()
         }
 
     first, second = (assessed(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
@@ -235,12 +165,8 @@ def compare_reliability(
     for quantity, a in first.items():
         b = second[quantity]
         wide = k * np.hypot(u_first[quantity], u_second[quantity])
-        left = [
-            of_a.less(of_b, density_a, density_b)
-            for of_a, of_b, density_a, density_b in zip(
-                a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True
-            )
-        ]
+        bins = zip(a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True)
+        left = [of_a.less(of_b, density_a, density_b) for of_a, of_b, density_a, density_b in bins]
         sampling = np.array([part.sampling for part in left])
         quadrature = np.array([part.quadrature for part in left])
         paired = a.worst == b.worst
@@ -258,7 +184,6 @@ def compare_reliability(
 
 
 def _apart(a: Assessment, b: Assessment, source: str) -> float:
-    """Return the half-width of the difference of the smallest reliabilities, in bins of their own."""
     parts = (model.density[model.worst] * getattr(model.left_open[model.worst], source) for model in (a, b))
     return float(np.hypot(*parts))
 
@@ -269,10 +194,11 @@ def _others(runs: Runs) -> Iterator[tuple[str, Table]]:
             yield kind, table
 
 
-def _uncertainty(base: Assessment, others: dict[str, Assessment], runs: Runs) -> Array:
-    """Evaluate u in every bin and of the smallest from the available runs; nan if there is no other."""
+def _uncertainty(
+    quantity: str, base: Assessment, others: dict[str, dict[str, Assessment]], runs: Runs
+) -> Array:
     own = np.append(base.reliability, base.minimum)
-    known = {kind: np.append(other.reliability, other.minimum) for kind, other in others.items()}
+    known = {kind: np.append(by[quantity].reliability, by[quantity].minimum) for kind, by in others.items()}
     if not known:
         return np.full(own.shape, np.nan)
     finer = known.get("finer", own)  # without one the coarser run decides alone

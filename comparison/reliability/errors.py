@@ -20,31 +20,20 @@ PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}
 
 @dataclass(frozen=True)
 class Peak:
-    """An error of largest size."""
+    """An error of largest size, signed, and its instant, s."""
 
     value: float
-    """Signed."""
     time: float
-    """s."""
     error: float = 0.0
     """By which the largest size may exceed its own between samples, where it is concave."""
 
 
 @dataclass(frozen=True)
 class SliderErrors:
-    """Errors at the times of the result.
+    """Errors at the times (s) of the result from the start of the first cycle that counts, shape (n,).
 
-    Attributes
-    ----------
-    time
-        From the start of the first cycle that counts, s, shape (n,).
-    period
-        Of a crank cycle, s.
-    by_channel
-        Channel -> actual - ideal in its unit, shape (n,).
-    between
-        Channel -> times and errors where the model has its extrema, of each cycle or of the whole run, shape
-        (2, m): they need not be samples.
+    ``by_channel``: actual less ideal. ``between``: times and errors where the model has its extrema, of each
+    cycle or of the whole run, shape (2, m): they need not be samples.
     """
 
     time: Array
@@ -53,13 +42,7 @@ class SliderErrors:
     between: dict[str, Array]
 
     def peak(self, channel: str, start: float = -np.inf, end: float = np.inf) -> Peak:
-        """Return the error of largest size from ``start`` to ``end`` (s), between samples too.
-
-        Raises
-        ------
-        TableError
-            If there is no sample in that time.
-        """
+        """Return the error of largest size from ``start`` to ``end`` (s), between samples too."""
         slack = SAME_GRID * self.period
         samples, extrema = (
             points[:, (points[0] >= start - slack) & (points[0] <= end + slack)]
@@ -102,21 +85,10 @@ def slider_errors(
     start: float = 0.0,
     names: Sequence[str] = tuple(QUANTITIES.values()),
 ) -> SliderErrors:
-    """Return the errors of a result against the ideal mechanism's.
+    """Return the errors of a result against the ideal mechanism's, from a start (s) on.
 
     Both may be any tables that start at the crank's start; the ideal motion is smooth, and interpolated to
-    the times of the result.
-
-    Parameters
-    ----------
-    actual, ideal
-        With some of the channels ``names``: the second must hold all of them that the first does.
-    period
-        Of a crank cycle, s.
-    start
-        Of the first cycle that counts, s.
-    names
-        Channels.
+    the times of the result. It must hold all of the channels ``names`` that the result does.
 
     Raises
     ------
@@ -154,13 +126,10 @@ def _extrema(table: Table, name: str) -> tuple[Array, Array]:
     """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
     parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
     whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
-    held = next(
-        (columns for columns in (table.cycle_extrema or {}, whole) if columns.keys() >= set(parts)), None
-    )
+    held = next((of for of in (table.cycle_extrema or {}, whole) if of.keys() >= set(parts)), None)
     if held is None:
         return np.empty(0), np.empty(0)
-    of_min, of_max, low, high = (np.array(held[part], dtype=np.float64) for part in parts)
-    times, values = np.concatenate([of_min, of_max]), np.concatenate([low, high])
+    times, values = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)
     known = np.isfinite(times) & np.isfinite(values)
     return times[known], values[known]
 

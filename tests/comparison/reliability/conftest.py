@@ -20,17 +20,12 @@ def press() -> Callable[..., Table]:
     Then without the velocity, of which it would not be the rate any more.
     """
 
-    def make(error: object = 0.0, cycles: float = 2, per_cycle: int = 1000, displaced: object = 0.0) -> Table:
+    def make(error: object = 0.0, cycles: float = 2, per_cycle: int = 1000) -> Table:
         time = np.arange(round(cycles * per_cycle) + 1) * (PERIOD / per_cycle)
         phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
-        columns = {
-            "time": time,
-            "slider_y": 0.1 * np.cos(phase) + displaced,
-            "slider_vy": -0.1 * w * np.sin(phase),
-            "slider_ay": -0.1 * w**2 * np.cos(phase) + error,
-        }
-        if np.any(error):
-            del columns["slider_vy"]
-        return Table(pd.DataFrame(columns))
+        columns = {"time": time, "slider_y": 0.1 * np.cos(phase)}
+        if not np.any(error):
+            columns["slider_vy"] = -0.1 * w * np.sin(phase)
+        return Table(pd.DataFrame(columns | {"slider_ay": -0.1 * w**2 * np.cos(phase) + error}))
 
     return make

@@ -19,6 +19,20 @@ from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene.schema import AccelerationLimits, Limits, Reliability
 
 PHI_3 = 0.9986501020
+PERIOD = 0.4
+LIMIT = 80.0
+
+
+@pytest.fixture
+def assessed(press):
+    """Assess the acceleration of a press with an error."""
+
+    def assessed(error, per_cycle=1000, cycles=2, upper=LIMIT, lower=0.0, **changes):
+        settings = Reliability(acceleration=AccelerationLimits(lower=lower, upper=upper), **changes)
+        tables = (press(of, cycles, per_cycle) for of in (error, 0.0))
+        return assess(slider_errors(*tables, PERIOD), settings)["acceleration"]
+
+    return assessed
 
 
 def test_without_error_the_reliability_is_phi_of_3_whatever_the_upper_limit():
@@ -35,20 +49,13 @@ def test_a_normal_error_of_known_moments_gives_the_probability_that_strength_exc
     count = 200_000
     errors = mean + deviation * norm.ppf((np.arange(count) + 0.5) / count)
     found = float(reliability(limits, errors.mean(), errors.std()))
-    strength, spread = 3.5, 1.0
-    exact = float(norm.cdf((strength - mean) / np.hypot(spread, deviation)))
+    exact = float(norm.cdf((3.5 - mean) / np.hypot(1.0, deviation)))
     # The tails beyond the outermost midpoints lack some 1e-5 of the variance.
     assert found == pytest.approx(exact, abs=1e-5)
     # And it is a probability: the share of pairs in which the strength is the larger.
     rng = np.random.default_rng(2)
-    drawn = rng.normal(strength, spread, count) > rng.normal(mean, deviation, count)
+    drawn = rng.normal(3.5, 1.0, count) > rng.normal(mean, deviation, count)
     assert drawn.mean() == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / count))
-
-
-def test_a_change_of_unit_changes_nothing():
-    one = reliability(Limits(lower=1e-5, upper=2e-4), 2e-5, 1e-5)
-    other = reliability(Limits(lower=1e-2, upper=0.2), 2e-2, 1e-2)
-    assert one == pytest.approx(other, rel=1e-14)
 
 
 @pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.3, 5.0), (0.0, 4.0), (-0.5, 3.0)])
@@ -73,22 +80,16 @@ def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_thei
         square = mean**2 + deviation**2 + by_square
         return float(reliability_index(limits, mean + by_mean, np.sqrt(square - (mean + by_mean) ** 2)))
 
-    found = sensitivity(limits, mean, deviation)
     # Central differences leave h^2; round-off 1e-16 / h.
-    assert found[0] == pytest.approx((index(h, 0) - index(-h, 0)) / (2 * h), rel=1e-8)
-    assert found[1] == pytest.approx((index(0, h) - index(0, -h)) / (2 * h), rel=1e-8)
-
-
-PERIOD = 0.4
-LIMIT = 80.0
-SETTINGS = Reliability(acceleration=AccelerationLimits(upper=LIMIT))
+    known = [(index(h, 0) - index(-h, 0)) / (2 * h), (index(0, h) - index(0, -h)) / (2 * h)]
+    assert sensitivity(limits, mean, deviation) == pytest.approx(known, rel=1e-8)
 
 
 def test_zero_error_is_at_the_cap_in_every_bin_of_every_quantity(press):
-    found = assess(slider_errors(press(), press(), PERIOD), SETTINGS)
+    found = assess(slider_errors(press(), press(), PERIOD), Reliability())
     assert list(found) == list(QUANTITIES) == ["displacement", "velocity", "acceleration"]
     for quantity in found.values():
-        assert quantity.reliability == pytest.approx(np.full(10, 0.9986501020), abs=5e-11)
+        assert quantity.reliability == pytest.approx(np.full(10, PHI_3), abs=5e-11)
         assert quantity.minimum == quantity.cap
         assert quantity.capped.all()
         assert not quantity.half_width.any()
@@ -97,22 +98,23 @@ def test_zero_error_is_at_the_cap_in_every_bin_of_every_quantity(press):
         assert quantity.within_low == pytest.approx(np.full(10, np.sqrt(0.025)), rel=1e-9)
 
 
-def test_a_constant_error_has_the_closed_form_and_its_sign_counts_only_if_asked(press):
-    cap = 0.9986501020
-    for error, errors, beta in ((8.0, "absolute", 2.4), (-8.0, "absolute", 2.4), (-8.0, "signed", 3.6)):
-        settings = SETTINGS.model_copy(update={"errors": errors})
-        found = assess(slider_errors(press(error), press(), PERIOD), settings)["acceleration"]
+def test_a_constant_error_has_the_closed_form_and_its_sign_counts_only_if_asked(assessed):
+    for error, errors, mean in ((8.0, "absolute", 8.0), (-8.0, "absolute", 8.0), (-8.0, "signed", -8.0)):
+        found = assessed(error, errors=errors)
         # 80 m/s^2: (40 - 8) / (80 / 6).
-        assert found.reliability == pytest.approx(np.full(10, ndtr(beta)), rel=1e-12)
-        assert found.minimum != pytest.approx(cap, abs=1e-5)
+        assert found.reliability == pytest.approx(np.full(10, ndtr((40 - mean) * 6 / 80)), rel=1e-12)
+        assert found.mean == pytest.approx(np.full(10, mean), rel=1e-12)
         assert not found.capped.any()
-        assert found.mean == pytest.approx(np.full(10, 8.0 if errors == "absolute" else -8.0), rel=1e-12)
+    found = assessed(2.0, lower=1.0, upper=9.0, bins=4)
+    assert found.angle.tolist() == [90.0, 180.0, 270.0, 360.0]
+    assert found.reliability == pytest.approx(np.full(4, ndtr((5.0 - 2.0) / (8.0 / 6.0))), rel=1e-12)
+    for error in (90.0, -90.0):  # outside the limit to either side
+        assert assessed(error).within.tolist() == [0.0] * 10
 
 
-def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(press):
+def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(assessed):
     angle = np.arange(2001) * 0.36 % 360.0
-    error = np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0)
-    found = assess(slider_errors(press(error), press(), PERIOD), SETTINGS)["acceleration"]
+    found = assessed(np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0))
     assert found.angle[found.worst] == 108.0
     assert found.cycles.tolist() == [2] * 10
     # 22 samples of 100 intervals of 0.36 degrees, from 100.08 to 107.64.
@@ -125,42 +127,23 @@ def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(press):
     assert found.within_high[found.worst] - found.within[found.worst] >= 0.01
 
 
-def test_known_signals_have_their_exact_moments(press):
+@pytest.mark.parametrize("per_cycle", [300, 333, 1000, 10_000])
+def test_known_signals_have_their_exact_moments(per_cycle, assessed):
     """A ramp in every part of the cycle, and a sine over all of it."""
-    whole = Reliability(bins=1, errors="signed", acceleration=AccelerationLimits(upper=LIMIT))
-    for per_cycle in (300, 333, 1000, 10_000):
-        ideal = press(per_cycle=per_cycle)
-        phase = ideal.time / PERIOD % 1.0
-        sine = 30.0 * np.sin(2 * np.pi * phase) + 5.0
-        found = assess(slider_errors(press(sine, per_cycle=per_cycle), ideal, PERIOD), whole)["acceleration"]
-        # The trapezoidal rule over whole periods is exact.
-        assert found.mean == pytest.approx([5.0], rel=1e-12)
-        assert found.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
-        ramp = np.append(phase[:-1], 1.0)
-        found = assess(slider_errors(press(10.0 + ramp, per_cycle=per_cycle), ideal, PERIOD), SETTINGS)
-        of = found["acceleration"]
-        # In a part it rises by a tenth; where it falls back to zero, between two samples, the last one errs.
-        assert of.mean[1:-1] == pytest.approx(10.15 + 0.1 * np.arange(8), rel=1e-12)
-        # Squares are not linear: h^2 / 6 too much of an interval h, of a part of one less. Round-off of 10^2.
-        variance = of.deviation[1:-1] ** 2 - 0.01 / 12
-        assert np.all((variance >= -1e-11) & (variance <= 1 / 6 / per_cycle**2 * 1.02 + 1e-11))
+    phase = np.arange(2 * per_cycle + 1) / per_cycle % 1.0
+    found = assessed(30.0 * np.sin(2 * np.pi * phase) + 5.0, per_cycle, bins=1, errors="signed")
+    # The trapezoidal rule over whole periods is exact.
+    assert found.mean == pytest.approx([5.0], rel=1e-12)
+    assert found.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
+    of = assessed(10.0 + np.append(phase[:-1], 1.0), per_cycle)
+    # In a part it rises by a tenth; where it falls back to zero, between two samples, the last one errs.
+    assert of.mean[1:-1] == pytest.approx(10.15 + 0.1 * np.arange(8), rel=1e-12)
+    # Squares are not linear: h^2 / 6 too much of an interval h, of a part of one less. Round-off of 10^2.
+    variance = of.deviation[1:-1] ** 2 - 0.01 / 12
+    assert np.all((variance >= -1e-11) & (variance <= 1 / 6 / per_cycle**2 * 1.02 + 1e-11))
 
 
-def test_an_error_to_either_side_is_outside_the_limit(press):
-    for error in (90.0, -90.0):
-        found = assess(slider_errors(press(error), press(), PERIOD), SETTINGS)["acceleration"]
-        assert found.within.tolist() == [0.0] * 10
-
-
-def test_limits_and_bins_are_the_scenes(press):
-    settings = Reliability(bins=4, acceleration=AccelerationLimits(lower=1.0, upper=9.0))
-    found = assess(slider_errors(press(2.0), press(), PERIOD), settings)["acceleration"]
-    assert found.angle.tolist() == [90.0, 180.0, 270.0, 360.0]
-    assert found.reliability == pytest.approx(np.full(4, ndtr((5.0 - 2.0) / (8.0 / 6.0))), rel=1e-12)
-
-
-def test_a_part_of_a_cycle_fills_the_first_bin_as_far_as_it_goes(press):
-    found = assess(slider_errors(press(5.0, cycles=0.06), press(cycles=0.06), PERIOD), SETTINGS)
-    assert found["acceleration"].angle.tolist() == [36.0]
-    assert found["acceleration"].cycles.tolist() == [1]
-    assert found["acceleration"].mean == pytest.approx([5.0], rel=1e-12)
+def test_a_part_of_a_cycle_fills_the_first_bin_as_far_as_it_goes(assessed):
+    found = assessed(5.0, cycles=0.06)
+    assert (found.angle.tolist(), found.cycles.tolist()) == ([36.0], [1])
+    assert found.mean == pytest.approx([5.0], rel=1e-12)

@@ -34,11 +34,15 @@ SETTINGS = Reliability(acceleration=AccelerationLimits(upper=LIMIT))
 K = 2.0
 
 
-def compared(a, b, ideal):
-    """The difference of the accelerations' reliabilities; runs or tables."""
+def both(a, b, ideal):
+    """The differences of all quantities; runs or tables."""
     sides = tuple(of if isinstance(of, Runs) else Runs(of, of) for of in (a, b))
     ideals = ideal if isinstance(ideal, tuple) else (Runs(ideal, ideal),) * 2
-    return compare_reliability(sides, ideals, PERIOD, SETTINGS, K)["acceleration"]
+    return compare_reliability(sides, ideals, PERIOD, SETTINGS, K)
+
+
+def compared(a, b, ideal):
+    return both(a, b, ideal)["acceleration"]
 
 
 def exact(error):
@@ -46,32 +50,36 @@ def exact(error):
     return float(ndtr((LIMIT / 2 - error) / (LIMIT / 6)))
 
 
-def test_equal_results_agree_and_leave_nothing_open(press):
-    found = compared(press(8.0), press(8.0), press())
-    assert (found.minimum, found.sampling, found.verdict) == (0.0, 0.0, "agree")
-    assert found.numerical < 1e-14
-    assert not found.curve.any()
-
-
-def test_a_difference_that_neither_numerics_nor_cycles_explain_is_one(press):
-    found = compared(press(8.0), press(8.1), press())
-    assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=1e-9)
-    assert found.curve == pytest.approx(np.full(10, exact(8.0) - exact(8.1)), rel=1e-9)
-    assert found.verdict == "differ"
+def test_equal_results_agree_and_a_difference_that_neither_numerics_nor_cycles_explain_is_one(press):
+    same = compared(press(8.0), press(8.0), press())
+    assert (same.minimum, same.sampling, same.verdict) == (0.0, 0.0, "agree")
+    assert same.numerical < 1e-14
+    assert not same.curve.any()
+    for per_cycle, rel in ((1000, 1e-9), (333, 1e-6)):  # on its own grid and on another
+        found = compared(press(8.0), press(8.1, per_cycle=per_cycle), press())
+        assert found.curve == pytest.approx(np.full(10, exact(8.0) - exact(8.1)), rel=rel)
+        assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=rel)
+        assert found.verdict == "differ"
+    with pytest.raises(TableError, match="other parts of the cycles"):
+        compared(press(), press(cycles=3), press(cycles=3))
 
 
 def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechanism(press):
     base = press(8.0)
-    finer = compared(Runs(base, press(8.01)), Runs(base, base), press())
+    same = Runs(base, base)
+
+    def perturbed(**runs):
+        return compared(Runs(base, base, coarser=base, **runs), same, press())
+
     # Two levels that show no order: three times their distance, k = 2.
+    finer = compared(Runs(base, press(8.01)), same, press())
     assert finer.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.01)), rel=1e-9)
-    perturbed = compared(Runs(base, base, perturbed=press(8.2), coarser=base), Runs(base, base), press())
-    assert perturbed.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
-    assert perturbed.verdict == "undecided"
-    assert perturbed.half_width > MARGIN
+    one = perturbed(perturbed=press(8.2))
+    assert one.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
+    assert one.verdict == "undecided"
+    assert one.half_width > MARGIN
     # Of two perturbed runs the farther one counts.
-    both = Runs(base, base, perturbed=press(8.2), other_perturbed=press(7.7), coarser=base)
-    farther = compared(both, Runs(base, base), press())
+    farther = perturbed(perturbed=press(8.2), other_perturbed=press(7.7))
     assert farther.numerical == pytest.approx(K * 3 * (exact(7.7) - exact(8.0)), rel=1e-9)
     # Of the ideal there is the coarser level, of second order: a quarter of its distance.
     ideals = (Runs(press(), coarser=press(0.01)), Runs(press(), coarser=press()))
@@ -81,37 +89,22 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
     assert ideal.curve_half_width == pytest.approx(np.full(10, ideal.numerical), rel=1e-9)
 
 
-def test_without_a_refined_run_nothing_is_decided_and_the_line_says_that_the_uncertainty_is_unknown(press):
-    found = compared(Runs(press(8.0)), Runs(press(8.0)), press())
-    assert np.isnan(found.half_width)
-    assert found.verdict == "undecided"
-    words = line(ReliabilityComparison(SETTINGS, {"acceleration": found}))
-    assert words.endswith("; largest difference 0.0e+00 of unknown uncertainty")
-
-
 def test_results_that_follow_one_course_are_distinguished_better_than_their_cycles_scatter(press):
     """The pairing: cycles that scatter by 2 m/s^2 in both alike leave a difference of 0.1 m/s^2 visible."""
     scatter = np.repeat(np.random.default_rng(1).normal(0.0, 2.0, 5), 1000)
-    course = 8.0 + np.append(0.0, scatter)
-    a, b = (press(course + offset, cycles=5) for offset in (0.0, 0.1))
+    a, b = (press(8.0 + offset + np.append(0.0, scatter), cycles=5) for offset in (0.0, 0.1))
     found = compared(a, b, press(cycles=5))
-    alone = 0.5 * (found.a.high - found.a.low)[found.a.worst]
-    assert found.sampling < 0.05 * alone
+    assert found.sampling < 0.05 * 0.5 * (found.a.high - found.a.low)[found.a.worst]
     assert found.verdict == "differ"
 
 
 def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(press):
     """Independent courses in both models, 5 cycles of their own scatter: 95 % hold zero."""
-    rng = np.random.default_rng(4)
-    kept = 0
-    repeated = 100
+    rng, kept, repeated = np.random.default_rng(4), 0, 100
     ideal = press(cycles=5, per_cycle=50)
     for _ in range(repeated):
-        sides = [
-            press(8.0 + np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)), cycles=5, per_cycle=50)
-            for _ in range(2)
-        ]
-        found = compared(*sides, ideal)
+        drawn = [np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)) for _ in range(2)]
+        found = compared(*(press(8.0 + of, cycles=5, per_cycle=50) for of in drawn), ideal)
         kept += int(np.sum(np.abs(found.curve) <= found.curve_half_width))
     # Each bin has one value a cycle, so four degrees of freedom; neighbouring bins share it, which makes 500
     # independent intervals. Three deviations of their number, and 0.02 for what the influence, a first
@@ -123,25 +116,21 @@ def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(pres
 def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs(press):
     angle = np.arange(2001) * 0.36 % 360.0
     rng = np.random.default_rng(2)
-    noise = [np.repeat(rng.normal(0.0, 1.0, 2), 1000) for _ in range(2)]
     early, late = (
-        press(5.0 + 3.0 * ((angle > low) & (angle <= low + 36.0)) + np.append(0.0, of))
-        for low, of in zip((36.0, 180.0), noise, strict=True)
+        press(
+            5.0
+            + 3.0 * ((angle > low) & (angle <= low + 36.0))
+            + np.append(0.0, np.repeat(rng.normal(0.0, 1.0, 2), 1000))
+        )
+        for low in (36.0, 180.0)
     )
     found = compared(early, late, press())
     assert (found.a.angle[found.a.worst], found.b.angle[found.b.worst]) == (72.0, 216.0)
     # Half-widths of beta times what R changes with it.
-    own = [of.left_open[of.worst].sampling * norm.pdf(of.index[of.worst]) for of in (found.a, found.b)]
-    assert found.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
-    steps = [of.left_open[of.worst].quadrature * norm.pdf(of.index[of.worst]) for of in (found.a, found.b)]
-    assert found.quadrature == pytest.approx(np.hypot(*steps), rel=1e-12)
-
-
-def test_results_of_other_grids_are_compared_and_of_other_cycles_refused(press):
-    found = compared(press(8.0), press(8.1, per_cycle=333), press())
-    assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=1e-6)
-    with pytest.raises(TableError, match="other parts of the cycles"):
-        compared(press(), press(cycles=3), press(cycles=3))
+    for source in ("sampling", "quadrature"):
+        sides = (found.a, found.b)
+        own = [getattr(of.left_open[of.worst], source) * norm.pdf(of.index[of.worst]) for of in sides]
+        assert getattr(found, source) == pytest.approx(np.hypot(*own), rel=1e-12)
 
 
 def test_what_samples_leave_open_of_both_alike_is_no_part_of_the_difference(press):
@@ -156,13 +145,8 @@ def test_what_samples_leave_open_of_both_alike_is_no_part_of_the_difference(pres
     assert shifted.quadrature > 0.5 * worst
 
 
-def scene_of(a, b, ideal):
-    runs, ideals = (Runs(a, a), Runs(b, b)), (Runs(ideal, ideal),) * 2
-    return ReliabilityComparison(SETTINGS, compare_reliability(runs, ideals, PERIOD, SETTINGS, K))
-
-
-def test_the_line_names_the_smallest_and_the_cap(press):
-    comparison = scene_of(press(8.0), press(8.1), press())
+def test_the_line_names_the_smallest_and_the_cap_and_the_notes_what_is_sampled(press):
+    comparison = ReliabilityComparison(SETTINGS, both(press(8.0), press(8.1), press()))
     assert comparison.verdict == "differ"
     assert line(comparison) == (
         "differ: smallest of displacement 0.9986501 (the cap), acceleration "
@@ -173,69 +157,64 @@ def test_the_line_names_the_smallest_and_the_cap(press):
     assert limits.endswith("displacement 0.0002 m, acceleration 80 m/s^2.")
     assert capped.endswith("wide: displacement in 10 of 10 parts.")
     assert sampled.startswith("Cycles sampled: 2, few")
+    short = ReliabilityComparison(SETTINGS, both(*[press(cycles=0.06)] * 3))
+    assert notes(short)[-1].startswith("Of one cycle nothing is known")
 
 
-def test_of_a_part_of_a_cycle_and_of_nothing_it_says_so(press):
-    short = scene_of(press(cycles=0.06), press(cycles=0.06), press(cycles=0.06))
-    assert notes(short)[-1].startswith("Of one cycle nothing is known about others")
-    nothing = ReliabilityComparison(SETTINGS, missing=TableError("the two results: cover other parts"))
-    assert (line(nothing), nothing.verdict) == (
-        "not available: the two results: cover other parts",
-        "undecided",
-    )
-    assert notes(nothing) == ["Not available: the two results: cover other parts."]
-    job = Job(load_scene("ideal"), "exudyn")
-    for ideal, run in ((True, "the ideal mechanism"), (False, "with more samples")):
-        failed = FailedRun(job, Outcome("crashed", "exit code 9"), ideal)
-        assert line(ReliabilityComparison(SETTINGS, missing=failed)) == (
-            f"not available: {run}: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"
-        )
+def test_without_a_refined_run_or_an_ideal_one_nothing_is_decided_and_the_line_says_why(press):
+    unknown = compared(Runs(press(8.0)), Runs(press(8.0)), press())
+    assert np.isnan(unknown.half_width)
+    assert unknown.verdict == "undecided"
+    assert line(ReliabilityComparison(SETTINGS, {"acceleration": unknown})).endswith("of unknown uncertainty")
+    failed = FailedRun(Job(load_scene("ideal"), "exudyn"), Outcome("crashed", "exit code 9"), ideal=True)
+    for missing, words in (
+        (TableError("the two results: cover other parts"), "the two results: cover other parts"),
+        (failed, "the ideal mechanism: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"),
+    ):
+        nothing = ReliabilityComparison(SETTINGS, missing=missing)
+        assert (line(nothing), nothing.verdict) == (f"not available: {words}", "undecided")
+        assert notes(nothing) == [f"Not available: {words}."]
 
 
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 def test_scenes_that_differ_in_their_clearance_only_share_one_ideal_mechanism(model):
-    keys = {
-        name: run_key(ideal_scenes(load_scene(name), model)["base"], model, "")
-        for name in ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")
-    }
-    assert len(set(keys.values())) == 3  # one a speed
-    longer = load_scene("150rpm-0.2mm", {"mechanism.rod4.length": 0.25})
-    assert run_key(ideal_scenes(longer, model)["base"], model, "") not in keys.values()
+    def key(name, **changes):
+        return run_key(ideal_scenes(load_scene(name, changes), model)["base"], model, "")
 
-
-def test_its_time_and_samples_are_the_scenes():
-    scene = load_scene("crank-pin", {"output.samples_per_cycle": 300})
-    levels = ideal_scenes(scene, "exudyn")
-    ideal = levels["base"]
-    assert ideal.duration == pytest.approx(scene.duration, rel=1e-14)
-    assert ideal.period == scene.period
-    # The coarser run's step would not fit between dense samples
-    samples = {kind: of.data["output"]["samples_per_cycle"] for kind, of in levels.items()}
-    assert samples == {"base": 10_200, "coarser": 300}
-    assert ideal.data["joints"] == {"slider": "ideal", "crank_pin": "ideal"}
-    assert ideal.data["mechanism"] == scene.data["mechanism"]
+    cases = ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")
+    keys = {key(name) for name in cases}
+    assert len(keys) == 3  # one a speed
+    assert key("150rpm-0.2mm", **{"mechanism.rod4.length": 0.25}) not in keys
 
 
 def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error():
     scene = load_scene("ideal", {"drive.cycles": 0.5})
     levels = ideal_scenes(scene, "exudyn")
-    exact = run_one(ideal_scenes(scene, "reference")["base"], "reference")
+    known = run_one(ideal_scenes(scene, "reference")["base"], "reference")
     fine, coarse = (run_one(levels[kind], "exudyn") for kind in ("base", "coarser"))
     # As `STEPS` says, with room for round-off and other machines.
-    bounds = {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}
-    for channel, most in bounds.items():
-        assert np.abs(fine.values(channel) - exact.values(channel)).max() < most
+    for channel, most in {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}.items():
+        assert np.abs(fine.values(channel) - known.values(channel)).max() < most
     # Of second order: a quarter of the coarser run's error is the finer one's.
-    every = (exact.time.size - 1) // (coarse.time.size - 1)
-    right = exact.values("slider_vy")[::every]
+    every = (known.time.size - 1) // (coarse.time.size - 1)
+    right = known.values("slider_vy")[::every]
     size = [np.abs(v - right).max() for v in (coarse.values("slider_vy"), fine.values("slider_vy")[::every])]
     assert size[0] / size[1] == pytest.approx(4.0, rel=0.05)
-    found = assess(slider_errors(fine, exact, scene.period), scene.reliability)
+    found = assess(slider_errors(fine, known, scene.period), scene.reliability)
     assert list(found) == list(QUANTITIES)
     for quantity in found.values():
         # 1e-7 m/s of 0.02 m/s are 3e-5 of beta, 1.3e-7 of R = Phi(beta) there.
         assert quantity.reliability == pytest.approx(np.full(5, 0.9986501020), abs=2e-7)
         assert quantity.capped.all()
+
+
+def test_an_ideal_scene_is_as_long_and_the_coarser_one_as_sparse_as_the_scene():
+    scene = load_scene("crank-pin", {"output.samples_per_cycle": 300})
+    levels = ideal_scenes(scene, "exudyn")
+    assert levels["base"].duration == pytest.approx(scene.duration, rel=1e-14)
+    # The coarser run's step would not fit between dense samples
+    samples = {kind: of.data["output"]["samples_per_cycle"] for kind, of in levels.items()}
+    assert samples == {"base": 10_200, "coarser": 300}
 
 
 def test_a_dense_scene_has_a_whole_multiple_of_samples_and_no_forces_at_corners():

@@ -9,6 +9,7 @@ from comparison.reliability.errors import slider_errors
 from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
+ENDS = ("time_of_min", "min", "time_of_max", "max")
 
 
 def pulse(time, at, length=2e-4):
@@ -17,14 +18,9 @@ def pulse(time, at, length=2e-4):
     return np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase), 0.0)
 
 
-def with_extrema(table: Table, found: dict[str, list[float]]) -> Table:
-    columns = {f"slider_ay_{part}": np.array(values) for part, values in found.items()}
-    return Table(table.frame, cycle_extrema=columns)
-
-
 def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(press):
-    fine, coarse = press(5.0, per_cycle=1000), press(per_cycle=400)
-    errors = slider_errors(fine, coarse, PERIOD)
+    fine = press(5.0, per_cycle=1000)
+    errors = slider_errors(fine, press(per_cycle=400), PERIOD)
     assert np.array_equal(errors.time, fine.time)
     # Cubics with slopes to second order: h^3 y''''/ 24 = 1e-9 * 0.1 * 15.7^4 / 24, twice as much at the ends.
     assert np.abs(errors.by_channel["slider_y"]).max() < 4e-7
@@ -35,8 +31,7 @@ def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(
 
 
 def test_only_what_both_cover_counts_and_cycles_may_be_left_out(press):
-    short = press(cycles=1.5)
-    errors = slider_errors(press(3.0, cycles=3), short, PERIOD)
+    errors = slider_errors(press(3.0, cycles=3), press(cycles=1.5), PERIOD)
     assert errors.time[-1] == pytest.approx(1.5 * PERIOD)
     time = press(cycles=3).time
     later = slider_errors(press(time, cycles=3), press(cycles=3), PERIOD, start=PERIOD)
@@ -45,26 +40,24 @@ def test_only_what_both_cover_counts_and_cycles_may_be_left_out(press):
 
 
 def test_tables_that_cannot_be_held_against_each_other_are_refused_in_one_line(press):
-    bare = Table(press().frame.drop(columns="slider_ay"))
-    with pytest.raises(TableError, match=r"ideal mechanism's: channel slider_ay is missing"):
-        slider_errors(press(), bare, PERIOD)
-    late = Table(press().frame.assign(time=press().time + 0.1))
-    with pytest.raises(TableError, match=r"the result: does not start at t = 0 s"):
-        slider_errors(late, press(), PERIOD)
-    with pytest.raises(TableError, match=r"holds none of slider_z"):
-        slider_errors(press(), press(), PERIOD, names=["slider_z"])
-    with pytest.raises(TableError, match="no interval in common"):
-        slider_errors(press(), press(), PERIOD, start=1.0)
+    usual, bare = press(), Table(press().frame.drop(columns="slider_ay"))
+    late = Table(usual.frame.assign(time=usual.time + 0.1))
+    for actual, ideal, options, rule in (
+        (usual, bare, {}, "ideal mechanism's: channel slider_ay is missing"),
+        (late, usual, {}, "the result: does not start at t = 0 s"),
+        (usual, usual, {"names": ["slider_z"]}, "holds none of slider_z"),
+        (usual, usual, {"start": 1.0}, "no interval in common"),
+    ):
+        with pytest.raises(TableError, match=rule):
+            slider_errors(actual, ideal, PERIOD, **options)
 
 
 def test_the_peak_has_its_sign_and_lies_in_the_window(press):
     time = press().time
-    errors = slider_errors(
-        press(-3.0 * pulse(time, 0.1, 0.05) + 2.0 * pulse(time, 0.6, 0.05)), press(), PERIOD
-    )
+    error = -3.0 * pulse(time, 0.1, 0.05) + 2.0 * pulse(time, 0.6, 0.05)
+    errors = slider_errors(press(error), press(), PERIOD)
     for window, expected in (((), -3.0), ((0.4, 0.8), 2.0), ((0.0, 0.4), -3.0)):
-        peak = errors.peak("slider_ay", *window)
-        assert peak.value == pytest.approx(expected, abs=1e-9)
+        assert errors.peak("slider_ay", *window).value == pytest.approx(expected, abs=1e-9)
     assert errors.peak("slider_ay", 0.4, 0.8).time == pytest.approx(0.6)
     with pytest.raises(TableError, match=r"no sample from 0\.9 to 1 s"):
         errors.peak("slider_ay", 0.9, 1.0)
@@ -72,34 +65,23 @@ def test_the_peak_has_its_sign_and_lies_in_the_window(press):
 
 def test_the_peak_of_a_window_is_that_of_its_cycle_also_between_samples(press):
     """The case of the second cycle: the run's extremum is in the first."""
-    time = press().time
     # Half an interval beside the samples, which are two to a contact.
-    high, low = 0.1002, 0.6002
-    error = -100.0 * pulse(time, high) - 77.5 * pulse(time, low)
+    time, high, low = press().time, 0.1002, 0.6002
+    table = press(-100.0 * pulse(time, high) - 77.5 * pulse(time, low))
     ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
-    found = {
-        "time_of_min": [high, low],
-        "min": [ideal[0] - 100.0, ideal[1] - 77.5],
-        "time_of_max": [0.2, 0.6],
-        "max": [ideal[1], ideal[1]],
-    }
-    errors = slider_errors(with_extrema(press(error), found), press(), PERIOD)
+    found = ([high, low], [ideal[0] - 100.0, ideal[1] - 77.5], [0.2, 0.6], [ideal[1], ideal[1]])
+    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, found, strict=True)}
+    errors = slider_errors(Table(table.frame, cycle_extrema=extrema), press(), PERIOD)
     for window, size, at in (((0.0, 0.4), 100.0, high), ((0.4, 0.8), 77.5, low)):
         peak = errors.peak("slider_ay", *window)
         # The ideal one between its samples: as above.
-        assert peak.value == pytest.approx(-size, abs=1e-4)
-        assert peak.time == at
-    sampled = slider_errors(press(error), press(), PERIOD).peak("slider_ay", 0.4, 0.8)
-    assert abs(sampled.value) < 60.0
-
-
-def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count(press):
-    table = press(-100.0 * pulse(press().time, 0.1002))
-    parts = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
-    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in parts}
-    held = Table(table.frame, extrema={"slider_ay": parts}, cycle_extrema=of_x)
-    peak = slider_errors(held, press(), PERIOD).peak("slider_ay")
-    assert peak.time == 0.1002
+        assert (peak.value, peak.time) == (pytest.approx(-size, abs=1e-4), at)
+    assert abs(slider_errors(table, press(), PERIOD).peak("slider_ay", 0.4, 0.8).value) < 60.0
+    # Where only other channels have extrema by cycle those of the whole run count.
+    whole = {"slider_ay": dict(zip(ENDS, (high, -130.0, 0.2, 30.0), strict=True))}
+    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ENDS}
+    held = Table(table.frame, extrema=whole, cycle_extrema=of_x)
+    assert slider_errors(held, press(), PERIOD).peak("slider_ay").time == high
 
 
 @pytest.mark.parametrize("per_cycle", [5000, 10_000, 30_000])

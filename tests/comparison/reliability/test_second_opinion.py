@@ -133,20 +133,6 @@ def test_peaks_of_a_cycle_are_those_of_a_second_computation_on_few_samples_too(n
                     assert abs(found.value) == pytest.approx(size, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["central", "wide", "drawn 0"])
-def test_reliabilities_do_not_depend_on_the_samples_that_a_scene_asks_for(name):
-    """Tenths of 333 samples are no whole numbers of them."""
-    found = [
-        assessed(name, dense_scene(of).data["output"]["samples_per_cycle"])
-        for samples in (300, 333, 1000, 30_000)
-        for of in [scene(name).with_values({"output.samples_per_cycle": samples})]
-    ]
-    for quantity in QUANTITIES:
-        smallest = [of[quantity].minimum for of in found]
-        assert max(smallest) - min(smallest) <= allowed(min(smallest)), (quantity, smallest)
-        assert len({of[quantity].worst for of in found}) == 1
-
-
 @pytest.mark.parametrize("samples", [300, 333, 500, 1000, 2000, 3000, 5000, 10_000, 30_000])
 def test_the_stated_error_holds_what_more_samples_would_give(samples):
     """Tables as they are: the interval that the samples alone leave open, in parts and of the smallest."""
