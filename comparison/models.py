@@ -1,14 +1,6 @@
 """The models that run a scene: their formulations, where they are found, and what their results depend on.
 
-A package registers a model by an entry point, resolved on request (``docs/engine.md`` has a complete
-example):
-
-    [project.entry-points."sixbar.models"]
-    mine = "my_package:simulate"
-
-The two of this project are listed here rather than as entry points: they are available without installation,
-and no other package can take their names. Whatever is stored of a result is stored under the fingerprint of
-its model, the hash of the code of this package that made it, the platform and the versions of libraries.
+A package registers a model by an entry point (``docs/engine.md``); our two are available without one.
 """
 
 from __future__ import annotations
@@ -18,8 +10,8 @@ import hashlib
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout, suppress
 from functools import cache
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
 from importlib.util import find_spec
@@ -53,20 +45,17 @@ class EngineError(ValueError):
     """Unusable model; the message is one line."""
 
 
-# Formulations: a driven crank and ideal joints leave no degree of freedom; every clearance adds two
-# coordinates, and only these are integrated. The other bodies matter where joint forces or energies are
-# requested: Exudyn then needs all five bodies with their constraints, while the reference obtains both by
-# force balance from the reduced motion. A larger formulation runs only where a scene names it.
+# A driven crank and ideal joints leave no degree of freedom; every clearance adds two coordinates. "minimal"
+# and "tree" integrate only these, "multiplier" and "full" all bodies, constrained. The other bodies matter
+# where joint forces or energies are requested: Exudyn then needs all five with their constraints, while the
+# reference obtains both by force balance from the reduced motion.
 FORMULATIONS = {
     "minimal": ("reference", "tolerance"),
     "multiplier": ("reference", "tolerance"),
     "tree": ("exudyn", "tolerance"),
     "full": ("exudyn", "step"),
 }
-"""Name -> model, and the key of its solver that controls the error; those of a model from the smallest on.
-
-"minimal" and "tree" integrate only what a clearance frees, "multiplier" and "full" all bodies, constrained.
-"""
+"""Name -> model, and the key of its solver that controls the error; those of a model from the smallest on."""
 
 FORCES = ("joints", "energy")
 """Channel groups that require the motion of all bodies."""
@@ -90,10 +79,7 @@ def key_of(formulation: str) -> str:
 
 
 def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
-    """Return Exudyn's smallest formulation that yields the requested channels, "tree" or "full".
-
-    An implicit method, which the scene has to name, requires "full".
-    """
+    """Return Exudyn's smallest formulation with the requested channels; an implicit method is of "full"."""
     method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
     explicit = method in ("auto", "dopri5")
     return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"
@@ -112,22 +98,13 @@ def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(group for group in FORCES if isinstance(groups, list) and group in groups)
 
 
-# Registry.
-
-
 def engine_names() -> list[str]:
-    """Names of all models, our own first."""
+    """Return the names of all models, our own first."""
     return [*OWN, *sorted({point.name for point in entry_points(group=GROUP)} - OWN.keys())]
 
 
 def find(name: str) -> EntryPoint:
-    """Look up a model by name without importing it.
-
-    Raises
-    ------
-    EngineError
-        If no model or more than one has this name.
-    """
+    """Look up a model by name without importing it; `EngineError` if none or more than one has it."""
     targets = {point.value: point for point in entry_points(group=GROUP) if point.name == name}
     points = [*([OWN[name]] if name in OWN else []), *targets.values()]
     if not points:
@@ -138,13 +115,7 @@ def find(name: str) -> EntryPoint:
 
 
 def pair(names: str) -> tuple[str, str]:
-    """Parse the names of the two models to compare, as in ``"reference,exudyn"``.
-
-    Raises
-    ------
-    EngineError
-        If these are not two different available models.
-    """
+    """Parse the names of two different models, as in ``"reference,exudyn"``; else an `EngineError`."""
     first, _, second = names.partition(",")
     if not second or first == second:
         raise EngineError(f"models {names!r} must be two names, as in reference,exudyn")
@@ -152,13 +123,7 @@ def pair(names: str) -> tuple[str, str]:
 
 
 def several(names: str) -> list[str]:
-    """Parse the names of three or more models to compare, as in ``"reference,exudyn,mine"``.
-
-    Raises
-    ------
-    EngineError
-        If one is not available or named twice.
-    """
+    """Parse the names of three or more different models; else an `EngineError`."""
     models = [find(name).name for name in names.split(",")]
     if twice := next((name for name in models if models.count(name) > 1), None):
         raise EngineError(f"models {names!r}: {twice} is named twice")
@@ -166,13 +131,7 @@ def several(names: str) -> list[str]:
 
 
 def load(name: str) -> Callable[..., Any]:
-    """Import a model and return its ``simulate``.
-
-    Raises
-    ------
-    EngineError
-        If there is no such model, or the object of its entry point cannot be imported or called.
-    """
+    """Import a model and return its ``simulate``; an `EngineError` if it cannot be imported or called."""
     point = OWN.get(name) or find(name)  # searching all packages takes a sixth of a short run
     try:
         with redirect_stdout(sys.stderr):  # what it prints must not stand among results
@@ -189,12 +148,7 @@ def load(name: str) -> Callable[..., Any]:
 def declared(name: str) -> dict[str, Any]:
     """Return the default settings that an installed model declares: its function's ``settings``, if any.
 
-    Of a model that cannot be imported none, since its run reports why.
-
-    Raises
-    ------
-    EngineError
-        If they are not names with a string, a boolean or a finite number each.
+    None of a model that cannot be imported, since its run reports why.
     """
     if name in OWN:
         return {}
@@ -216,15 +170,11 @@ def is_setting(value: object) -> bool:
     return isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))
 
 
-# What a result depends on.
-
-
 def fingerprint(name: str) -> str:
-    """Hash of everything that can change a model: the files of its package and the versions of its imports.
+    """Return the hash of what can change a model: the files of its package, the versions of its imports.
 
-    Python files are hashed without comments and docstrings. For models of other packages the versions of all
-    installed distributions count, since their imports are unknown. Other inputs (a program that a model
-    starts, a file in the user's folder) are not detected.
+    Of models of other packages the versions of all installed distributions count. Other inputs (a program
+    that a model starts, a file in the user's folder) are not detected.
     """
     point = find(name)
     total = hashlib.sha256(point.value.encode())
@@ -258,17 +208,10 @@ def hash_of(files: tuple[Path, ...], root: Path = ROOT) -> str:
 
 @cache
 def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
-    """Return the files that a module depends on, itself included, sorted.
+    """Return the files that a module depends on, itself included, sorted; the root contains its package.
 
     They are those of all modules of its package that it imports, directly or not, and the data that one of
     these reads by ``importlib.resources.files("a.package")``.
-
-    Parameters
-    ----------
-    module
-        Dotted name.
-    root
-        Folder that contains the package.
     """
     package = module.partition(".")[0]
     paths: set[Path] = set()
@@ -277,16 +220,20 @@ def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
         name = waiting.pop()
         base = root.joinpath(*name.split("."))
         path = next((p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file()), None)
-        if name in seen or path is None:  # None: an object within a module
+        if name in seen or name.partition(".")[0] != package or path is None:  # None: an object in a module
             continue
         seen.add(name)
         paths.add(path)
-        tree = ast.parse(path.read_bytes())
-        waiting += [imported for imported in _imports(tree) if imported.partition(".")[0] == package]
-        waiting += [name.rpartition(".")[0]] if "." in name else []  # its parent packages are imported too
-        for folder in _data_folders(tree):
-            data = root.joinpath(*folder.split(".")).glob("*")
-            paths.update(path for path in data if path.suffix in (".toml", ".csv"))
+        waiting.append(name.rpartition(".")[0])  # its parent packages are imported too
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            match node:
+                case ast.Import(names=names):
+                    waiting += [alias.name for alias in names]
+                case ast.ImportFrom(module=str(source), names=names):
+                    waiting += [source, *(f"{source}.{alias.name}" for alias in names)]
+                case ast.Call(func=ast.Name(id="files"), args=[ast.Constant(value=str(folder))]):
+                    data = root.joinpath(*folder.split(".")).glob("*")
+                    paths.update(path for path in data if path.suffix in (".toml", ".csv"))
     return tuple(sorted(paths))
 
 
@@ -296,42 +243,23 @@ def file_hash(path: Path) -> str:
     return _source_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
 
 
+class _WithoutTexts(ast.NodeTransformer):
+    """Drops statements that are strings, such as docstrings."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        is_text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        return None if is_text else node
+
+
 @cache
 def _source_hash(source: bytes) -> str:
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError):  # why it cannot be run its import says
-        return hashlib.sha256(source).hexdigest()
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            node.body = [part for part in body if not _is_text(part)]  # type: ignore[attr-defined]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
-
-
-def _is_text(node: ast.stmt) -> bool:
-    """Return whether a statement is a string, such as a docstring."""
-    constant = node.value if isinstance(node, ast.Expr) else None
-    return isinstance(constant, ast.Constant) and isinstance(constant.value, str)
-
-
-def _imports(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
-def _data_folders(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "files":
-            yield from (str(argument.value) for argument in node.args if isinstance(argument, ast.Constant))
+    with suppress(SyntaxError, ValueError):  # why it cannot be run its import says
+        source = ast.dump(_WithoutTexts().visit(ast.parse(source))).encode()
+    return hashlib.sha256(source).hexdigest()
 
 
 def _files(package: str) -> list[Path]:
-    """List the files of a package, compiled modules and data included, or the single file of a module."""
+    """List the files of a package, compiled modules and data included, or the single one of a module."""
     spec = find_spec(package)
     if spec is None:
         return []
@@ -352,7 +280,7 @@ def _version(package: str) -> str:
 def platform_name() -> str:
     """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
 
-    Followed by what the environment makes OpenBLAS, the C library and numba take it for, if anything.
+    Followed by what the environment makes libraries take it for, if anything.
     """
     parts = (
         f"{platform.system()} {platform.machine()}",
@@ -364,7 +292,6 @@ def platform_name() -> str:
 
 
 def _processor(cpuinfo: Path) -> str:
-    """Return the processor's model, family, number and features from ``/proc/cpuinfo``."""
     try:
         lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
     except OSError:
