@@ -1,9 +1,7 @@
 """Isolated worker processes: a task that kills its process affects no other task.
 
-``multiprocessing`` is used directly. A ``ProcessPoolExecutor`` and loky abandon all of their tasks when one
-process dies, without reporting which task it was. The limit of pebble's ``ProcessPool`` counts from when a
-worker takes a task, compilation included, its workers cannot report progress, and it starts them at times of
-its own, at which the environment that they inherit is not theirs.
+``multiprocessing`` is used directly: a ``ProcessPoolExecutor`` and loky abandon all of their tasks when one
+process dies; pebble's limit counts compilation, and its workers cannot report progress.
 """
 
 from __future__ import annotations
@@ -41,14 +39,8 @@ class Share:
 class Died:
     """The process ended before the task did."""
 
-    exit_code: int | None
-
-    @property
-    def words(self) -> str:
-        """Description of the end of the process."""
-        if self.exit_code is not None and self.exit_code < 0:
-            return f"its process was killed by {signal.Signals(-self.exit_code).name}"
-        return f"its process ended with code {self.exit_code}"
+    words: str
+    """How."""
 
 
 @dataclass(frozen=True)
@@ -71,31 +63,16 @@ def work(
     environment: Mapping[str, str] | None = None,
     until: float = inf,
 ) -> Generator[tuple[str, Any]]:
-    """Distribute tasks to worker processes in the given order and yield their events as they occur.
+    """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
 
-    Close the generator (`contextlib.closing`) to end what its workers do at once; the processes end with it,
-    but for `kept_workers`.
+    An event is a `Share`, or else the last of its task: what ``attempt``, a function of a module that must
+    not raise, returned, `Died` or `Late`. Close the generator (`contextlib.closing`) to end what its workers
+    do at once; the processes end with it, but for `kept_workers`. At most ``n_workers`` work at a time.
 
-    Parameters
-    ----------
-    attempt
-        A function of a module. It must not raise.
-    tasks
-        Names and what ``attempt`` is called with; must survive pickling.
-    n_workers
-        How many processes work at a time; they are started when there is work for them.
-    limit
-        s; a task that takes longer is terminated with its process. Counted from where it reports a share of
-        0; until then, to start a process and to compile, it has `READY` times as long.
-    environment
-        Variables of the worker processes alone, for what a library reads only while its process starts.
-    until
-        Reading of `time.monotonic` at which all tasks are terminated; those that wait have no event.
-
-    Yields
-    ------
-    name, event
-        The event is a `Share`, or else the last of this task: what ``attempt`` returned, `Died` or `Late`.
+    A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
+    a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
+    by `time.monotonic`, all are; those that wait have no event. ``environment`` are variables of the worker
+    processes alone, for what a library reads only while its process starts.
     """
     waiting = deque(tasks)
     variables = dict(environment or {})
@@ -107,8 +84,7 @@ def work(
                 waiting.clear()
             while waiting and len(busy) < n_workers:
                 worker = idle.pop() if idle else _Worker(variables)
-                name, task = waiting.popleft()
-                worker.task, worker.share = name, 0.0
+                worker.share, (worker.task, task) = 0.0, waiting.popleft()
                 worker.end = min(until, time.monotonic() + READY * limit)
                 busy[worker.connection] = worker
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
@@ -127,7 +103,7 @@ def work(
                     event = worker.connection.recv()
                 except (EOFError, OSError):
                     worker.process.join()
-                    event = Died(worker.process.exitcode)
+                    event = Died(_end_of(worker.process.exitcode))
                 if isinstance(event, Share):
                     worker.share = event.value
                     if event.value == 0.0:
@@ -146,12 +122,11 @@ def work(
 
 
 class _Worker:
-    """A spawned process with variables added to its environment, our end of its pipe, and its task."""
+    """A spawned process, our end of its pipe, its task, and the time at which that is terminated."""
 
     task: str
     share: float
     end: float
-    """Reading of `time.monotonic` at which the task is terminated."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         context = multiprocessing.get_context("spawn")
@@ -168,10 +143,10 @@ _kept: list[_Worker] | None = None
 
 @contextmanager
 def kept_workers() -> Iterator[None]:
-    """Let workers live on from one call of `work` to the next in this context.
+    """Let workers live on from one call of `work` to the next: a process needs seconds to start.
 
-    A process needs seconds to start and to load compiled code. Not the general rule: a worker does not see
-    what happens to the sources, or to the environment of this process, after it was started.
+    Not the general rule: a worker does not see what happens to the sources, or to the environment of this
+    process, after it was started.
     """
     global _kept
     if _kept is not None:
@@ -196,7 +171,6 @@ def _take_kept(environment: Mapping[str, str]) -> list[_Worker]:
 
 
 def _end(workers: Iterable[_Worker]) -> None:
-    """End workers at once, whatever they are doing."""
     workers = list(workers)
     for worker in workers:
         worker.process.kill()
@@ -208,8 +182,8 @@ def _end(workers: Iterable[_Worker]) -> None:
 def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
     """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
 
-    A terminal sends Ctrl-C to all processes, but to end workers is their parent's business. The signal is
-    held back from the very start: while Python starts, it would end in a traceback.
+    A terminal sends it to all processes, but to end workers is their parent's business. It is held back from
+    the very start: while Python starts, it would end in a traceback.
     """
     one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     variables = {**environment, **one_thread}
@@ -230,6 +204,12 @@ def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
                 os.environ[name] = value
         if can_mask:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _end_of(code: int | None) -> str:
+    if code is not None and code < 0:
+        return f"its process was killed by {signal.Signals(-code).name}"
+    return f"its process ended with code {code}"
 
 
 def _serve(connection: Connection) -> None:

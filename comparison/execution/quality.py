@@ -17,16 +17,13 @@ MUCH_ENERGY = 0.01
 MUCH_DRIFT = 1e-6
 """m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
 
-_MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
-
 
 def steps_per_contact(table: Table) -> float:
     """Return the steps per contact, of the length in contacts; nan without contacts or with error control.
 
     The median weighted by peak force: long contacts with little force do not offset short impacts.
     """
-    step = table.provenance.get("settings", {}).get("step_used")
-    contacts = table.events
+    step, contacts = table.provenance.get("settings", {}).get("step_used"), table.events
     if step is None or contacts is None or not len(contacts):
         return nan
     lengths = np.asarray(contacts["end"] - contacts["start"], dtype=np.float64)
@@ -37,41 +34,35 @@ def steps_per_contact(table: Table) -> float:
 
 
 def energy_share(table: Table) -> float:
-    """Return the largest spurious energy over the dissipated energy; nan if not recorded.
-
-    Over the largest kinetic energy where nothing is dissipated.
-    """
+    """Return the largest spurious energy over the dissipated, else over the kinetic; nan if not recorded."""
     if "energy_residual" not in table.names or not len(table.time):
         return nan
     lost = float((table.values("energy_damping") + table.values("energy_friction"))[-1])
     base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
-    residual = float(np.abs(table.values("energy_residual")).max())
-    return residual / base if base > 0.0 else nan
+    return float(np.abs(table.values("energy_residual")).max()) / base if base > 0.0 else nan
 
 
 def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
     events = table.events
-    if events is None or not (count := len(events)):
+    if events is None or not len(events):
         return []
-    zero = [name for name in _MEASURES if name in events and not events[name].to_numpy().any()]
-    if not zero:
-        return []
-    return [f"{', '.join(zero)} of all its {count} contacts are zero: these are not recorded, it seems"]
+    measures = ("normal_speed", "impulse", "peak_force", "largest_depth")
+    zero = [name for name in measures if name in events and not events[name].to_numpy().any()]
+    said = f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"
+    return [said] if zero else []
 
 
 def quality_warnings(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
     lines = []
-    steps = steps_per_contact(table)
-    if steps < FEW_STEPS:
+    if (steps := steps_per_contact(table)) < FEW_STEPS:
         lines.append(
             f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
             f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
             "solver.exudyn.formulation = 'tree'"
         )
-    share = energy_share(table)
-    if share > MUCH_ENERGY:
+    if (share := energy_share(table)) > MUCH_ENERGY:
         lines.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
     drift = table.provenance.get("constraints", {})
     position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
@@ -82,11 +73,9 @@ def quality_warnings(table: Table) -> list[str]:
         )
     lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    contacts = table.events
-    if radius is not None and contacts is not None:
-        depths = contacts["largest_depth"][contacts["corner"] != "pin"]
-        depth = float(depths.max()) if depths.size else 0.0
-        if depth > radius:
+    if radius is not None and table.events is not None:
+        depth = float(table.events["largest_depth"][table.events["corner"] != "pin"].max())
+        if depth > radius:  # nan without a contact
             lines.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
                 f"contact.corner_radius = {radius:g} m: the contact law is not valid there"

@@ -10,14 +10,12 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
 from math import log10
-from typing import Any
 
 from comparison.execution.pool import Died, Share, work
 from comparison.execution.store import fetch, keep
 from comparison.models import OWN, code_hash, fingerprint, load, platform_name
 from comparison.scene import Scene, SceneError, digest
 from comparison.tables.channels import expected
-from comparison.tables.result import Result
 from comparison.tables.table import Table, TableError, check
 
 VIOLATED = "invariant-violated"
@@ -48,23 +46,12 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a run.
+    """Outcome of a run, with one line of ``message``, a model's remedy where the status is its own.
 
-    Attributes
-    ----------
-    status
-        ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
-        model raised what it should not; ``"unusable"``: the table fails `comparison.tables.table.check`; or
-        the model's own status, such as ``"step-too-small"``.
-    message
-        One line; for a status of the model its remedy.
-    table
-        The result if the status is ``"success"``.
-    partial
-        Unchecked results of a run that ended with a status of the model: truncated where it stopped, complete
-        where it violated an invariant (`VIOLATED`).
-    traceback
-        Of what the model raised, if it crashed that way.
+    ``status`` is "success"; "bad input": the model refuses the scene; "crashed": the process died or the
+    model raised what it should not; "unusable": the table fails `comparison.tables.table.check`; or the
+    model's own, such as "step-too-small". ``partial`` are unchecked results of a run that ended with such a
+    status: truncated where it stopped, complete where it violated an invariant (`VIOLATED`).
     """
 
     status: str
@@ -92,15 +79,7 @@ def describe(job: Job, outcome: Outcome) -> str:
 
 
 def successful(outcome: Outcome, job: Job) -> Table:
-    """Return the table of a run.
-
-    Raises
-    ------
-    SceneError
-        If the model refused the scene, or could not be imported.
-    RunError
-        If the run did not succeed.
-    """
+    """Return the table of a run; a `SceneError` if the model refused the scene, else a `RunError`."""
     if outcome.status == "bad input":
         raise SceneError(describe(job, outcome))
     if outcome.table is None:
@@ -109,23 +88,9 @@ def successful(outcome: Outcome, job: Job) -> Table:
 
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
-    """Run one scene by one model in this process; nothing is stored.
+    """Run one scene by one model in this process; nothing is stored, errors are those of `successful`.
 
-    Parameters
-    ----------
-    scene
-        What to run.
-    model
-        ``"reference"``, ``"exudyn"`` or the name of an installed one.
-    progress
-        Called with the finished share, 0 to 1.
-
-    Raises
-    ------
-    SceneError
-        If the model refuses the scene, or cannot be imported.
-    RunError
-        If the run does not succeed.
+    ``progress`` is called with the finished share, 0 to 1.
     """
     job = Job(scene, model)
     return successful(_with_scene(_attempt(job, progress), scene), job)
@@ -134,8 +99,8 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
     """Run one job, the reference in this process, any other model in a worker; nothing is stored.
 
-    The reference has no code of its own that could end its process, and a second interpreter takes longer to
-    start than most of its runs. A model that is unknown or cannot be imported is "bad input".
+    The reference has no code of its own that could end its process, and runs sooner than an interpreter
+    starts.
     """
 
     def report(_key: str, share: float) -> None:
@@ -150,28 +115,12 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
 def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = None) -> list[Outcome]:
     """Run many scenes, equal ones once; stored runs are used, and each successful one is stored as it ends.
 
-    Parameters
-    ----------
-    jobs
-        What to run.
-    n_jobs
-        Number of parallel worker processes; 0: all in this process, for the reference, see `run_uncached`.
-    on_progress
-        Called with the finished share of the expected work, 0 to 1.
+    Parameters ---------- jobs What to run; outcomes are in this order. n_jobs Number of parallel worker
+    processes; 0: all in this process, for the reference, see `run_uncached`. Workers are spawned: a script
+    that calls this needs the usual ``if __name__ == "__main__":``. on_progress Called with the finished share
+    of the expected work, 0 to 1.
 
-    Returns
-    -------
-    list of Outcome
-        In the order of ``jobs``.
-
-    Raises
-    ------
-    EngineError
-        If a model is unknown. One that cannot be imported is "bad input".
-
-    Notes
-    -----
-    Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+    Raises ------ EngineError If a model is unknown. One that cannot be imported is "bad input".
     """
     prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
@@ -201,15 +150,14 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
 def run_key(scene: Scene, model: str, fingerprint: str) -> str:
     """Return the hash of everything that can change the run of ``scene`` by ``model`` with this fingerprint.
 
-    Also of the code of this package that makes the table, and of the kind of machine, its processor too: a CI
-    service restores a cache on another machine than the one that wrote it. Of the solver settings only the
-    model's own count, but all of them for a model of another package, which may build on the others.
+    Also of the code of this package that makes the table, and of the kind of machine, since a CI service
+    restores a cache elsewhere. Of the solver settings only the model's own, but all for a model of another
+    package, which may build on the others.
     """
     solver = scene.data["solver"]
-    physics = {key: part for key, part in scene.data.items() if key not in ("scene", "solver")}
     return digest(
         {
-            "scene": physics,
+            "scene": {key: part for key, part in scene.data.items() if key not in ("scene", "solver")},
             "solver": solver[model] if model in OWN else solver,
             "model": model,
             "fingerprint": fingerprint,
@@ -223,8 +171,7 @@ def run_key(scene: Scene, model: str, fingerprint: str) -> str:
 def _in_order(jobs: Iterable[tuple[str, Job]]) -> list[tuple[str, Job]]:
     """Order jobs: one of each formulation first, then the longest, so that no worker is idle at the end.
 
-    Two workers that begin with the same formulation compile the same code, which takes longer than most runs
-    (measured: 1.4 times the processor time of a first validation).
+    Two workers that begin with the same formulation compile the same code, which takes longer than most runs.
     """
     longest = sorted(jobs, key=lambda item: (-item[1].cost, item[0]))
     by_formulation = {
@@ -254,7 +201,8 @@ def _outcomes(
 def _attempt(job: Job, progress: Progress | None) -> Outcome:
     """Run and check; any exception of a model becomes an outcome."""
     try:
-        result = _simulate(job.model, job.scene.data, progress)
+        # A copy: modifications of the scene by a model must not enter the table's record.
+        result = load(job.model)(deepcopy(job.scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status != "success":
             return Outcome(result.status, result.remedy, partial=table)
@@ -267,12 +215,6 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         message = " ".join(f"{type(error).__name__}: {error}".split())
         return Outcome("crashed", message, traceback=traceback.format_exc())
     return Outcome("success", table=table)
-
-
-def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
-    # A copy: modifications of the scene by a model must not enter the table's record.
-    result: Result = load(model)(deepcopy(scene), progress=progress)
-    return result
 
 
 def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:

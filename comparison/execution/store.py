@@ -1,9 +1,8 @@
 """Results on disk, by keys that hash everything that can change them: nothing is computed twice.
 
 A run is a folder ``runs/<key>`` with one table and its companions; a row of a study is a line of a ledger, a
-file to which rows are appended. There is no pickle. What is stored is complete or absent, and is used only if
-it has the checksum that it was stored with: what is damaged is reported to this module's logger and computed
-again.
+file to which rows are appended. What is stored is complete or absent, and is used only with the checksum that
+it was stored with: what is damaged is reported to this module's logger and computed again.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class LedgerError(ValueError):
     """Ledger that cannot be read or written; the message is one line."""
 
 
-def cache_folders() -> Iterator[Path]:
+def _cache_folders() -> Iterator[Path]:
     """Yield ``$SIXBAR_CACHE_DIR`` or this package's folder in the user's cache, then a temporary one.
 
     The temporary one is this user's alone: what another user may have written is not used.
@@ -62,14 +61,8 @@ def cache_folders() -> Iterator[Path]:
 
 
 def cache_folder() -> Path:
-    """Return the first of `cache_folders` that can be written, made if missing.
-
-    Raises
-    ------
-    FolderError
-        If there is none.
-    """
-    for folder in cache_folders():
+    """Return the first folder for results that can be written, made if missing; else a `FolderError`."""
+    for folder in _cache_folders():
         with suppress(OSError):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):
@@ -79,7 +72,7 @@ def cache_folder() -> Path:
 
 def cache_warnings() -> list[str]:
     """Say in one line where results and compiled code are stored, if not where they should be."""
-    tried = list(cache_folders())
+    tried = list(_cache_folders())
     try:
         folder = cache_folder()
     except FolderError:
@@ -91,11 +84,14 @@ def cache_warnings() -> list[str]:
 
 
 def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
-    """Return the stored run, or None if there is none that is sound and passes `check`.
+    """Return the stored run, or None if there is none that is sound and passes `check`; delete a damaged one.
 
-    A damaged one is deleted. A folder that can only be read is used.
+    Sought down to the folder that is written: one before it may be readable.
     """
-    for folder in _searched():
+    folders = list(_cache_folders())
+    with suppress(FolderError):
+        folders = folders[: folders.index(cache_folder()) + 1]
+    for folder in folders:
         path = folder / RUNS / key
         try:
             if not path.is_dir():
@@ -103,7 +99,7 @@ def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | N
             if _sums(path) == json.loads((path / SUMS).read_text("utf-8")):
                 table = read(path / TABLE)
                 check(table, channels, span)
-                with suppress(OSError):  # for `_delete_unused`; the folder may be read-only
+                with suppress(OSError):  # it is not unused; the folder may be read-only
                     os.utime(path)
                 return table
             reason = "its files are not as they were stored"
@@ -114,19 +110,15 @@ def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | N
     return None
 
 
-def _searched() -> list[Path]:
-    """Return `cache_folders` down to the one that is written."""
-    folders = list(cache_folders())
-    with suppress(FolderError):
-        return folders[: folders.index(cache_folder()) + 1]
-    return folders
-
-
 def keep(key: str, table: Table) -> None:
     """Store a run and delete what was not used for a month; do nothing if that is impossible."""
     with suppress(FolderError, OSError, TableError):
         folder = cache_folder()
-        _delete_unused(folder)
+        oldest = time.time() - KEEP_DAYS * 86400
+        for path in (*folder.glob("*.jsonl"), *(folder / RUNS).glob("*")):
+            with suppress(OSError):
+                if path.stat().st_mtime < oldest:
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
         (folder / RUNS).mkdir(mode=0o700, exist_ok=True)
         part = Path(tempfile.mkdtemp(prefix=".part-", dir=folder / RUNS))
         try:
@@ -137,33 +129,13 @@ def keep(key: str, table: Table) -> None:
             shutil.rmtree(part, ignore_errors=True)
 
 
-def _delete_unused(folder: Path) -> None:
-    oldest = time.time() - KEEP_DAYS * 86400
-    for path in (*folder.glob("*.jsonl"), *(folder / RUNS).glob("*")):
-        with suppress(OSError):
-            if path.stat().st_mtime < oldest:
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-
 def _sums(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file of a run but that of the sums themselves."""
-    return {
-        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.iterdir())
-        if path.name != SUMS
-    }
+    paths = [path for path in sorted(folder.iterdir()) if path.name != SUMS]
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
 def read_rows(ledger: Path) -> dict[str, Row]:
-    """Return the rows of a ledger by their keys; none if there is no file.
-
-    A line cut off by the end of its writer is skipped, like one that is damaged.
-
-    Raises
-    ------
-    LedgerError
-        If the file cannot be read.
-    """
+    """Return the sound rows of a ledger by their keys; a `LedgerError` if it cannot be read."""
     try:
         check_size(ledger, LARGEST_LEDGER)
         lines = ledger.read_bytes().split(b"\n")
@@ -171,15 +143,17 @@ def read_rows(ledger: Path) -> dict[str, Row]:
         return {}
     except OSError as error:
         raise LedgerError(f"{ledger}: {error.strerror or error}") from error
-    with suppress(OSError):  # for `_delete_unused`
+    with suppress(OSError):  # it is not unused
         os.utime(ledger)
-    sound = [_sound(line) for line in lines]
-    # Lines that do not end like one were cut off when their writer was killed.
-    if damaged := sum(
-        entry is None and line.endswith(b"}") for entry, line in zip(sound, lines, strict=True)
-    ):
+    rows, damaged = {}, 0
+    for line in lines:
+        if entry := _sound(line):
+            rows[entry[0]] = entry[1]
+        else:  # a line that does not end like one was cut off when its writer was killed
+            damaged += line.endswith(b"}")
+    if damaged:
         _LOG.warning("%s: %d lines are damaged or of another version: measured again", ledger, damaged)
-    return dict(entry for entry in sound if entry)
+    return rows
 
 
 def _sound(line: bytes) -> tuple[str, Row] | None:
@@ -194,12 +168,9 @@ def _sound(line: bytes) -> tuple[str, Row] | None:
 
 
 def append_row(ledger: Path, key: str, row: Mapping[str, Any]) -> Row:
-    """Store a row; return it as it will be read (the same numbers bit for bit, non-finite ones as None).
+    """Store a row; return it as it will be read: the same numbers bit for bit, non-finite ones as None.
 
-    Raises
-    ------
-    LedgerError
-        If it cannot be written, such as on a full disk; stored rows remain.
+    A `LedgerError` if it cannot be written, such as on a full disk; stored rows remain.
     """
     stored = plain(row)
     entry = {"key": key, "row": stored, "sha256": _row_sum(key, stored)}

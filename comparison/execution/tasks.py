@@ -1,8 +1,7 @@
 """Tasks of studies: measured in worker processes, their rows stored as each is completed.
 
 The key of a row is everything that can change it: the task's own identity (scenes and settings), the code and
-data that the measure depends on (`comparison.models.code_hash`), the models' code, the versions of the
-libraries, and the kind of machine.
+data that the measure depends on, the models' code, the versions of libraries, and the kind of machine.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import partial
 from importlib.metadata import version
 from math import inf
@@ -71,15 +70,7 @@ Measure = Callable[[T, Progress], Row]
 """Measures a task; reports a share of 0 to it when what precedes the work (compiling) is over."""
 
 
-@dataclass(frozen=True)
-class Lost:
-    """The process that worked on a task died."""
-
-    words: str
-    """How."""
-
-
-Finished = Generator[tuple[str, Row | Lost]]
+Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
 """Processes tasks of one environment by their keys and yields each row on completion."""
 
@@ -92,33 +83,15 @@ def measure_all(
     *,
     ledger: Path | None = None,
 ) -> list[Row]:
-    """Measure tasks without a stored row, equal tasks once, the longest first.
+    """Measure tasks without a stored row, equal tasks once, the longest first; return rows in their order.
 
-    Parameters
-    ----------
-    measure
-        A function of a module of this package.
-    tasks
-        What it is called with.
-    spread
-        Who does the work, such as `on_processes`.
-    on_progress
-        Called with the finished share of the expected work, 0 to 1.
-    ledger
-        File of the rows; None: in `comparison.execution.store.cache_folder`.
+    The measure is a function of a module of this package, ``spread`` does the work, such as `on_processes`,
+    progress is called with the finished share of the expected work, and rows are stored in the ledger, by
+    default in `comparison.execution.store.cache_folder`; a `LedgerError` if they cannot be.
 
-    Returns
-    -------
-    rows
-        In the order of the tasks. ``"status"`` is `SUCCESS` if the measure returned, else the kind of
-        failure, with one line in ``"message"``; ``"seconds"`` of processor time, but where the process died
-        or was stopped. The row of a process that died is not stored: results of tasks are final, but
-        failures of processes are retried at the next call.
-
-    Raises
-    ------
-    LedgerError
-        If rows cannot be read or kept.
+    ``"status"`` of a row is `SUCCESS` if the measure returned, else the kind of failure, with one line in
+    ``"message"``; ``"seconds"`` are of processor time, but where the process died or was stopped. The row of
+    a process that died is not stored: results of tasks are final, failures of processes are retried.
     """
     if ledger is None:
         code = code_hash(measure.__module__)
@@ -134,7 +107,7 @@ def measure_all(
         group = {key: by_key[key] for key in waiting if by_key[key].environment == environment}
         with closing(spread(partial(_attempt, measure), group)) as finished:
             for key, row in finished:
-                if isinstance(row, Lost):
+                if isinstance(row, Died):
                     rows[key] = {"status": CRASHED, "message": row.words}
                 else:
                     rows[key] = append_row(ledger, key, row)
@@ -145,19 +118,17 @@ def measure_all(
 
 
 def on_processes(n_jobs: int, limit: float = inf) -> Spread:
-    """Return a `Spread` over a number of local processes.
+    """Return a `Spread` over local processes.
 
-    A task that takes longer than the limit, s, is stopped (`comparison.execution.pool.work`); its row records
-    this, with the finished share.
+    A task that takes longer than the limit, s, is stopped (`comparison.execution.pool.work`), and its row
+    says so.
     """
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
-        environment = dict(next(iter(tasks.values())).environment) if tasks else {}
+        environment = dict(next(iter(tasks.values())).environment)
         with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment)) as events:
             for key, event in events:
-                if isinstance(event, Died):
-                    yield key, Lost(event.words)
-                elif isinstance(event, Late):
+                if isinstance(event, Late):
                     yield key, {"status": LATE, "message": f"stopped after {limit:g} s", "share": event.share}
                 elif not isinstance(event, Share):
                     yield key, event

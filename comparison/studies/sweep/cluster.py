@@ -9,8 +9,8 @@ from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
-from comparison.execution.pool import Attempt
-from comparison.execution.tasks import Finished, Lost, Spread, Task
+from comparison.execution.pool import Attempt, Died
+from comparison.execution.tasks import Finished, Spread, Task
 from comparison.studies.sweep.points import SweepError
 
 PATIENCE = 10.0
@@ -87,7 +87,7 @@ def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]
         if future.status == "finished":
             yield futures[future], future.result()
         elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
-            yield futures[future], Lost("its worker died")
+            yield futures[future], Died("its worker died")
         else:
             raise SweepError(f"--scheduler {address}: lost; finished runs are kept")
 

@@ -52,24 +52,20 @@ def running(pid):
 
 def test_a_process_that_dies_costs_its_own_task_only():
     died, (name, (pid, *_)), killed, (_, (after, *_)) = events_of("die", "one", "killed", "two")
-    assert died == ("0 die", Died(3))
+    assert died == ("0 die", Died("its process ended with code 3"))
     assert name == "1 one"
-    assert killed[1].words == "its process was killed by SIGKILL"
+    assert killed[1] == Died("its process was killed by SIGKILL")
     assert pid != after
     assert not running(after)
 
 
 def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(capfd, monkeypatch):
     monkeypatch.setattr("sys.warnoptions", [])
-    events = events_of("warn", "interrupt", "one")
-    assert len({result[0] for _, result in events}) == 1
+    *shares, last = events_of("warn", "interrupt", "report")
+    assert len({event[0] for _, event in (*shares, last) if not isinstance(event, Share)}) == 1
+    # Shares are bounded and come before the result.
+    assert [event for _, event in shares[2:]] == [Share(0.0), Share(0.5), Share(1.0)]
     assert capfd.readouterr() == ("", "")
-
-
-def test_shares_are_bounded_and_come_before_the_result():
-    *shares, (name, _) = events_of("report")
-    assert [share for _, share in shares] == [Share(0.0), Share(0.5), Share(1.0)]
-    assert name == "0 report"
 
 
 def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypatch):
@@ -100,10 +96,10 @@ def prepare(awaited, report):
 
 def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
     """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
-    late = tmp_path / "late"
-    tasks = [("works", None), ("prepares", late), ("next", late)]
-    last = {}
-    with closing(work(prepare, tasks, 2, limit=3.0)) as events:
+    late, last = tmp_path / "late", {}
+    with closing(
+        work(prepare, [("works", None), ("prepares", late), ("next", late)], 2, limit=3.0)
+    ) as events:
         for name, event in events:
             last[name] = event
             if isinstance(event, Late):
@@ -111,14 +107,7 @@ def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_
     assert last == {"works": Late(0.25), "prepares": None, "next": None}
 
 
-def test_closing_ends_what_the_workers_do():
-    with closing(work(do, [("wait", "wait")], 1)) as events:
-        next(events)
-        (child,) = multiprocessing.active_children()
-    assert not running(child.pid)
-
-
-def test_an_interrupt_ends_the_workers_and_keeps_none():
+def test_an_interrupt_ends_what_the_workers_do_and_keeps_none():
     def interrupted():
         with closing(work(do, [("wait", "wait")], 1)) as events:
             for _ in events:
@@ -130,23 +119,21 @@ def test_an_interrupt_ends_the_workers_and_keeps_none():
 
 
 def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_longer():
+    def pid_of(**options):
+        *_, (_, (pid, *_)) = events_of("one", **options)
+        return pid
+
     with kept_workers():
-        [(_, (first, *_))], [(_, (second, *_))] = events_of("one"), events_of("two")
-        assert first == second
+        first = pid_of()
+        assert first == pid_of()
         assert running(first)
-        [(_, (other, value, _))] = events_of("one", environment={VARIABLE: "set"})
-        assert (other != first, value) == (True, "set")
-        assert not running(first)
-        [(_, (again, *_))] = events_of("one", environment={VARIABLE: "set"})
-        assert again == other
-    assert not running(other)
-
-
-def test_a_worker_that_died_is_not_kept():
-    with kept_workers():
-        _, (_, (after, *_)) = events_of("die", "one")
-        os.kill(after, signal.SIGKILL)
-        while any(child.pid == after for child in multiprocessing.active_children()):
+        other = pid_of(environment={VARIABLE: "set"})
+        assert (other != first, running(first)) == (True, False)
+        assert pid_of(environment={VARIABLE: "set"}) == other
+        # One that died is not kept.
+        os.kill(other, signal.SIGKILL)
+        while any(child.pid == other for child in multiprocessing.active_children()):
             time.sleep(0.01)
-        [(_, (another, *_))] = events_of("two")
-        assert another != after
+        another = pid_of(environment={VARIABLE: "set"})
+        assert another != other
+    assert not running(another)

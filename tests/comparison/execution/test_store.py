@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.run import Job, run_all
 from comparison.execution.store import append_row, cache_folder, cache_warnings, fetch, keep, read_rows
 from comparison.files import FolderError
+from comparison.tables.table import Table
 
 KEY = "0" * 64
 ROWS = {f"{number:064x}": {"status": "success", "x": 0.1 * number, "n": number} for number in range(20)}
@@ -35,7 +35,6 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def fetched(make_table):
-    """Fetch the stored run."""
     table = make_table()
     return lambda: fetch(KEY, table.channels, (0.0, table.time[-1]))
 
@@ -45,9 +44,7 @@ def files(cache, make_table):
     """The files of a stored run."""
     events = pd.DataFrame([CONTACT | {"peak_force": 40.0, "largest_depth": 1e-6}] * 2)
     pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
-    record = {"model": "reference", "steps": 5}
-    table = make_table()
-    keep(KEY, type(table)(table.frame, events, {}, record, pulses=pulses))
+    keep(KEY, Table(make_table().frame, events, {}, {"model": "reference", "steps": 5}, pulses=pulses))
     return sorted((cache / "runs" / KEY).iterdir())
 
 
@@ -104,16 +101,6 @@ def test_no_damaged_run_is_used_and_each_is_reported(files, fetched, caplog):
     assert done > 200
 
 
-@pytest.mark.usefixtures("fake_models")
-def test_a_damaged_run_is_made_again(scene):
-    (first,) = run_all([Job(scene, "reference")], 1)
-    (path,) = cache_folder().glob("runs/*/run.csv")
-    path.write_text(path.read_text().replace("1", "2", 1))
-    (second,) = run_all([Job(scene, "reference")], 1)
-    assert second.table.frame.equals(first.table.frame)
-    assert path.is_file()
-
-
 def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
     cache, make_table, fetched, monkeypatch
 ):
@@ -130,6 +117,10 @@ def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
     with monkeypatch.context() as usual:  # which is not searched where the usual one is written
         usual.setenv("SIXBAR_CACHE_DIR", str(cache))
         assert fetched() is None
+        usual.setenv("SIXBAR_CACHE_DIR", "")  # is not set
+        usual.setenv("XDG_CACHE_HOME", "")
+        usual.setenv("HOME", str(cache.parent / "home"))
+        assert cache.parent / "home" in cache_folder().parents
     temporary.chmod(0o755)  # another user may have written to it before
     assert fetched() is None
     keep(KEY, make_table())
@@ -153,29 +144,20 @@ def test_a_cache_that_can_only_be_read_is_used(files, fetched, make_table, monke
     assert {path: path.stat().st_mtime_ns for path in files} == before
 
 
-def test_an_empty_variable_is_not_set(cache, monkeypatch):
-    home = cache.parent / "home"
-    home.mkdir()
-    for name in ("SIXBAR_CACHE_DIR", "XDG_CACHE_HOME"):
-        monkeypatch.setenv(name, "")
-    monkeypatch.setenv("HOME", str(home))
-    assert home in cache_folder().parents
-
-
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table):
-    paths = [cache / name for name in ("runs/old", "runs/new", "old.jsonl", "new.jsonl", "exudyn_model-0")]
+    paths = [cache / name for name in ("runs/old", "runs/new", "exudyn_model-0", "old.jsonl", "new.jsonl")]
+    for path in paths[:3]:
+        path.mkdir(parents=True)
+        (path / "run.csv").touch()
+    for path in paths[3:]:
+        path.touch()
     for path in paths:
-        if path.suffix:
-            path.touch()
-        else:
-            path.mkdir(parents=True)
-            (path / "run.csv").touch()
-    for path in (paths[0], paths[2], paths[4]):
-        os.utime(path, (0, 0))
-    read_rows(paths[2])  # is a use
-    os.utime(cache / "runs" / "new", (0, 0))
+        if "new" not in path.name:
+            os.utime(path, (0, 0))
+    os.utime(paths[4], (0, 0))
+    read_rows(paths[4])  # is a use
     keep(KEY, make_table())
-    assert [path.exists() for path in paths] == [False, False, True, True, True]
+    assert [path.exists() for path in paths] == [False, True, True, False, True]
     assert (cache / "runs" / KEY).is_dir()
 
 
@@ -196,6 +178,10 @@ def test_no_damaged_row_is_used_and_sound_ones_are(tmp_path):
         assert rows.items() <= ROWS.items()
         if len(path.read_bytes()) == len(content):  # a digit, a bit, or zeros over at most three lines
             assert len(rows) >= len(ROWS) - 4
+    # Nor is one without checksum or of another type.
+    lines = [{"key": "a", "row": {"x": 1}}, {"key": "a", "row": [1]}, {"key": ["a"], "row": {}}, [1], 1, None]
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert read_rows(path) == {}
 
 
 def test_a_damaged_row_is_reported_once_and_one_cut_off_by_a_kill_is_not(tmp_path, caplog):
@@ -209,15 +195,7 @@ def test_a_damaged_row_is_reported_once_and_one_cut_off_by_a_kill_is_not(tmp_pat
     path.write_bytes(content.replace(b'"n":1}', b'"n":2}', 1).replace(b'"n":3}', b'"n":"a"}', 1))
     assert len(read_rows(path)) == len(ROWS) - 2
     (record,) = caplog.records
-    assert record.levelno == logging.WARNING
-    assert "2 lines are damaged" in record.getMessage()
-
-
-def test_a_row_without_checksum_or_of_another_type_is_not_used(tmp_path):
-    path = tmp_path / "rows.jsonl"
-    lines = [{"key": "a", "row": {"x": 1}}, {"key": "a", "row": [1]}, {"key": ["a"], "row": {}}, [1], 1, None]
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert read_rows(path) == {}
+    assert (record.levelno, "2 lines are damaged" in record.getMessage()) == (logging.WARNING, True)
 
 
 def append_many(path: Path, writer: int, together) -> None:
