@@ -115,12 +115,20 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
 def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = None) -> list[Outcome]:
     """Run many scenes, equal ones once; stored runs are used, and each successful one is stored as it ends.
 
-    Parameters ---------- jobs What to run; outcomes are in this order. n_jobs Number of parallel worker
-    processes; 0: all in this process, for the reference, see `run_uncached`. Workers are spawned: a script
-    that calls this needs the usual ``if __name__ == "__main__":``. on_progress Called with the finished share
-    of the expected work, 0 to 1.
+    Parameters
+    ----------
+    jobs
+        What to run; outcomes are in this order.
+    n_jobs
+        Number of parallel worker processes; 0: all in this process, for the reference, see `run_uncached`.
+        Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+    on_progress
+        Called with the finished share of the expected work, 0 to 1.
 
-    Raises ------ EngineError If a model is unknown. One that cannot be imported is "bad input".
+    Raises
+    ------
+    EngineError
+        If a model is unknown. One that cannot be imported is "bad input".
     """
     prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]

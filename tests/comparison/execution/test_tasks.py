@@ -8,7 +8,6 @@ import signal
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import pytest
 
@@ -26,14 +25,7 @@ class Square(Task):
 
     number: float
     environment: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def identity(self) -> Mapping[str, Any]:
-        return {"number": self.number}
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        return ("reference",)
+    models = ("reference",)
 
     @property
     def cost(self) -> float:

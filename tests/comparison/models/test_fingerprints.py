@@ -89,23 +89,6 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(mea
         assert file_hash(path) != before, path
 
 
-def test_imports_are_followed_through_packages_and_within_functions(tmp_path):
-    files = {
-        "__init__.py": "",
-        "room/__init__.py": "from house.room.inner import f\n",
-        "room/inner.py": "def f():\n    import house.late\n",
-        "late.py": 'from importlib.resources import files\nfiles("house.room")\n',
-        "room/numbers.toml": "a = 1",
-        "apart.py": "",
-        "start.py": "import numpy\nfrom house import room\n",
-    }
-    (tmp_path / "house" / "room").mkdir(parents=True)
-    for name, text in files.items():
-        (tmp_path / "house" / name).write_text(text)
-    found = {path.relative_to(tmp_path / "house").as_posix() for path in closure("house.start", tmp_path)}
-    assert found == files.keys() - {"apart.py"}
-
-
 def test_a_changed_number_a_name_or_an_order_is_a_change(tmp_path):
     usual, path = 'def f(x):\n    """Doc."""\n    return 2 * x + 1\n', tmp_path / "code.py"
 

@@ -12,7 +12,7 @@ from comparison.accuracy.levels import with_declared
 from comparison.cli import main
 from comparison.execution.run import Job, run_all, run_one
 from comparison.models import EngineError, declared, engine_names, load
-from comparison.scene import SceneError, load_scene
+from comparison.scene import load_scene
 from comparison.verdict.compare import recorded_scene
 from comparison.verdict.validate import validate
 
@@ -154,21 +154,6 @@ def test_a_package_that_cannot_be_imported_is_one_line(odd, fault, capfd, monkey
         said = "".join(capfd.readouterr())
         assert "model 'odd' cannot be imported from 'odd_press:simulate': " in said
         assert "Traceback" not in said
-
-
-def test_settings_of_an_installed_model_are_single_values():
-    own = {"what": "x", "order": 5, "stiff": True, "tolerance": 1e-8}
-    scene = load_scene("ideal", {f"solver.odd.{key}": value for key, value in own.items()})
-    assert scene.data["solver"]["odd"] == own
-    for key, value, message in (
-        ("solver.odd.tolerance", float("inf"), "odd.tolerance = inf must be a string, a boolean or a"),
-        ("solver.odd.list", [1], r"solver.odd.list = \[1\] must be"),
-        ("solver.odd", 3, "solver.odd = 3 must be a section"),
-        ("solver.exudin.step", 1.0, "solver.exudin is not a known key: no model .* mean solver.exudyn"),
-        ("solver.adams.step", 1.0, "solver.adams is not a known key: no model of this name is installed"),
-    ):
-        with pytest.raises(SceneError, match=message):
-            load_scene("ideal", {key: value})
 
 
 def test_a_table_is_compared_where_its_model_is_not_installed(odd):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.special import ndtr
-from scipy.stats import norm
 
 from comparison.reliability.assessment import (
     assess,
@@ -41,21 +40,6 @@ def test_without_error_the_reliability_is_phi_of_3_whatever_the_upper_limit():
         assert cap(Limits(upper=upper)) == pytest.approx(PHI_3, abs=5e-11)
     # A lower limit raises it: (1 + 1/2) / (1 - 1/2) * 3.
     assert cap(Limits(lower=1.0, upper=2.0)) == pytest.approx(ndtr(9.0), rel=1e-15)
-
-
-def test_a_normal_error_of_known_moments_gives_the_probability_that_strength_exceeds_it():
-    limits, mean, deviation = Limits(lower=0.5, upper=6.5), 1.5, 0.8
-    # Quantiles at the midpoints of equal shares: a normal sample without chance.
-    count = 200_000
-    errors = mean + deviation * norm.ppf((np.arange(count) + 0.5) / count)
-    found = float(reliability(limits, errors.mean(), errors.std()))
-    exact = float(norm.cdf((3.5 - mean) / np.hypot(1.0, deviation)))
-    # The tails beyond the outermost midpoints lack some 1e-5 of the variance.
-    assert found == pytest.approx(exact, abs=1e-5)
-    # And it is a probability: the share of pairs in which the strength is the larger.
-    rng = np.random.default_rng(2)
-    drawn = rng.normal(3.5, 1.0, count) > rng.normal(mean, deviation, count)
-    assert drawn.mean() == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / count))
 
 
 @pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.3, 5.0), (0.0, 4.0), (-0.5, 3.0)])

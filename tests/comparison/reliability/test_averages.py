@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import beta, norm
+from scipy.stats import norm
 
 from comparison.reliability.averages import (
     BLOCKS,
@@ -100,14 +100,6 @@ def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_
     assert np.median(estimate.independent) == pytest.approx(known, rel=0.2)
 
 
-def test_cycles_that_remember_each_other_are_worth_fewer():
-    drawn = np.random.default_rng(5)
-    errors = locked(1.0) + remembering((REPEATED, 200), 0.6, drawn)[..., None] * np.ones(SAMPLES)
-    # (1 - 0.6) / (1 + 0.6) = 1/4 of them. The rule of the width leaves out correlations that 200 cycles
-    # cannot tell from none, which a third more than that allows for.
-    assert 200 / 4 * 0.9 < np.median(standard_error(errors).independent) < 200 / 4 * 1.4
-
-
 def test_what_repeats_exactly_leaves_nothing_open():
     errors = np.tile(locked(2.0), (3, 1))
     assert standard_error(errors).error == 0.0
@@ -126,14 +118,6 @@ def test_where_all_samples_are_within_the_interval_is_that_of_so_many_independen
     assert proportion(errors > LIMIT, errors) == (0.0, pytest.approx(1 - low))
     same = np.tile(errors[:, :1], (1, SAMPLES))  # one value a cycle
     assert 1 - proportion(same <= LIMIT, same)[0] == pytest.approx(1 - 0.025 ** (1 / 4), rel=1e-9)
-
-
-def test_of_independent_samples_it_is_the_interval_of_clopper_and_pearson():
-    within = np.random.default_rng(8).random((2, 5000)) < 0.3
-    n, k = within.size, within.sum()
-    # By their own covariances, so to the accuracy of an estimated variance.
-    known = beta.ppf(0.025, k, n - k + 1), beta.ppf(0.975, k + 1, n - k)
-    assert proportion(within, within.astype(float)) == pytest.approx(known, abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -133,18 +133,6 @@ def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs(press):
         assert getattr(found, source) == pytest.approx(np.hypot(*own), rel=1e-12)
 
 
-def test_what_samples_leave_open_of_both_alike_is_no_part_of_the_difference(press):
-    """The pairing: pulses of two samples each, at the same instants in both."""
-    pulses = np.zeros(2001)
-    pulses[np.random.default_rng(3).choice(2000, 100, replace=False)] = 30.0
-    found = compared(press(8.0 + pulses), press(8.05 + pulses), press())
-    worst = found.a.left_open[found.a.worst].quadrature * norm.pdf(found.a.index[found.a.worst])
-    assert found.a.worst == found.b.worst
-    assert found.quadrature < 0.01 * worst
-    shifted = compared(press(8.0 + pulses), press(8.05 + np.roll(pulses, 1)), press())
-    assert shifted.quadrature > 0.5 * worst
-
-
 def test_the_line_names_the_smallest_and_the_cap_and_the_notes_what_is_sampled(press):
     comparison = ReliabilityComparison(SETTINGS, both(press(8.0), press(8.1), press()))
     assert comparison.verdict == "differ"
