@@ -57,9 +57,6 @@ FORMULATIONS = {
 }
 """Name -> model, and the key of its solver that controls the error; those of a model from the smallest on."""
 
-FORCES = ("joints", "energy")
-"""Channel groups that require the motion of all bodies."""
-
 
 def formulations(scene: Mapping[str, Any]) -> list[str]:
     """Return the formulations that can run a scene; all record the motion of the slider."""
@@ -95,7 +92,7 @@ def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
 def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the requested channel groups that require the motion of all bodies."""
     groups = scene.get("output", {}).get("groups", ())
-    return tuple(group for group in FORCES if isinstance(groups, list) and group in groups)
+    return tuple(name for name in ("joints", "energy") if isinstance(groups, list) and name in groups)
 
 
 def engine_names() -> list[str]:

@@ -33,12 +33,9 @@ SITUATIONS = {
 }
 """The paper's four contact situations of the slider (Sec. 2, Fig. 3); opposite: at both walls at once."""
 
-PULSE_POINTS = 20
-"""Points of a pulse at least; fewer noted ones are joined by a monotone spline."""
-PULSE_PEAK = 0.01
-"""Relative distance of a pulse's peak from that of the event table at most."""
-_NOTED = 5
-"""Points that a model must have noted of a contact, its peak among them."""
+PULSE_POINTS = 20  # of a pulse at least; fewer noted ones are joined by a monotone spline
+PULSE_PEAK = 0.01  # relative distance of a pulse's peak from that of the event table at most
+_NOTED = 5  # points that a model must have noted of a contact, its peak among them
 
 
 @dataclass(frozen=True)

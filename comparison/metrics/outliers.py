@@ -22,10 +22,8 @@ from comparison.tables.channels import CONTACTS
 # Gap over the wider of two groups. Errors of one kind do not look like that even if they spread over six
 # decades; two families of trajectories, a contact apart, do.
 SEPARATION = 3.0
-SMALLEST = 0.05
-"""Share of an ensemble that makes a cluster, and not a few stragglers; two members at least."""
-PARTED = 0.9
-"""By how much the shares of two groups that have a contact must differ for it to part them."""
+SMALLEST = 0.05  # share of an ensemble that makes a cluster, and not a few stragglers; two members at least
+PARTED = 0.9  # by how much the shares of two groups that have a contact must differ for it to part them
 
 
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:

@@ -36,10 +36,8 @@ from comparison.tables.arrays import Array, BoolArray
 
 ROUNDING = 5e-6
 """Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be concluded."""
-ROUND_OFF = 1e-13
-"""Of a reliability: a few hundred additions."""
-PHASES = 100
-"""Crank angles in a part of the cycle at which cycles are compared, whatever the samples."""
+ROUND_OFF = 1e-13  # of a reliability: a few hundred additions
+PHASES = 100  # crank angles in a part of the cycle at which cycles are compared, whatever the samples
 
 
 def reliability_index(limits: Limits, mean: Array | float, deviation: Array | float) -> Array:

@@ -14,8 +14,7 @@ from comparison.tables.times import SAME_GRID, hermite
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
-PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}
-"""Channels, and whose rate they are."""
+PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}  # channels, and whose rate they are
 
 
 @dataclass(frozen=True)
