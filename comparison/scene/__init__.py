@@ -1,8 +1,4 @@
-"""Scenes: read from TOML, validated, and converted to the mapping that a model takes.
-
-`loading` reads them; `overrides` changes their keys, and names what is changed; `schema` defines the keys.
-`shipped` holds the shipped scenes.
-"""
+"""Scenes: read from TOML, validated, and converted to the mapping that a model takes."""
 
 from comparison.scene.loading import (
     Scene,

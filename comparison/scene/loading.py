@@ -10,7 +10,7 @@ import difflib
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
@@ -104,25 +104,14 @@ class Scene:
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
-        """Return another scene: this one with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``.
+        """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``.
 
         Its name and title say so, unless they are among the values; it has no description.
-
-        Raises
-        ------
-        SceneError
-            If the changed scene is not valid.
         """
         return _checked(self.files, combine(self.files, self.overrides, values), self.source)
 
     def variant(self, values: Mapping[str, object]) -> Scene:
-        """Return this scene at other settings or from another start, under its name and title.
-
-        Raises
-        ------
-        SceneError
-            If it is not valid.
-        """
+        """Return this scene at other settings or from another start, under its name and title."""
         varied = self.with_values(values)
         return replace(varied, data=varied.data | {"scene": self.data["scene"]})
 
@@ -158,13 +147,7 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
-    """Validate a complete mapping, such as the one recorded beside a table.
-
-    Raises
-    ------
-    SceneError
-        As for `load_scene`.
-    """
+    """Validate a complete mapping, such as the one recorded beside a table."""
     return _checked(_named(data, "scene"), {}, "")
 
 
@@ -255,16 +238,11 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
         name = texts["name"]
         changes = {key: value for key, value in overrides.items() if not key.startswith("scene.")}
         if not changes or not isinstance(name, str):
-            texts = {"title": name} | texts
+            given["scene"] = {"title": name} | texts
         else:  # the files' texts are of what is in the files
-            derived = {
-                "name": name_with(name, changes),
-                "title": title_with(name, changes),
-                "description": "",
-            }
             own = {key.removeprefix("scene."): overrides[key] for key in overrides.keys() - changes.keys()}
-            texts = texts | derived | own
-        given["scene"] = texts
+            derived = {"name": name_with(name, changes), "title": title_with(name, changes)}
+            given["scene"] = texts | derived | {"description": ""} | own
     try:
         keys = SceneKeys.model_validate(given)
     except ValidationError as error:
@@ -273,11 +251,11 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
     if data["initial"]["slider_offset"] is None:
         data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
     return Scene(
-        data=data,
-        warnings=_warnings(data),
-        files=files,
-        overrides=overrides,
-        source=source,
+        data,
+        tuple(_warnings(data)),
+        files,
+        overrides,
+        source,
         tolerance=keys.compare.tolerance,
         time_tolerance=keys.compare.time_tolerance,
         gate=keys.compare.gate,
@@ -286,21 +264,19 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
     )
 
 
-def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
-    warnings = []
+def _warnings(data: dict[str, Any]) -> Iterator[str]:
     offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
     if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
-        warnings.append(
+        yield (
             f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {clearance:g} m: "
             "the slider starts inside the wall"
         )
     exudyn = data["solver"]["exudyn"]
     if exudyn["formulation"] != "tree" and joints_with_clearance(data) and exudyn["step"] > ASYMPTOTIC_STEP:
-        warnings.append(
+        yield (
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
         )
-    return tuple(warnings)
 
 
 def _line(text: str) -> str:

@@ -17,10 +17,9 @@ from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Unit
 LONGEST = 54
 """Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
-_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}
-"""Unit of a key -> that of a title, and the factor to it."""
+_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
-_PLAIN = re.compile(r"[\w.-]+")  # a step of a key that is not quoted
+_PLAIN = re.compile(r"[\w-]+")  # a step of a key that is not quoted
 _RULES = {
     "rule": "{text}",
     "greater_than": "must be > {gt:g}",
@@ -32,10 +31,12 @@ _RULES = {
     "int_type": "must be an integer",
     "int_from_float": "must be an integer",
     "bool_type": "must be true or false",
+    "int_parsing_size": "is too large",
     "string_type": "must be a string",
     "list_type": "must be a list",
     "dict_type": "must be a section with keys of its own",
     "model_type": "must be a section with keys of its own",
+    "model_attributes_type": "must be a section with keys of its own",
     "literal_error": "must be {expected}",
     "too_short": "must hold {min_length} values, not {actual_length}",
     "too_long": "must hold {max_length} values, not {actual_length}",
@@ -88,16 +89,9 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "
 def combine(
     files: Mapping[str, Any], overrides: Mapping[str, object], values: Mapping[str, object]
 ) -> dict[str, object]:
-    """Return the overrides of a scene whose keys are changed once more: those that differ from its files.
+    """Return the overrides of a scene when dotted keys, of sections too, are changed once more.
 
-    Parameters
-    ----------
-    files
-        The keys as the files give them.
-    overrides
-        As they were, of single keys.
-    values
-        Dotted keys, of sections too.
+    These are the single keys that then differ from its files.
     """
     values = _single("", values)
     formulation = overrides.get(_FORMULATION, _at(files, _FORMULATION) or "auto")
@@ -170,10 +164,7 @@ def title_with(name: str, overrides: Mapping[str, object]) -> str:
 def command_line(
     verb: str, sources: Sequence[str], overrides: Mapping[str, object], options: Sequence[str] = ()
 ) -> str:
-    """Return the command ``sixbar`` that does something to scenes, quoted for a POSIX shell.
-
-    The only place that writes one; nothing reads one.
-    """
+    """Return the command ``sixbar`` that does something to scenes, quoted for a POSIX shell."""
     changes = [word for key, value in overrides.items() for word in ("--set", f"{key}={_text(value)}")]
     return shlex.join(["sixbar", verb, *sources, *changes, *options])
 
@@ -200,12 +191,7 @@ def _toml(value: object) -> str:
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
 
-    Parameters
-    ----------
-    error
-        Of the validation of a file.
-    schema
-        Keys of that file, of which the nearest is suggested for an unknown one.
+    For an unknown key the nearest of the schema is suggested.
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
@@ -249,9 +235,7 @@ def _place(steps: Sequence[str], schema: type[BaseModel] = SceneKeys) -> tuple[t
         section = _section(annotation)
         field = section.model_fields.get(step) if section else None
         annotation = field and field.annotation
-        unit = next(
-            (note.symbol for note in (field.metadata if field else ()) if isinstance(note, Unit)), unit
-        )
+        unit = next((n.symbol for n in (field.metadata if field else ()) if isinstance(n, Unit)), unit)
     return section, unit
 
 

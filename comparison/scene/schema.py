@@ -1,15 +1,14 @@
 """Keys of a scene: type, unit, rule for the value, and default where there is one.
 
 Numbers of the mechanism have no defaults here; they are given with their sources in ``shipped/paper.toml``,
-which a scene extends. Defaults exist only for optional keys (initial state, joints, output, solvers, and the
-criteria, on which no run depends).
+which a scene extends.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -23,6 +22,7 @@ NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
 PARTNERS = ("slider", "guide")
 """Keys of a number for both partners of a contact, or of one for each."""
+Number = TypeVar("Number")
 
 
 @dataclass(frozen=True)
@@ -33,22 +33,11 @@ class Unit:
 
 
 def rule(key: str, value: object, text: str) -> PydanticCustomError:
-    """Build the error of a violated rule; the key is relative to the section that raises it."""
+    """Return the error of a violated rule; the key is relative to the section that raises it."""
     return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
 
 
-def _gone(name: str, instead: str) -> BeforeValidator:
-    """Reject a choice that is no longer there, and say what to take."""
-
-    def check(value: object) -> object:
-        if value == name:
-            raise PydanticCustomError("gone", "is gone: {instead}", {"instead": instead})
-        return value
-
-    return BeforeValidator(check)
-
-
-def _integer(value: object) -> object:
+def integer(value: object) -> object:
     """Reject what is equal to an integer and is none: true, 1.0."""
     if type(value) is not int:
         raise PydanticCustomError("literal_error", "", {"expected": "-1 or 1"})
@@ -59,7 +48,7 @@ Real = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
-Sign = Annotated[Literal[-1, 1], BeforeValidator(_integer)]
+Sign = Annotated[Literal[-1, 1], BeforeValidator(integer)]
 M, KG, KGM2, S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s")
 M_S, M_S2, RAD, RAD_S = Unit("m/s"), Unit("m/s^2"), Unit("rad"), Unit("rad/s")
 
@@ -152,18 +141,11 @@ class Clearance(Section):
     journal_radius: Annotated[Positive, M]
 
 
-class Moduli(Section):
-    """Young's moduli of two partners."""
+class Partners(Section, Generic[Number]):
+    """A number of each partner of a contact."""
 
-    slider: Positive
-    guide: Positive
-
-
-class PoissonRatios(Section):
-    """Poisson's ratios of two partners."""
-
-    slider: Poisson
-    guide: Poisson
+    slider: Number
+    guide: Number
 
 
 def _number_or_partners(value: object) -> str:
@@ -180,18 +162,15 @@ class Contact(Section):
     the depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
     """
 
-    law: Annotated[
-        Literal["hertz-corners", "paper-switching", "foundation"],
-        _gone("strip", "the continuous law of a whole side is 'foundation'"),
-    ]
+    law: Literal["hertz-corners", "paper-switching", "foundation"]
     impact_speed: Literal["frozen", "current"] = "frozen"
     youngs_modulus: Annotated[
-        Annotated[Positive, Tag("number")] | Annotated[Moduli, Tag("partners")],
+        Annotated[Positive, Tag("number")] | Annotated[Partners[Positive], Tag("partners")],
         Discriminator(_number_or_partners),
         Unit("Pa"),
     ]
     poisson: Annotated[
-        Annotated[Poisson, Tag("number")] | Annotated[PoissonRatios, Tag("partners")],
+        Annotated[Poisson, Tag("number")] | Annotated[Partners[Poisson], Tag("partners")],
         Discriminator(_number_or_partners),
     ]
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
@@ -221,13 +200,10 @@ class Environment(Section):
     gravity: Annotated[Real, M_S2]
 
 
-Group = Literal["accelerations", "corners", "joints", "energy"]
-
-
 class Output(Section):
     """Recorded channel groups and sampling density."""
 
-    groups: list[Group] = Field(default=["accelerations", "corners"])
+    groups: list[Literal["accelerations", "corners", "joints", "energy"]] = ["accelerations", "corners"]
     samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] = 1000
 
     @model_validator(mode="after")
@@ -257,7 +233,7 @@ class ExudynSolver(Section):
     yields the requested channels.
     """
 
-    formulation: Annotated[str, _gone("native", "the five bodies with the scene's law are 'full'")] = "auto"
+    formulation: str = "auto"
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
@@ -293,7 +269,7 @@ class Compare(Section):
 
     tolerance: Positive | None = None
     time_tolerance: Annotated[NotNegative, S] = 0.0
-    gate: dict[str, Real] = Field(default_factory=dict)
+    gate: dict[str, Real] = {}
 
 
 class Limits(Section):
@@ -372,7 +348,7 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
-    random: list[RandomInput] = Field(default=[])
+    random: list[RandomInput] = []
 
     @model_validator(mode="before")
     @classmethod

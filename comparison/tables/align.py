@@ -18,50 +18,27 @@ from comparison.tables.times import SAME_GRID, Shift, estimate, hermite
 
 @dataclass(frozen=True)
 class Aligned:
-    """Channels of both tables on a common grid.
-
-    Attributes
-    ----------
-    time
-        Common time, s, shape (n,).
-    a, b
-        Channel -> values, shape (n,).
-    interpolated
-        The interpolated table: ``""``, ``"a"`` or ``"b"``.
-    unknown
-        Channel -> where no samples determine its value, because a contact starts or ends nearby: shape (n,);
-        only channels with such samples. The values there serve plotting only.
-    shift
-        Estimated time shift between the tables; not applied.
-    """
+    """Channels of both tables on a common grid."""
 
     time: Array
     a: dict[str, Array]
     b: dict[str, Array]
     interpolated: str
+    """The interpolated table: ``""``, ``"a"`` or ``"b"``."""
     unknown: dict[str, BoolArray]
+    """Channel -> where no samples determine its value, if anywhere; that serves plotting only."""
     shift: Shift
+    """Estimated time shift between the tables; not applied."""
 
 
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
-    """Align two checked tables on a common time grid.
+    """Align two tables that passed `comparison.tables.table.check` for these channels.
 
     Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
-    within the common span, and the other table is interpolated (`resample`), piecewise between its own
-    contact events, or the other table's if it has none. Angles are unwrapped first, and whole revolutions
-    between the two are removed at every sample, as the table with more samples turns.
-
-    Parameters
-    ----------
-    a, b
-        Tables that passed `comparison.tables.table.check` for the channels ``names``.
-    names
-        Channels to align.
-
-    Raises
-    ------
-    TableError
-        If the tables have fewer than two common times.
+    within the common span (if that has fewer than two times: a `TableError`), and the other table is
+    interpolated (`resample`), piecewise between its own contact events, or the other table's if it has none.
+    Angles are unwrapped first, and whole revolutions between the two are removed at every sample, as the
+    table with more samples turns.
     """
     known, tables = a.known | b.known, {"a": a, "b": b}
     sides = {
@@ -94,8 +71,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     for name in names:
         channel = known[name]
         if channel.angle:
-            revolutions = np.round((sides["a"][name][0] - sides["b"][name][0]) / channel.turn)
-            sides["b"][name] = sides["b"][name] + channel.turn * revolutions
+            sides["b"][name] = _turned(sides["b"][name], sides["a"][name], channel, at=0)
             sides[turned][name] = _turned(sides[turned][name], sides[guide][name], channel)
     shift = estimate(time, sides["a"], sides["b"], known)
     return Aligned(time, sides["a"], sides["b"], fine, unknown, shift)
@@ -112,12 +88,11 @@ def unwound(table: Table, like: Table) -> Table:
         if channel is None or not channel.angle or name not in like.names:
             continue
         columns = [each.frame[name] for each in (table, like)]
-        if not all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
-            continue
-        values = continuous(table.values(name), channel)
-        values = values + channel.turn * np.round((like.values(name)[0] - values[0]) / channel.turn)
-        if not np.array_equal(values, table.values(name)):
-            changed[name] = values
+        if all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
+            values = table.values(name)
+            turned = _turned(continuous(values, channel), like.values(name), channel, at=0)
+            if not np.array_equal(turned, values):
+                changed[name] = turned
     return replace(table, frame=table.frame.assign(**changed)) if changed else table
 
 
@@ -129,10 +104,10 @@ def continuous(values: Array, channel: Channel) -> Array:
     return np.unwrap(values, period=channel.turn)
 
 
-def _turned(values: Array, towards: Array, channel: Channel) -> Array:
-    """Return an angle with whole revolutions added at each sample, so that it is close to another one."""
-    revolutions = np.round((towards - values) / channel.turn)
-    return values + channel.turn * revolutions if revolutions.any() else values
+def _turned(values: Array, towards: Array, channel: Channel, at: int | slice = slice(None)) -> Array:
+    """Return an angle with whole revolutions added that bring it close to another one, there or always."""
+    revolutions = np.round((towards[at] - values[at]) / channel.turn)
+    return values + channel.turn * revolutions if np.any(revolutions) else values
 
 
 def _interval(time: Array) -> float:
@@ -164,7 +139,7 @@ def resample(
     events: pd.DataFrame | None,
     known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
-    """Interpolate channels.
+    """Interpolate channels at other times inside their span; contacts have ``corner``, ``start`` and ``end``.
 
     Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
     h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
@@ -172,24 +147,8 @@ def resample(
     between two such instants is therefore interpolated separately, if it holds two samples, with linear
     extrapolation to its ends. An instant itself belongs to the following interval.
 
-    Parameters
-    ----------
-    time, columns
-        Times, s, strictly increasing, and the channels at these; shape (n,), n >= 2.
-    at
-        Times of the interpolation, s, inside the span of ``time``, shape (m,).
-    events
-        Contacts with ``corner``, ``start`` and ``end``; None: unknown.
-    known
-        Definitions of the channels; None: those of the press.
-
-    Returns
-    -------
-    columns
-        Shape (m,) each.
-    unknown
-        Channel -> where no samples determine it, because its interval has fewer than two: shape (m,). The
-        values there, interpolated across the event, serve plotting only. Only channels with such instants.
+    Also returned are channels with instants that no samples determine, because their interval has fewer than
+    two, and where: the values there, interpolated across the event, serve plotting only.
     """
     known = channels() if known is None else known
     pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval

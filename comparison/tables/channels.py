@@ -15,7 +15,6 @@ CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "u
 PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
 """Contacts of an event table and their display names: the slider's corners and the journal at A."""
-
 UNCERTAINTY = "_u"
 """Ending of the name of a column with the estimated error of a channel, in its unit; itself no channel."""
 
@@ -41,39 +40,24 @@ class Channel:
     """Scale that the user states, in the channel's unit; None: by ``scale``."""
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:
-        """Evaluate the scale in the channel's unit.
+        """Return the scale in the channel's unit; without a scene or clearance the ``extent`` of the results.
 
-        Parameters
-        ----------
-        scene
-            Scene mapping; if None, or without clearance, the scale is the range.
-        extent
-            Range (largest minus smallest value) of the results.
-
-        Notes
-        -----
-        Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well. The linkage
-        transmits a shift c of the pin to the slider as 0 to 2.83 c, depending on the crank angle, so c is the
-        effect of the pin's clearance on the slider; c * tan_beta of the guide would be 13 times smaller. With
+        Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well: the linkage
+        transmits a shift c of the pin to the slider as 0 to 2.83 c, c * tan_beta would be 13 times less. With
         both clearances the guide's scales, the smaller ones, apply.
         """
-        pin_clearance = scene is not None and (
-            scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
-        )
-        of_pin = self.scale == "clearance of the pin"
-        where = "crank_pin" if pin_clearance or of_pin else "slider"
         if self.given is not None:
             return self.given
+        pin = scene is not None and scene["joints"] == {"slider": "ideal", "crank_pin": "clearance"}
+        where = "crank_pin" if pin or self.scale == "clearance of the pin" else "slider"
         if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
             return extent
         rule, per, _ = self.scale.partition("/(T/100)")
-        clearance = float(scene["clearance"][where])
-        value = {
-            "clearance": clearance,
-            "clearance of the pin": clearance,
-            "clearance*tan_beta": clearance * (1.0 if pin_clearance else float(_file()["tan_beta"])),
-            "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
-        }[rule]
+        value = float(scene["clearance"][where])
+        if rule == "clearance/length":
+            value /= float(scene["mechanism"]["slider"]["length"])
+        elif rule == "clearance*tan_beta" and not pin:
+            value *= float(_file()["tan_beta"])
         period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))
         return value / (period / 100.0) if per else value
 
@@ -81,22 +65,19 @@ class Channel:
 @cache
 def channels() -> dict[str, Channel]:
     """Return all channels by name, in the order of a table's columns."""
-    known = {name: Channel(name=name, **keys) for name, keys in _file()["channel"].items()}
+    file = _file()
+    known = [Channel(name=name, **keys) for name, keys in file["channel"].items()]
     for corner, words in CORNERS.items():
-        for quantity, keys in _file()["corner"].items():
-            name = f"corner_{corner}_{quantity}"
-            label = f"{keys['label']}, {words} corner"
-            own = {"label": label}
+        for quantity, keys in file["corner"].items():
+            own = {"name": f"corner_{corner}_{quantity}", "label": f"{keys['label']}, {words} corner"}
             if "follows" in keys:
                 own["follows"] = f"corner_{corner}_{keys['follows']}"
-            known[name] = Channel(name=name, group="corners", **(keys | own))
+            known.append(Channel(group="corners", **keys | own))
     for joint in JOINTS:
-        for axis, keys in _file()["joint"].items():
-            label = f"{keys['label']} at {joint}"
-            known[f"reaction_{joint}_{axis}"] = Channel(
-                name=f"reaction_{joint}_{axis}", group="joints", **(keys | {"label": label})
-            )
-    return known
+        for axis, keys in file["joint"].items():
+            own = {"name": f"reaction_{joint}_{axis}", "label": f"{keys['label']} at {joint}"}
+            known.append(Channel(group="joints", **keys | own))
+    return {channel.name: channel for channel in known}
 
 
 def touching(place: str, scene: Mapping[str, Any]) -> list[str]:
@@ -117,17 +98,10 @@ def expected(scene: Mapping[str, Any]) -> list[str]:
     its bearing where the crank pin has clearance.
     """
     groups, joints = {"motion", *scene["output"]["groups"]}, scene["joints"]
-    absent = {
-        "corner_": joints["slider"] == "ideal",
-        "guide_": joints["slider"] != "ideal",
-        "journal_": joints["crank_pin"] == "ideal",
-    }
-    without = tuple(prefix for prefix, here in absent.items() if here)
-    return [
-        name
-        for name, channel in channels().items()
-        if channel.group in groups and not name.startswith(without)
-    ]
+    absent = ["corner_" if joints["slider"] == "ideal" else "guide_"]
+    absent += ["journal_"] * (joints["crank_pin"] == "ideal")
+    known = channels().items()
+    return [name for name, channel in known if channel.group in groups and not name.startswith(tuple(absent))]
 
 
 @cache

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -21,79 +21,65 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.arrays import Array
-from comparison.tables.heading import (
-    COMMENT,
-    EXPONENT,
-    NUMBER,
-    SEPARATORS,
-    SPACES,
-    is_below_time,
-    is_comment,
-    is_time,
-    names_and_units,
-    split,
-)
 from comparison.tables.table import TableError
+from comparison.tables.units import parse, same_dimension
 
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
 _LONGEST_LINE = 100_000
+_LONGEST_NAME = 1_000
 _RECENT = 3  # names, units, a line below them
-_DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
+
+_SPACES = r"\s+"  # the separator: any number of spaces and tabs
+_SEPARATORS = (";", "\t", ",", _SPACES)
 _UNIT_SEPARATOR = "\x1f"
+_COMMENT = "#%!"
+_RULE = " \t-=_*"  # characters of a line that only separates
+_EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
+NUMBER = re.compile(
+    rf"[+-]?(?=[.,]?\d)[\d.,]+{_EXPONENT}|[+-]?(?:nan|inf|infinity)(?:\(\w*\))?|[+-]?1[.,]#\w+",
+    re.ASCII | re.IGNORECASE,
+)
+"""Whatever a program writes for a number, with any signs."""
+# Names separated by spaces: quoted or a single word, either with a unit in brackets.
+# Of a line of units each is in brackets of its own. Brackets are short: the time to find them is bounded.
+_BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
+_WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
+_WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
+
+Names = tuple[list[str], list[str | None]]
+"""Of columns, and their units."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """Unconverted column of another program's table.
-
-    Attributes
-    ----------
-    name, unit
-        Without quotes and brackets; None where the table has no unit. A column without a name has that of its
-        place, ``#2``.
-    numbers
-        Shape (n,); nan where there is none.
-    text
-        Row (from 1) and text of the first entry that is no number; None if all are.
-    """
+    """Unconverted column of another program's table."""
 
     name: str
+    """Without quotes and brackets; of one without a name that of its place, ``#2``."""
     unit: str | None
     numbers: Array
+    """nan where there is none."""
     text: tuple[int, str] | None = None
+    """Row (from 1) and text of the first entry that is no number."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Unconverted table of any program.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    columns
-        In the order of the file, but for empty ones, and one that counts the rows, without a name.
-    others
-        Other contents of the file, which cannot be compared.
-    nameless
-        Whether the first column has no name and must be the time.
-    degrees
-        Whether its angles are in degrees, where the file says so; else None.
-    plain
-        Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
-    events, extrema, record
-        Companions of a table of this project; None: there is no record of its origin.
-    """
+    """Unconverted table of any program."""
 
     path: Path
     columns: list[Column]
+    """Without empty ones, and one that counts the rows, that have no name."""
     others: list[str] = field(default_factory=list)
+    """Other contents of the file, which cannot be compared."""
     nameless: bool = False
-    degrees: bool | None = None
+    """Whether the first column has no name and must be the time."""
     plain: bool = False
+    """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
     events: pd.DataFrame | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
     record: dict[str, Any] | None = None
+    """Of a table of this project; None: there is no record of its origin."""
 
     @property
     def names(self) -> list[str]:
@@ -107,13 +93,7 @@ def position(n: int) -> str:
 
 
 def decoded(content: bytes) -> str:
-    """Return a text with line feeds; in UTF-8, UTF-16 with its mark, or as older Windows programs write it.
-
-    Raises
-    ------
-    TableError
-        Without the file: if it is no text.
-    """
+    """Return a text with line feeds, of UTF-8, UTF-16 with its mark, or the code of old Windows programs."""
     try:
         text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
@@ -124,31 +104,19 @@ def decoded(content: bytes) -> str:
 
 
 def parse_text(
-    path: Path, text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None
+    path: Path, text: str, separators: Sequence[str] = _SEPARATORS, decimal: str | None = None
 ) -> Source:
-    """Read the columns of a text.
+    """Read the columns of a text with line feeds; a `TableError`, without the file, if it is no clear table.
 
-    Parameters
-    ----------
-    path, text
-        The file, and what it holds, with line feeds.
-    separators
-        Separators to try, in this order.
-    decimal
-        Sign; None: as the numbers show.
-
-    Raises
-    ------
-    TableError
-        Without the file, one line: if it contains no table, or is not clear.
+    The separators are tried in this order; without a decimal sign the numbers show it.
     """
     lines, first, separator = _first_row(text, separators)
     above, row = lines[:first], _fields(lines[first], separator)
     below_size = _below_size(row, text, lines, first, separator)
-    if below_size is not None:
+    if below_size:
         first, row = below_size, _fields(lines[below_size], separator)
-    heading = names_and_units(list(enumerate(above, 1)), separator, row)
-    if heading is None and below_size is None:
+    heading = _names_and_units(above, separator, row)
+    if heading is None and not below_size:
         _check_nameless(first + 1, lines[first], above, separator, row)
     names, units = heading or ([""] * len(row), [None] * len(row))
     text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
@@ -163,17 +131,11 @@ def parse_text(
         is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
         if name or not (is_index or frame[n].isna().all()):
             columns.append(made)
-    first_texts = {0 if made.text is None else made.text[0] for made in columns}
-    if len(first_texts) == 1 and (row_of_text := first_texts.pop()):
+    texts = {made.text[0] if made.text else 0 for made in columns}
+    if len(texts) == 1 and (row_of_text := texts.pop()):
         raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
-    degrees = _DEGREES.search("\n".join(above))
-    return Source(
-        path,
-        columns,
-        nameless=[made.name for made in columns[:1]] == [position(0)] and not any(map(is_time, names)),
-        degrees=None if degrees is None else degrees[1].lower() == "yes",
-        plain="time" in names and above == [",".join(names)],
-    )
+    nameless = [made.name for made in columns[:1]] == [position(0)] and not any(map(_is_time, names))
+    return Source(path, columns, nameless=nameless, plain="time" in names and above == [",".join(names)])
 
 
 def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
@@ -192,8 +154,31 @@ def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") 
     return Column(name, unit, numbers, (int(wrong[0]) + 1, str(text.iloc[wrong[0]])) if wrong.size else None)
 
 
+# Where the numbers begin
+
+
+def _split(line: str, separator: str) -> list[str]:
+    """Return the fields of a line without quotation marks and spaces around them."""
+    if separator == _SPACES:
+        return [field.strip('"') for field in re.split(r"[ \t]+", line.strip(" \t"))]
+    rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    return [field.strip() for field in next(rows, [])]
+
+
 def _fields(line: str, separator: str) -> list[str]:
-    return split(_uncommented(line, separator), separator)
+    return _split(_uncommented(line, separator), separator)
+
+
+def _uncommented(text: str, separator: str) -> str:
+    """Return text without the comments after a space at the ends of lines."""
+    if "#" not in text:
+        return text
+    space, last = ("[ \t]", "") if separator == _SPACES else (" ", separator)  # "; #N/A ;" is none
+    return re.sub(rf'(?m){space}#[^"\n{last}]*$', "", text)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip(" \t")[:1] in tuple(_COMMENT)
 
 
 def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
@@ -203,19 +188,30 @@ def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, st
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
     recent: list[str] = []
     for n, line in enumerate(lines):
-        tried = () if is_comment(line) else separators
-        rows = {separator: _fields(line, separator) for separator in tried}
-        fitting = [separator for separator, row in rows.items() if is_below_time(row, recent, separator)]
-        if fitting := fitting + [separator for separator, row in rows.items() if _are_numbers(row)]:
+        rows = {} if _is_comment(line) else {each: _fields(line, each) for each in separators}
+        fitting = [each for each, row in rows.items() if _is_below_time(row, recent, each)]
+        if fitting := fitting + [each for each, row in rows.items() if _are_numbers(row)]:
             return lines, n, fitting[0]
         recent = [*recent, line][-_RECENT:] if line.strip() else recent
     raise TableError("contains no row of two or more numbers")
 
 
+def _is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> bool:
+    """Whether one of the lines above a row with numbers names the time, and the row no unit of it.
+
+    Text may stand for the time as well, such as that of a clock.
+    """
+    return (len(row) > 1 and any(map(NUMBER.fullmatch, row))) and any(
+        _names_time([name]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
+        for line in above
+        for names in _fitting([_words(line, separator)], row)
+        for name, field in zip(names, row, strict=True)
+    )
+
+
 def _are_numbers(row: Sequence[str]) -> bool:
     """Whether fields are two or more numbers or empty ones."""
-    written = [field for field in row if field]
-    return len(row) > 1 and bool(written) and all(map(NUMBER.fullmatch, written))
+    return len(row) > 1 and any(row) and all(map(NUMBER.fullmatch, filter(None, row)))
 
 
 def _check_nameless(number: int, line: str, above: Sequence[str], separator: str, row: Sequence[str]) -> None:
@@ -227,34 +223,166 @@ def _check_nameless(number: int, line: str, above: Sequence[str], separator: str
             f"line {number} holds {', '.join(written)}, which may be names or numbers: write a line of names "
             "above it, or instead of it"
         )
-    if separator == SPACES and "\t" in line.strip():
+    if separator == _SPACES and "\t" in line.strip():
         raise TableError(f"line {number} has tabs and spaces between its numbers: write names above them")
 
 
-def _below_size(
-    row: Sequence[str], text: str, lines: Sequence[str], first: int, separator: str
-) -> int | None:
-    """Return the line below one that holds only the number of rows and of columns; None if this is none.
-
-    Raises
-    ------
-    TableError
-        If it may as well be the first of two columns' rows.
-    """
+def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int, separator: str) -> int:
+    """Return the line below one that holds only the number of rows and of columns; 0 if this is none."""
     if len(row) != 2 or not all(re.fullmatch(r"[0-9]{1,9}", field) for field in row):
-        return None
+        return 0
     rows, columns = map(int, row)
     below = next((n for n in range(first + 1, len(lines)) if lines[n].strip()), 0)
-    fields = split(lines[below], separator)
-    if not below or columns != len(fields):
-        return None
-    if rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
-        return None
+    fields = _split(lines[below], separator)
+    found = sum(bool(line.strip()) for line in text.split("\n")[below:])
+    if not below or (rows, columns) != (found, len(fields)):
+        return 0
     if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
         raise TableError(
             f"line {first + 1} may be a row, or the size of the table: write a line of names above it"
         )
     return below
+
+
+# What the columns are called
+
+
+def _names_and_units(above: Sequence[str], separator: str, row: Sequence[str]) -> Names | None:
+    """Return the names and units in the lines above the first row of numbers; None if they name no columns.
+
+    The names are in the line that names the time, with at most a line of units below it; else in the last
+    line, or in the one above it if the last one holds units. Either may be a comment.
+    """
+    lines = [(n, line) for n, line in enumerate(above, 1) if line.strip(_RULE)]
+    while len(lines) > 1 and lines[-1][1].count('"') % 2:  # a name of two lines
+        lines[-2:] = [(lines[-2][0], f"{lines[-2][1]} {lines[-1][1]}")]
+    if not lines:
+        return None
+    below: list[str] = []
+    for _, line in reversed(lines):
+        if names := next(filter(_names_time, _ways(line, separator, row)), None):
+            place = next(n for n, name in enumerate(names) if _names_time([name]))
+            units = (_units(text, separator, row, place) for text in below)
+            return _named(names, next(filter(None, units), []))
+        if not _is_comment(line) and not (all(map(_is_comment, below)) and _units(line, separator, row, 0)):
+            break
+        below.append(line)
+    number, line = lines[-1]
+    names = next(reversed(_ways(line, separator, row)), None)
+    for n, text in lines if names is None else lines[-1:]:
+        if not _is_comment(text) and _may_be_row(_split(text, separator), len(row)):
+            raise TableError(f"line {n} begins like a row of numbers, but is none")
+    if _is_comment(line) and (names is None or any(map(NUMBER.fullmatch, names))):
+        return None
+    if names is None:
+        raise TableError(
+            f"line {len(above) + 1} holds {len(row)} numbers, but line {number} names "
+            f"{len(_words(line, separator))}: each column needs a name, or none does"
+        )
+    titles = next(reversed(_ways(lines[-2][1], separator, row)), None) if len(lines) > 1 else None
+    return _named(names, []) if titles is None or not _are_units(names) else _named(titles, names)
+
+
+def _words(line: str, separator: str) -> list[str]:
+    line = line.lstrip(" " + _COMMENT).rstrip(" ")
+    return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
+
+
+def _ways(line: str, separator: str, row: Sequence[str]) -> list[list[str]]:
+    """Return the ways to split a line into the names of all columns.
+
+    The last one is as the numbers are separated; any other must give a name of the time.
+    """
+    others = [_words(line, other) for other in _SEPARATORS if other not in (separator, _SPACES)]
+    aligned = re.split(r"\s{2,}|\t", line.lstrip(" " + _COMMENT).rstrip())
+    others.append([field.strip('"') for field in aligned])
+    return [*filter(_names_time, _fitting(others, row)), *_fitting([_words(line, separator)], row)]
+
+
+def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str]:
+    """Return the fields of a line that holds units, that of the time in a given place; empty if it does not.
+
+    A comment with as many words as there are columns need not hold units.
+    """
+    text = line.lstrip(" " + _COMMENT).rstrip(" ")
+    ways = _fitting([_split(text, separator), *_ways(line, separator, row)], row)
+    for way in ways:
+        if _are_units(way) or same_dimension(parse(_bare(way[time]) or ""), parse("s")):
+            return way
+    return [] if _is_comment(line) or not ways or NUMBER.fullmatch(ways[0][time]) else ways[0]
+
+
+def _fitting(ways: Iterable[list[str]], row: Sequence[str]) -> list[list[str]]:
+    """Return those with as many fields as the row, but for a separator at the end of either."""
+    fitting = []
+    for fields in ways:
+        if len(fields) == len(row) + 1 and not fields[-1]:
+            fields = fields[:-1]
+        if len(fields) == len(row) - 1 and not row[-1]:
+            fields = [*fields, ""]
+        if len(fields) == len(row):
+            fitting.append(fields)
+    if any(len(field) > _LONGEST_NAME for fields in fitting for field in fields):
+        raise TableError(f"has a name of more than {_LONGEST_NAME} characters")
+    return fitting
+
+
+def _may_be_row(fields: Sequence[str], count: int) -> bool:
+    """Whether fields that are no row of numbers begin like one: it is not passed over as a title."""
+    numbers = sum(NUMBER.fullmatch(field) is not None for field in fields)
+    return bool(fields and NUMBER.fullmatch(fields[0])) and (
+        len(fields) == count or 2 * numbers > max(len(fields), 2)
+    )
+
+
+def _is_time(name: str) -> bool:
+    return name.casefold() == "time" or name == "t"
+
+
+def _names_time(fields: Sequence[str]) -> bool:
+    return any(_is_time(_name_and_unit(field)[0]) for field in fields)
+
+
+def _named(names: Sequence[str], units: Sequence[str]) -> Names:
+    """Return names and units; brackets that tell apart what has one name are part of the name."""
+    parts = [_name_and_unit(field) for field in names]
+    bare = [name for name, _ in parts]
+    for n, (name, unit) in enumerate(parts):
+        if bare.count(name) > 1 and unit is not None and (parse(unit) is None or unit.isdigit()):
+            parts[n] = names[n].strip('"'), None
+    final = [name for name, _ in parts]
+    if twice := next((name for name in final if name and final.count(name) > 1), None):
+        raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
+    below = [_bare(field) for field in units] or [None] * len(parts)
+    return final, [unit or beside for unit, (_, beside) in zip(below, parts, strict=True)]
+
+
+def _bare(field: str) -> str | None:
+    """Return a unit without its brackets; None for an empty field."""
+    inside = re.fullmatch(r"\[(.*)\]|\((.*)\)", field)
+    return (inside[1] or inside[2] or "" if inside else field).strip() or None
+
+
+def _name_and_unit(field: str) -> tuple[str, str | None]:
+    """Return name and unit of ``x [mm]``, ``x(mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
+    field = re.sub(r'^"([^"]*)"$', r"\1", field)
+    parts = _WITH_BRACKETS.fullmatch(field)
+    if parts is None:
+        return field.strip('"'), None
+    text = (parts["square"] or parts["round"] or "").strip()
+    index = text.isdigit() or parts["name"].endswith("der")
+    if not parts["space"] and (index or parse(text) is None):
+        return field.strip('"'), None
+    return parts["name"].strip('"'), text or None
+
+
+def _are_units(fields: Sequence[str]) -> bool:
+    """Whether all fields are units, or in brackets."""
+    written = [field for field in fields if field]
+    return bool(written) and all(parse(field) is not None or _bare(field) != field for field in written)
+
+
+# The rows of numbers
 
 
 def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
@@ -263,17 +391,17 @@ def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
     A comment begins at the start of a line or after a space: ``1.#QNAN`` is none. Lines are counted from the
     given one.
     """
-    if any(sign in body for sign in COMMENT):
-        body = _uncommented(re.sub(rf"(?m)^[ \t]*[{COMMENT}].*", "", body), separator)
-    if separator != SPACES and (f" {separator}" in body or " \n" in body):
+    if any(sign in body for sign in _COMMENT):
+        body = _uncommented(re.sub(rf"(?m)^[ \t]*[{_COMMENT}].*", "", body), separator)
+    if separator != _SPACES and (f" {separator}" in body or " \n" in body):
         body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space otherwise
-    if separator != SPACES and f"\n{separator}" in body:  # a spreadsheet's empty rows
+    if separator != _SPACES and f"\n{separator}" in body:  # a spreadsheet's empty rows
         body = re.sub(rf"(?m)^{separator}+$", "", body)
     if '"' not in body:
         return body, separator
     lines = body.split("\n")
     delimiter = separator
-    if separator == SPACES:
+    if separator == _SPACES:
         lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
     reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
     rows: list[str] = []
@@ -287,37 +415,26 @@ def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
     return "\n".join(rows), _UNIT_SEPARATOR
 
 
-def _uncommented(text: str, separator: str) -> str:
-    """Return text without the comments after a space at the ends of lines."""
-    if "#" not in text:
-        return text
-    space, last = ("[ \t]", "") if separator == SPACES else (" ", separator)  # "; #N/A ;" is none
-    return re.sub(rf'(?m){space}#[^"\n{last}]*$', "", text)
-
-
 def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
     """Return the decimal sign, and the rows without the sign that separates thousands.
 
-    Raises
-    ------
-    TableError
-        If the numbers of the whole text can be read in two ways.
+    The signs are those of the numbers of the whole text.
     """
     if separator == ",":
         return ".", body
-    edge = r" \t\n" if separator == SPACES else rf"{separator}\n"
+    edge = r" \t\n" if separator == _SPACES else rf"{separator}\n"
     before, end = rf"(?P<before>(?:\A|[{edge}])[ \t]*)", rf"[ \t]*(?=[{edge}]|\Z)"
 
     def number(pattern: str) -> re.Match[str] | None:
         return re.search(rf"{before}(?P<n>{pattern}){end}", body)
 
     def one(sign: str) -> str:
-        return rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){EXPONENT}"
+        return rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
 
     def both(thousands: str, decimal: str) -> str:
         """Match where each sign can have no other meaning."""
         groups, rest = rf"[+-]?[1-9]\d{{0,2}}(?:[{thousands}]\d{{3}})", rf"[{decimal}]\d*"
-        return rf"(?:{groups}{{2,}}(?:{rest})?|{groups}{rest}){EXPONENT}"
+        return rf"(?:{groups}{{2,}}(?:{rest})?|{groups}{rest}){_EXPONENT}"
 
     patterns = {sign: [one(sign), both(".", ","), both(",", ".")] for sign in ".,"}
     seen = {
@@ -338,7 +455,7 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
             "not with three decimals"
         )
     decimal, group = readings[0]
-    fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{EXPONENT}"
+    fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
     return decimal, re.sub(
         rf"{before}(?P<n>{fitting}){end}",
         lambda match: match["before"] + match["n"].replace(group, ""),
@@ -366,11 +483,11 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
             )
     except (ValueError, pd.errors.ParserWarning) as error:
         for n, line in enumerate(body.split("\n"), first):
-            if len(fields := split(line, separator)) > count:
+            if len(fields := _split(line, separator)) > count:
                 raise TableError(
                     f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
                 ) from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
-    if separator == SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
+    if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
         raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")
     return frame

@@ -42,15 +42,20 @@ class _Assigned:
     """A table's columns by channel, the rules of those that have one, and columns without a channel."""
 
     source: Source
-    columns: dict[str, Column]
-    rules: dict[str, Rule]
+    columns: dict[str, Column] = field(default_factory=dict)
+    rules: dict[str, Rule] = field(default_factory=dict)
     others: list[str] = field(default_factory=list)
+
+    def unit(self, name: str) -> str | None:
+        """Return the unit of a column by its rule, else as its table states it."""
+        by_rule = self.rules[name].unit if name in self.rules else None
+        return self.columns[name].unit if by_rule is None else by_rule
 
 
 def read_tables(
     paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None = None, at_events: str | None = None
 ) -> tuple[list[Table], tuple[str, ...]]:
-    """Read the runs of two programs, native or not.
+    """Read the runs of two programs, native or not, as tables that are not yet checked.
 
     Parameters
     ----------
@@ -67,22 +72,17 @@ def read_tables(
     Returns
     -------
     tables
-        In SI units; not yet checked.
+        In SI units.
     warnings
         What was left out or assumed.
-
-    Raises
-    ------
-    TableError
-        One line: file, column and rule.
     """
     mapping = mapping or Mapping()
     sources = [open_source(path) for path in paths]
     _refuse_missing(sources, sides, mapping)
     assigned = _assign(sources, sides, mapping)
-    warnings = list(_complete(assigned, mapping))
+    completed = list(_complete(assigned, mapping))
     known = _definitions(assigned, mapping)
-    warnings[:0] = _assumptions(sources, known)
+    warnings = [*_assumptions(sources, known), *completed]
     tables = []
     for one in assigned:
         if one.others:
@@ -95,19 +95,18 @@ def read_tables(
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:
     """Reject rules for missing columns: a misspelt name would leave a channel out."""
     every = [name for source in sources for name in source.names]
-    parts = [
+    most = max(len(source.names) for source in sources)
+    checks = [
         (str(source.path), mapping.only(side), source.names, len(source.names))
         for source, side in zip(sources, sides, strict=True)
     ]
-    most = max(len(source.names) for source in sources)
-    for where, rules, shown, count in [*parts, ("either table", mapping.columns, every, most)]:
+    for where, rules, shown, count in [*checks, ("either table", mapping.columns, every, most)]:
         for name in rules:
-            if name in shown or name in map(position, range(count)):
-                continue
-            close = difflib.get_close_matches(name, shown, n=1)
-            columns = f"columns: {', '.join(sorted(set(shown)))}"
-            meant = f"did you mean {close[0]!r}?" if close else columns
-            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
+            if name not in shown and name not in map(position, range(count)):
+                close = difflib.get_close_matches(name, shown, n=1)
+                columns = f"columns: {', '.join(sorted(set(shown)))}"
+                meant = f"did you mean {close[0]!r}?" if close else columns
+                raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *every}:
             raise TableError(f"{mapping.file}: compare: {name!r} is not a channel")
@@ -138,41 +137,32 @@ def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -
 
 
 def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> _Assigned:
-    assigned = _Assigned(source, {}, {})
-    own = [rules.get(column.name) or rules.get(position(n)) for n, column in enumerate(source.columns)]
-    time = None
-    if not any(rule is not None and rule.channel == TIME for rule in own):
-        time = _time(source)
+    assigned = _Assigned(source)
+    own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
+    times = [name for name in source.names if name.casefold() == TIME]
+    if not times and not any(rule and rule.channel == TIME for rule in own):
+        first = source.names[:1] if source.nameless else []
+        times = ["t"] if "t" in source.names else first
     for column, rule in zip(source.columns, own, strict=True):
-        channel: str | None = column.name
         if rule is not None:
             channel = rule.channel
-        elif column.name == time or column.name.casefold() == TIME:
+        elif column.name in times:
             channel = TIME
-        elif column.name not in channels() and column.name not in mapping.channels:
-            channel = None
-        if channel is None:
+        elif column.name in channels() or column.name in mapping.channels:
+            channel = column.name
+        else:
             assigned.others.append(column.name)
-        elif channel in assigned.columns:
+            continue
+        if channel in assigned.columns:
             both = f"{assigned.columns[channel].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-        else:
-            assigned.columns[channel] = column
-            if rule is not None:
-                assigned.rules[channel] = rule
+        assigned.columns[channel] = column
+        if rule is not None:
+            assigned.rules[channel] = rule
     if TIME not in assigned.columns:
         names = ", ".join(sorted(source.names))
         raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
     return assigned
-
-
-def _time(source: Source) -> str | None:
-    """Return the name of the column that is the time for want of one that is called so."""
-    if any(name.casefold() == TIME for name in source.names):
-        return None
-    if "t" in source.names:
-        return "t"
-    return source.names[0] if source.nameless else None
 
 
 def _complete(assigned: Sequence[_Assigned], mapping: Mapping) -> Iterable[str]:
@@ -196,39 +186,25 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
         omega = float(scene["drive"]["speed_rpm"]) * np.pi / 30.0
     except (KeyError, TypeError, ValueError):  # of another program's record
         return []
-    return [
-        Column("crank_angle", "rad", start + omega * time),
-        Column("crank_speed", "rad/s", np.full(time.shape, omega)),
-    ]
+    speed = np.full(time.shape, omega)
+    return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
 
 
 def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
-    degrees = {one.source.degrees: one.source.path.name for one in assigned if one.source.degrees is not None}
-    if len(degrees) > 1:
-        raise TableError(
-            f"{degrees[True]} is inDegrees=yes and {degrees[False]} inDegrees=no: export both the same way"
-        )
     defined = {}
     for name in dict.fromkeys(name for one in assigned for name in one.columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         if name not in channels():
+            holding = [one for one in assigned if name in one.columns]
             stated = [
-                Stated(one.source.path.name, _unit(one, name), one.columns[name].numbers)
-                for one in assigned
-                if name in one.columns
+                Stated(one.source.path.name, one.unit(name), one.columns[name].numbers) for one in holding
             ]
             defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)
     check_rates(defined.values(), mapping.file)
     return defined
-
-
-def _unit(one: _Assigned, name: str) -> str | None:
-    """Return the unit of a column by its rule, else as its table states it."""
-    rule = one.rules.get(name)
-    return one.columns[name].unit if rule is None or rule.unit is None else rule.unit
 
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
@@ -257,7 +233,7 @@ def _table(one: _Assigned, known: Pairs[str, Channel], mapping: Mapping, at_even
 
 def _converted(one: _Assigned, name: str, channel: Channel | None, mapping: Mapping) -> tuple[Array, str]:
     """Return a column in its channel's unit (None: the time), and a description of the conversion."""
-    column, rule = one.columns[name], one.rules.get(name)
+    column, rule = one.columns[name], one.rules.get(name, Rule(channel=name))
     where = f"{one.source.path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
@@ -265,21 +241,18 @@ def _converted(one: _Assigned, name: str, channel: Channel | None, mapping: Mapp
         raise TableError(f"{where} is not a number in data row {row}: {text!r}{hint}")
     wanted = "s" if channel is None else channel.unit
     own = channel is not None and name not in channels()
-    stated = _unit(one, name)
-    if stated is None and rule is not None and not own:
+    stated = one.unit(name)
+    if stated is None and name in one.rules and not own:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     if stated is None or (own and parse(stated) is None):
         stated = wanted
-    values = column.numbers
-    description = f"{column.name} in {stated}" if stated else column.name
-    factor = mapping.channels[name].factor if name in mapping.channels else 1.0
-    if rule is not None:
-        factor = factor if rule.factor is None else rule.factor
-        values = values if rule.sign == 1 else -values
-        description = ("-" if rule.sign < 0 else "") + description
+    values = column.numbers if rule.sign == 1 else -column.numbers
+    description = ("-" if rule.sign < 0 else "") + (f"{column.name} in {stated}" if stated else column.name)
+    usual = mapping.channels.get(name, Quantity()).factor
+    factor = usual if rule.factor is None else rule.factor
     if factor != 1:
         values, description = values * factor, f"{factor:g} {description}"
-    if rule is not None and rule.offset:
+    if rule.offset:
         values, description = values + rule.offset, description + f" {rule.offset:+g}"
     unit, to = parse(stated), parse(wanted)
     in_table = parse(column.unit) if column.unit is not None else None
@@ -289,9 +262,8 @@ def _converted(one: _Assigned, name: str, channel: Channel | None, mapping: Mapp
         if unit is None:
             raise TableError(f"{where}: unit {stated!r} is not known")
         if not same_dimension(unit, to):
-            raise TableError(
-                f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}"
-            )
+            misfit = f"does not fit the channel {name}, which is in {wanted}"
+            raise TableError(f"{where}: unit {stated!r} {misfit}")
     if in_table is not None and in_table != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
     return (values if unit is None or to is None else unit.convert(values, to)), description

@@ -22,8 +22,7 @@ from zipfile import ZipFile
 import numpy as np
 
 from comparison.files import check_size
-from comparison.tables.dialect import Column, Source, column, decoded, parse_text
-from comparison.tables.heading import NUMBER
+from comparison.tables.dialect import NUMBER, Column, Source, column, decoded, parse_text
 from comparison.tables.table import TableError
 from comparison.tables.table_files import LARGEST, read_events, read_frame, read_record
 
@@ -42,33 +41,38 @@ _EXPORT = "save its sheet as CSV"
 _LONGEST = 600.0  # s to read a MATLAB file
 _MEMORY = 4 * LARGEST
 """Bytes of address space to read it in: it is compressed, and may be small. The libraries take some of it."""
+_KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
 
 
 def open_source(path: Path) -> Source:
-    """Read a file.
-
-    Raises
-    ------
-    TableError
-        One line: file and rule, of a kind that is not read with what to do instead.
-    """
-    head = _head(path)
+    """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
+    try:
+        check_size(path, LARGEST)
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
     if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
         raise TableError(f"{path}: {rule}")
-    is_parquet = head.startswith(b"PAR1")
+    is_parquet, is_workbook = head.startswith(b"PAR1"), head.startswith(b"PK\x03\x04")
+    # Of MATLAB's files version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
+    is_matlab = head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head)
+    is_text = b"\0" not in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
+    if not (is_parquet or is_workbook or is_matlab or is_text):
+        hint = "let the program write text or CSV (of OpenFAST OutFileFmt = 1)"
+        raise TableError(f"{path}: is a binary file: {hint}")
     if is_parquet:
         frame = read_frame(path, parquet=True)
         columns = [column(str(name), None, frame[name]) for name in frame]
         source = Source(path, columns, plain="time" in frame)
     else:
         try:
-            # Version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
-            if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head):
+            if is_matlab:
                 source = Source(path, *_vectors_of(path))
-            elif head.startswith(b"PK\x03\x04"):
+            elif is_workbook:
                 source = parse_text(path, _sheet(path), ("\t",), ".")
             else:
-                source = parse_text(path, _text(path))
+                source = parse_text(path, decoded(path.read_bytes()))
         except TableError as error:
             raise TableError(f"{path}: {error}") from error.__cause__
     source = replace(source, events=read_events(path))
@@ -76,22 +80,6 @@ def open_source(path: Path) -> Source:
         extrema, record = read_record(path)
         source = replace(source, extrema=extrema, record=record)
     return source
-
-
-def _head(path: Path) -> bytes:
-    try:
-        check_size(path, LARGEST)
-        with path.open("rb") as file:
-            return file.read(_HEAD)
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-
-
-def _text(path: Path) -> str:
-    content = path.read_bytes()
-    if b"\0" in content[:_HEAD] and not content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise TableError("is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)")
-    return decoded(content)
 
 
 # Excel
@@ -109,9 +97,8 @@ def _sheet(path: Path) -> str:
     if len(holding) > 1:
         raise TableError(f"sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
     text = io.StringIO()
-    csv.writer(text, delimiter="\t", lineterminator="\n").writerows(
-        [_written(cell) for cell in row] for row in sheets[holding[0]]
-    )
+    lines = csv.writer(text, delimiter="\t", lineterminator="\n")
+    lines.writerows(map(_written, row) for row in sheets[holding[0]])
     return text.getvalue()
 
 
@@ -157,10 +144,7 @@ def _written(cell: object) -> str:
 
 
 def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
-    """Return the real vectors of a .mat file of version 4 to 7, and descriptions of its other contents.
-
-    The fields of a single structure keep their names; of several, they are ``structure.field``.
-    """
+    """Return the real vectors of a .mat file of version 4 to 7, and descriptions of its other contents."""
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
     try:
@@ -178,6 +162,26 @@ def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
     return columns, others.tolist()
 
 
+def main() -> None:
+    """Write the vectors of the given MATLAB file to standard output; any failure ends this process."""
+    from scipy.io import loadmat
+
+    if resource is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
+    if "Aclass" in content:  # the lines of names need their full width
+        content = _trajectory(loadmat(sys.argv[1], appendmat=False))
+    variables = _variables(content)
+    others = {name: what for name, value in variables.items() if (what := _other(np.asarray(value)))}
+    vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
+    described = [f"{name} ({what})" for name, what in others.items()]
+    packed = io.BytesIO()
+    np.savez(packed, np.array(list(vectors), dtype=str), np.array(described, dtype=str), *vectors.values())
+    sys.stdout.buffer.write(packed.getvalue())
+
+
 def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
 
@@ -192,32 +196,27 @@ def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
         content[key] if transposed else content[key].T for key in ("dataInfo", "data_1", "data_2")
     )
     variables = {}
-    for n, name in enumerate(names):
-        row = int(info[1, n])
-        values = varying[abs(row) - 1]
-        if int(info[0, n]) == 1:
-            values = constant[abs(row) - 1, 0] + np.zeros(varying.shape[1])
+    for name, matrix, row in zip(names, info[0].astype(int), info[1].astype(int), strict=True):
+        place = abs(row) - 1
+        values = constant[place, 0] + np.zeros(varying.shape[1]) if matrix == 1 else varying[place]
         variables[name.strip()] = -values if row < 0 else values
     return variables
 
 
-def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return the real vectors, and descriptions of the other contents."""
+def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variables of a file; of structures their fields, of several named ``structure.field``."""
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    structures = [
-        name
-        for name, value in variables.items()
+    structures = {
+        name: variables.pop(name)
+        for name, value in list(variables.items())
         if isinstance(value, np.ndarray) and value.dtype.names is not None and value.shape == ()
-    ]
-    for name in structures:
-        structure = variables.pop(name)
+    }
+    for name, structure in structures.items():
         fields = {key: structure[key][()] for key in structure.dtype.names}
         if len(structures) > 1 or set(fields) & set(variables):
             fields = {f"{name}.{key}": value for key, value in fields.items()}
         variables |= fields
-    others = {name: what for name, value in variables.items() if (what := _other(np.asarray(value)))}
-    vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
-    return vectors, [f"{name} ({what})" for name, what in others.items()]
+    return variables
 
 
 def _other(value: np.ndarray) -> str:
@@ -225,29 +224,10 @@ def _other(value: np.ndarray) -> str:
     if value.dtype.names is not None:
         return "structure"
     if value.dtype.kind not in "fiu":
-        names = {"c": "complex numbers", "U": "text", "b": "booleans"}
-        return names.get(value.dtype.kind, "objects or cells")
+        return _KINDS.get(value.dtype.kind, "objects or cells")
     if value.ndim == 1:
         return ""
     return "single number" if value.ndim == 0 else f"matrix of {' x '.join(map(str, value.shape))}"
-
-
-def main() -> None:
-    """Write the vectors of the given MATLAB file to standard output; any failure ends this process."""
-    from scipy.io import loadmat
-
-    if resource is not None:
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
-        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
-    content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
-    if "Aclass" in content:  # the lines of names need their full width
-        content = _trajectory(loadmat(sys.argv[1], appendmat=False))
-    vectors, others = _vectors(content)
-    texts = (np.array(list(vectors), dtype=str), np.array(others, dtype=str))
-    packed = io.BytesIO()
-    np.savez(packed, *texts, *vectors.values())
-    sys.stdout.buffer.write(packed.getvalue())
 
 
 if __name__ == "__main__":

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Iterable, Sequence
 from collections.abc import Mapping as Pairs
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, PrivateAttr, ValidationError
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
-from comparison.scene.overrides import short
-from comparison.scene.schema import Positive, Real, Section, Sign
+from comparison.scene.overrides import explain
+from comparison.scene.schema import Positive, Real, Section, integer
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 from comparison.tables.table import TableError
@@ -24,22 +23,6 @@ from comparison.tables.units import parse, same_dimension
 TIME = "time"
 # Of the largest value: a channel that varies by less varies by the rounding of its numbers.
 _ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
-_RULES = {
-    "extra_forbidden": "is not a known key",
-    "missing": "is missing",
-    "string_type": "must be a string",
-    "bool_type": "must be true or false",
-    "greater_than": "must be above 0",
-    "float_type": "must be a number",
-    "finite_number": "must be finite",
-    "literal_error": "must be 1 or -1",
-    "int_parsing_size": "must be 1 or -1",
-    "list_type": "must be a list of channels",
-    "too_short": "must name at least one channel",
-    "dict_type": "must be a section",
-    "model_type": "must be a section",
-    "model_attributes_type": "must be a section",
-}
 
 
 class Rule(Section):
@@ -48,7 +31,7 @@ class Rule(Section):
     channel: str
     unit: str | None = None
     """None: as stated in the table."""
-    sign: Sign = 1
+    sign: Annotated[Literal[1, -1], BeforeValidator(integer)] = 1
     offset: Real = 0.0
     """In the column's unit."""
     factor: Real | None = None
@@ -71,28 +54,18 @@ class Quantity(Section):
 
 
 class Mapping(Section):
-    """Contents of a mapping file.
-
-    Attributes
-    ----------
-    compare
-        Channels to compare; None: all, and both tables must hold the same.
-    columns
-        Column name -> rule, for either table.
-    channels
-        Channel -> its definition.
-    gate
-        Metric -> its limit, for every channel.
-    a, b
-        As ``columns``, for the first or the second table only; takes precedence over ``columns``.
-    """
+    """Contents of a mapping file."""
 
     compare: Annotated[list[str], Field(min_length=1)] | None = None
+    """Channels to compare; None: all, and both tables must hold the same."""
     columns: dict[str, Rule] = Field(default={})
+    """Column name -> rule, for either table."""
     channels: dict[str, Quantity] = Field(default={})
     a: dict[str, Rule] = Field(default={})
+    """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
     gate: dict[str, Real] = Field(default={})
+    """Metric -> its limit, for every channel."""
 
     _file: str = PrivateAttr("mapping")
 
@@ -107,36 +80,22 @@ class Mapping(Section):
 
 
 def load_mapping(path: Path) -> Mapping:
-    """Read a mapping file.
-
-    Raises
-    ------
-    TableError
-        One line with key, value and violated rule.
-    """
+    """Read a mapping file; a `TableError` tells key, value and violated rule."""
     try:
         mapping = Mapping.model_validate(tomllib.loads(contents(path)))
         _check(mapping)
-        mapping._file = str(path)
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: is nested too deeply") from error
     except ValidationError as error:  # before its base class ValueError
-        first = error.errors()[0]
-        key = ".".join(_key(step) for step in first["loc"])
-        value = "" if first["type"] in {"missing", "extra_forbidden"} else f" = {short(first['input'])}"
-        raise TableError(f"{path}: {key}{value} {_RULES.get(first['type'], first['msg'])}") from error
+        raise TableError(f"{path}: {explain(error, Mapping)}") from error
     except TableError as error:  # as well
         raise TableError(f"{path}: {error}") from None
     except ValueError as error:  # TOML's and UnicodeDecodeError
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: is nested too deeply") from error
+    mapping._file = str(path)
     return mapping
-
-
-def _key(step: str | int) -> str:
-    """Return a step of a key as TOML has it, quoted if it must be."""
-    return str(step) if re.fullmatch(r"[A-Za-z0-9_-]+", str(step)) else repr(step)
 
 
 def _check(mapping: Mapping) -> None:
@@ -147,21 +106,18 @@ def _check(mapping: Mapping) -> None:
         if name == TIME:
             raise TableError(f"{where}: time is no channel; its unit is that of a column")
         if name in channels() and (keys := sorted(quantity.model_fields_set - {"scale"})):
-            raise TableError(
-                f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
-            )
+            fixed = "is fixed for a channel of the press; only a scale can be given"
+            raise TableError(f"{where}: {keys[0]} {fixed}")
         _check_conversion(where, quantity, "columns")
         if quantity.rate is not None and (quantity.rate == name or quantity.rate not in every):
-            raise TableError(
-                f"{where}: rate = {quantity.rate!r} is not another channel of the press or of [channels]"
-            )
-    for part, rules in (("columns", mapping.columns), ("a", mapping.a), ("b", mapping.b)):
-        for column, rule in rules.items():
+            known = "another channel of the press or of [channels]"
+            raise TableError(f"{where}: rate = {quantity.rate!r} is not {known}")
+    for part in ("columns", "a", "b"):
+        for column, rule in getattr(mapping, part).items():
             where = f"{part}.{column!r}"
             if rule.channel not in {TIME, *every}:
-                raise TableError(
-                    f"{where}: channel = {rule.channel!r} is not a channel of the press or of [channels]"
-                )
+                known = "a channel of the press or of [channels]"
+                raise TableError(f"{where}: channel = {rule.channel!r} is not {known}")
             _check_conversion(where, rule, "column")
     if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
         raise TableError("names no column")
@@ -175,23 +131,18 @@ def _check_conversion(where: str, given: Rule | Quantity, what: str) -> None:
 
 
 class Stated(NamedTuple):
-    """What one table says of a channel."""
+    """What one table says of a channel; its unit is None if nothing."""
 
     table: str
     unit: str | None
-    """None: nothing."""
     values: Array
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
     """Return the definition of a channel that is not the press's.
 
-    Its unit is the given one, else the tables': of two that differ but measure the same the first table's.
-
-    Raises
-    ------
-    TableError
-        If the tables' units exclude each other, or one states a unit and the other none.
+    Its unit is the given one, else the tables': of two that differ but measure the same the first table's. If
+    these exclude each other, or one table states a unit and the other none, it is a `TableError`.
     """
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
@@ -219,21 +170,13 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: s
 
 
 def check_rates(defined: Iterable[Channel], file: str) -> None:
-    """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong.
-
-    Raises
-    ------
-    TableError
-        One line.
-    """
-    known = {channel.name: channel for channel in defined}
+    """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong."""
+    own = {channel.name: channel for channel in defined}
     second = parse("s")
-    for channel in known.values():
-        rate = known.get(channel.rate or "") or channels().get(channel.rate or "")
-        unit, of_rate = parse(channel.unit), parse(rate.unit) if rate is not None else None
-        if rate is None or unit is None or of_rate is None or second is None:
-            continue
-        if of_rate.times(second) != unit:
+    for channel in own.values():
+        rate = own.get(channel.rate or "") or channels().get(channel.rate or "")
+        unit, of_rate = parse(channel.unit), parse(rate.unit) if rate else None
+        if rate and unit and of_rate and second and of_rate.times(second) != unit:
             raise TableError(
                 f"{file}: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
                 f"which is not {channel.unit} per second"

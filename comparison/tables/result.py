@@ -6,28 +6,28 @@ Pulses are the normal forces of the contacts in time, columns ``row`` (in the ev
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparison.files import json_text
+from comparison.tables.arrays import BoolArray
 
 Columns = dict[str, NDArray[Any]]
 
-_PULSES = {"row": "iu", "time": "f", "force": "f"}
+_PARTS = dict.fromkeys(("columns", "events", "extrema", "provenance"), dict) | {
+    "status": str,
+    "remedy": str,
+}
 _KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
 _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
 _DEEPEST = 50
 
 
 class Result(Protocol):
-    """Interface of a model's result; each model has its own class.
-
-    It may also have ``pulses`` and ``cycle_extrema``, dicts of arrays or None: see
-    `comparison.tables.table.Table`.
-    """
+    """A model's result; it may also have ``pulses`` and ``cycle_extrema``, as a `Table` has."""
 
     @property
     def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
@@ -43,18 +43,15 @@ class Result(Protocol):
     def remedy(self) -> str: ...  # noqa: D102
 
 
-def check_result(result: Result) -> None:
-    """Reject what lacks an attribute of a `Result`, or has a part that is not what it must be.
+def reject(bad: BoolArray, fault: Callable[[int], str]) -> None:
+    """Raise a ValueError with what is said of the first place that is bad, if one is."""
+    if bad.any():
+        raise ValueError(fault(int(bad.argmax())))
 
-    Raises
-    ------
-    TypeError, ValueError
-        Which part, and what it must be.
-    """
-    required = dict.fromkeys(("columns", "events", "extrema", "provenance"), dict) | dict.fromkeys(
-        ("status", "remedy"), str
-    )
-    for name, kind in required.items():
+
+def check_result(result: Result) -> None:
+    """Reject, by a TypeError or ValueError, what lacks a part of a `Result` or has another in its place."""
+    for name, kind in _PARTS.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):
             raise TypeError(f"result: {name} must be a {kind.__name__}, not {type(part).__name__}")
@@ -73,31 +70,19 @@ def check_result(result: Result) -> None:
 
 
 def check_cycle_extrema(columns: Mapping[str, Any]) -> None:
-    """Reject what are no columns of real numbers of one length.
-
-    Raises
-    ------
-    ValueError
-        What is wrong with which.
-    """
+    """Reject, by a ValueError, what are no columns of real numbers of one length."""
     _check_columns("cycle_extrema", columns, dict.fromkeys(columns, "f"))
 
 
 def check_pulses(pulses: Mapping[str, Any]) -> None:
-    """Reject what are no columns of pulses.
-
-    Raises
-    ------
-    ValueError
-        What is wrong with which.
-    """
-    _check_columns("pulses", pulses, _PULSES)
+    """Reject, by a ValueError, what are no columns of pulses."""
+    _check_columns("pulses", pulses, {"row": "iu", "time": "f", "force": "f"})
     for name in ("time", "force"):
-        if (bad := np.flatnonzero(~np.isfinite(pulses[name]))).size:
-            raise ValueError(f"pulses: {name} is {pulses[name][bad[0]]} in sample {bad[0] + 1}")
+        values = pulses[name]
+        reject(~np.isfinite(values), lambda n: f"pulses: {name} is {values[n]} in sample {n + 1}")  # noqa: B023
     step = np.diff(pulses["row"].astype(np.int64))
-    if (bad := np.flatnonzero((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0)))).size:
-        raise ValueError(f"pulses: not sorted by row and time at sample {bad[0] + 2}")
+    unsorted = (step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))
+    reject(unsorted, lambda n: f"pulses: not sorted by row and time at sample {n + 2}")
 
 
 def _check_columns(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> None:
@@ -110,11 +95,10 @@ def _check_columns(part: str, columns: Mapping[str, Any], kinds: Mapping[str, st
         raise ValueError(f"{part}: columns differ in length")
 
 
-def thinned(pulses: Mapping[str, NDArray[Any]]) -> Columns:
-    """Return the pulses with fewer samples of each long contact; they passed `check_pulses`.
+def thinned(pulses: Columns) -> Columns:
+    """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
 
-    All of a short contact are kept, else the ends and the extrema of equal parts, and of a long contact the
-    first samples as well: there its impact is.
+    All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
     """
     row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
     begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
@@ -133,14 +117,9 @@ def thinned(pulses: Mapping[str, NDArray[Any]]) -> Columns:
 
 
 def check_record(record: object) -> None:
-    """Reject what is no record of a run, such as the file of another program that has its name.
+    """Reject, by a ValueError, what is no record of a run, such as another program's file of its name.
 
     Entries that are read must have the expected type; all others may be anything.
-
-    Raises
-    ------
-    ValueError
-        Which entry is not what it must be.
     """
     if fault := next(_faults(record), ""):
         raise ValueError(fault)
@@ -158,7 +137,7 @@ def _faults(record: object) -> Iterator[str]:
     for channel, values in (record.get("extrema") or {}).items():
         if not isinstance(values, Mapping) or not all(map(_is_number, values.values())):
             yield f"extrema of {channel} must be an object of numbers"
-    if not _is_number(record.get("wall_time_s", 0.0)):
+    if not _is_number(record.get("wall_time_s")):
         yield "wall_time_s must be a number"
     scene = record.get("scene")
     if isinstance(scene, Mapping) and not isinstance(scene.get("solver", {}), Mapping):

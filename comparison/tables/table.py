@@ -18,13 +18,14 @@ from comparison.tables.result import (
     check_cycle_extrema,
     check_pulses,
     check_result,
+    reject,
     thinned,
 )
 
 LARGEST_NUMBER = 1e30
 """No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
-_EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
+_MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 class TableError(ValueError):
@@ -63,13 +64,7 @@ class Table:
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
-        """Convert the result of a model's ``simulate``, whatever its status.
-
-        Raises
-        ------
-        TableError
-            If it lacks attributes of a `Result`, or its columns differ in length.
-        """
+        """Convert the result of a model's ``simulate``, whatever its status; a `TableError` if it is none."""
         try:
             check_result(result)
         except (TypeError, ValueError) as error:
@@ -125,22 +120,9 @@ def check(
 ) -> None:
     """Reject a table that does not permit a meaningful comparison.
 
-    Parameters
-    ----------
-    table
-        Table to check.
-    channels
-        Required channels (no others are allowed), in any order, without ``time``.
-    span
-        First and last time (s) that it must reach, within half a sample; None: any.
-    name
-        Name of the table in messages.
-
-    Raises
-    ------
-    TableError
-        With the channel and the first invalid row (data rows are counted from 1, without the header), or the
-        contact.
+    It must hold these channels (in any order, without ``time``) and no others, and reach the first and last
+    time of ``span`` (s) within half a sample. A `TableError` calls it ``name`` and tells channel and data row
+    (from 1, without the header), or contact.
     """
     try:
         _check_names(table, channels)
@@ -152,13 +134,14 @@ def check(
         events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
         if len(events):
             _check_events(events, table.time)
+    except ValueError as error:
+        raise TableError(f"{name}: {error}") from None
+    try:
         if table.pulses is not None:
             _check_pulses(table.pulses, events)
         if table.cycle_extrema is not None:
             check_cycle_extrema(table.cycle_extrema)
-    except TableError as error:
-        raise TableError(f"{name}: {error}") from None
-    except ValueError as error:  # of the parts that a result may have
+    except ValueError as error:
         raise TableError(f"{name}: its {error}") from None
 
 
@@ -167,7 +150,7 @@ def _check_names(table: Table, channels: Sequence[str]) -> None:
     unexpected = [channel for channel in table.channels if channel not in channels]
     for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
         if names:
-            raise TableError(f"channel {names[0]} is {fault}{_and_more(names)}")
+            raise ValueError(f"channel {names[0]} is {fault}{_and_more(names)}")
 
 
 def _are_sound(frame: pd.DataFrame) -> bool:
@@ -179,76 +162,70 @@ def _are_sound(frame: pd.DataFrame) -> bool:
 
 def _check_numbers(channel: str, column: pd.Series) -> None:
     values = _numbers(column)
-    bad = np.flatnonzero(~np.isfinite(values))
+    bad = ~np.isfinite(values)
     if column.dtype.kind not in "fiu":
-        row = int(bad[0]) if bad.size else 0
+        row = int(bad.argmax()) if bad.size else 0
         text = str(column.iloc[row]) if len(column) else ""
-        raise TableError(f"{channel} is not a number in data row {row + 1}: {text!r}")
-    if bad.size:
-        raise TableError(f"{channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)")
-    if (large := np.flatnonzero(np.abs(values) > LARGEST_NUMBER)).size:
-        raise TableError(
-            f"{channel} = {values[large[0]]:g} in data row {large[0] + 1} must be at most "
-            f"{LARGEST_NUMBER:g} in size"
-        )
+        raise ValueError(f"{channel} is not a number in data row {row + 1}: {text!r}")
+    reject(bad, lambda n: f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)")
+    limit = f"must be at most {LARGEST_NUMBER:g} in size"
+    large = np.abs(values) > LARGEST_NUMBER
+    reject(large, lambda n: f"{channel} = {values[n]:g} in data row {n + 1} {limit}")
 
 
 def _check_time(time: Array, span: tuple[float, float] | None) -> None:
     if time.size < 2:
-        raise TableError(f"{time.size} data rows; at least 2 are required")
+        raise ValueError(f"{time.size} data rows; at least 2 are required")
     steps = np.diff(time)
-    if (back := np.flatnonzero(steps <= 0)).size:
-        raise TableError(
-            f"time does not increase in data row {back[0] + 2}: "
-            f"{time[back[0]]!s} s, then {time[back[0] + 1]!s} s"
-        )
+    fault = "time does not increase in data row"
+    reject(steps <= 0, lambda n: f"{fault} {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s")
     slack = 0.5 * float(np.median(steps))
     if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
-        raise TableError(
+        raise ValueError(
             f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
             f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
         )
 
 
 def _check_events(events: pd.DataFrame, time: Array) -> None:
-    if missing := [column for column in _EVENTS if column not in events]:
-        raise TableError(f"its events have no column {missing[0]}{_and_more(missing)}")
+    if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
+        raise ValueError(f"its events have no column {missing[0]}{_and_more(missing)}")
     if unknown := [place for place in dict.fromkeys(events["corner"].tolist()) if place not in CONTACTS]:
-        raise TableError(f"contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
-    for column in _EVENTS[1:]:
-        values = _numbers(events[column])
-        if (bad := np.flatnonzero(~np.isfinite(values))).size:
-            entry = events[column].iloc[bad[0]]
-            raise TableError(f"{column} of contact {bad[0] + 1} is not a number: {entry}")
-        if column not in ("start", "end") and (bad := np.flatnonzero(values < 0.0)).size:
-            raise TableError(f"{column} = {values[bad[0]]:g} of contact {bad[0] + 1} must be >= 0")
-    start, end = _numbers(events["start"]), _numbers(events["end"])
-    if (bad := np.flatnonzero(end < start)).size:
-        raise TableError(
-            f"contact {bad[0] + 1} ends at {end[bad[0]]!s} s, before its start at {start[bad[0]]!s} s"
-        )
-    slack = 0.5 * float(np.median(np.diff(time)))
-    if (bad := np.flatnonzero((start < time[0] - slack) | (end > time[-1] + slack))).size:
-        raise TableError(
-            f"contact {bad[0] + 1}, {instant(start[bad[0]], time[0])} to "
-            f"{instant(end[bad[0]], time[-1])} s, is outside the times of the table, "
-            f"{instant(time[0], start[bad[0]])} to {instant(time[-1], end[bad[0]])} s"
-        )
+        raise ValueError(f"contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
+    columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
+    for name, values in columns.items():
+        bad, negative = ~np.isfinite(values), (values < 0.0) & (name in _MEASURES)
+        if bad.any():
+            entry = events[name][bad].iloc[0]
+            raise ValueError(f"{name} of contact {bad.argmax() + 1} is not a number: {entry}")
+        if negative.any():
+            least = values[negative][0]
+            raise ValueError(f"{name} = {least:g} of contact {negative.argmax() + 1} must be >= 0")
+    start, end = columns["start"], columns["end"]
+    before = "before its start at"
+    reject(end < start, lambda n: f"contact {n + 1} ends at {end[n]!s} s, {before} {start[n]!s} s")
+    slack, first, last = 0.5 * float(np.median(np.diff(time))), time[0], time[-1]
+    reject(
+        (start < first - slack) | (end > last + slack),
+        lambda n: (
+            f"contact {n + 1}, {instant(start[n], first)} to {instant(end[n], last)} s, is outside the times "
+            f"of the table, {instant(first, start[n])} to {instant(last, end[n])} s"
+        ),
+    )
 
 
 def _check_pulses(pulses: Columns, events: pd.DataFrame) -> None:
     check_pulses(pulses)
     row, time = pulses["row"], pulses["time"]
     start, end = _numbers(events["start"]), _numbers(events["end"])
-    if (bad := np.flatnonzero((row < 0) | (row >= start.size))).size:
-        raise ValueError(f"pulses: row {row[bad[0]]} is none of {start.size} events")
-    slack = _LONGER * (end - start)[row]
-    if (bad := np.flatnonzero((time < start[row] - slack) | (time > end[row] + slack))).size:
-        contact = row[bad[0]]
-        raise ValueError(
-            f"pulses: {time[bad[0]]!s} s is outside contact {contact + 1}, "
-            f"{start[contact]!s} to {end[contact]!s} s"
-        )
+    none_of = (row < 0) | (row >= start.size)
+    reject(none_of, lambda n: f"pulses: row {row[n]} is none of {start.size} events")
+    start, end = start[row], end[row]
+    slack = _LONGER * (end - start)
+    reject(
+        (time < start - slack) | (time > end + slack),
+        lambda n: f"pulses: {time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s",
+    )
 
 
 def _numbers(column: pd.Series) -> Array:

@@ -26,16 +26,17 @@ from comparison.tables.table import Table, TableError
 LARGEST = 2_000_000_000
 """Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
 FORMATS = (".csv", ".parquet")
+_BESIDE = {
+    "events": "events.csv",
+    "pulses": "pulses.csv",
+    "cycle_extrema": "extrema.csv",
+    "record": "json",
+}
+"""Attribute of a table -> ending of its file."""
 
 
 def read(path: str | Path) -> Table:
-    """Read a table with its companion files; `comparison.tables.table.check` validates the contents.
-
-    Raises
-    ------
-    TableError
-        If it is not a CSV or Parquet file with a column ``time``.
-    """
+    """Read a table with its companions, or raise a `TableError`; what it holds is not yet checked."""
     path = Path(path)
     check_format(path)
     frame = read_frame(path, parquet=path.suffix.lower() == ".parquet")
@@ -43,19 +44,12 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    beside = _beside(path)
-    pulses, by_cycle = _columns(beside["pulses"], ("row",)), _columns(beside["cycle_extrema"])
+    pulses, by_cycle = _columns(_beside(path, "pulses"), "row"), _columns(_beside(path, "cycle_extrema"))
     return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
 def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
-    """Read the columns of one file: Parquet, or text as we write it.
-
-    Raises
-    ------
-    TableError
-        If it cannot be read.
-    """
+    """Read the columns of one file: Parquet, or text as we write it."""
     with _readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
         if parquet:
@@ -66,35 +60,23 @@ def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
             frame = pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-        if len(frame.columns) and str(frame.columns[-1]).strip().startswith("Unnamed: "):
-            frame = frame.iloc[:, :-1] if frame.iloc[:, -1].isna().all() else frame  # a last separator's
         names = pd.Index([str(name).strip() for name in frame])
+        if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
+            frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
         if not names.is_unique:
             raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
         return frame.set_axis(names, axis=1)
 
 
 def read_events(path: Path) -> pd.DataFrame | None:
-    """Read the contacts beside a table; None where there are none.
-
-    Raises
-    ------
-    TableError
-        If they cannot be read.
-    """
-    events = _beside(path)["events"]
+    """Read the contacts beside a table; None where there are none."""
+    events = _beside(path, "events")
     return read_frame(events) if events.is_file() else None
 
 
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read the record beside a table: the extrema, and all else; both empty if there is none.
-
-    Raises
-    ------
-    TableError
-        If it cannot be read, or is not one JSON object with entries of the expected types.
-    """
-    beside = _beside(path)["record"]
+    """Read the record beside a table: the extrema, and all else; both empty if there is none."""
+    beside = _beside(path, "record")
     with _readable(beside):
         record = json.loads(contents(beside)) if beside.is_file() else {}
         check_record(record)
@@ -102,33 +84,27 @@ def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with all that belongs to it: all or, if one cannot be written, none.
+    """Write a table with all that belongs to it: all or, with a `TableError`, none.
 
     Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
     in a column of integers. Missing folders are created. What an earlier table of this name has
     beside it is deleted where the new one has none.
-
-    Raises
-    ------
-    TableError
-        If it cannot be written.
     """
     path = Path(path)
     check_format(path)
-    beside = _beside(path)
     try:
         with replacing_in(path.parent) as part:
             if table.events is not None:
-                table.events.to_csv(part / beside["events"].name, index=False)
+                table.events.to_csv(part / _beside(path, "events").name, index=False)
             for name, columns in (("pulses", table.pulses), ("cycle_extrema", table.cycle_extrema)):
                 if columns is not None:
-                    _write_csv(pd.DataFrame(columns), part / beside[name].name)
-            write_json({**table.provenance, "extrema": table.extrema}, part / beside["record"].name)
+                    _write_csv(pd.DataFrame(columns), part / _beside(path, name).name)
+            write_json({**table.provenance, "extrema": table.extrema}, part / _beside(path, "record").name)
             if path.suffix.lower() == ".csv":
                 _write_csv(table.frame, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
-        for file in {*beside.values()} - {*companions(table, path)}:
+        for file in {_beside(path, name) for name in _BESIDE} - {*companions(table, path)}:
             file.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
@@ -137,44 +113,32 @@ def write(table: Table, path: str | Path) -> Path:
 
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the files that `write` makes beside that of a table."""
-    return [file for name, file in _beside(path).items() if getattr(table, name, path) is not None]
+    return [_beside(path, name) for name in _BESIDE if getattr(table, name, path) is not None]
 
 
 def check_format(path: Path) -> None:
-    """Reject a file name with an unknown extension.
-
-    Raises
-    ------
-    TableError
-        If it is neither ``.csv`` nor ``.parquet``.
-    """
+    """Reject, by a `TableError`, a file name that ends neither in ``.csv`` nor in ``.parquet``."""
     if path.suffix.lower() not in FORMATS:
         raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
 
 
-def _beside(path: Path) -> dict[str, Path]:
-    """Return the files of what a table has besides its channels, by its attribute, and of its record."""
-    ends = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
-    return {name: path.with_name(f"{path.stem}.{end}") for name, end in ends.items()}
+def _beside(path: Path, name: str) -> Path:
+    return path.with_name(f"{path.stem}.{_BESIDE[name]}")
 
 
-def _columns(path: Path, integers: tuple[str, ...] = ()) -> Columns | None:
-    """Read columns of real numbers, but for those of integers; None where there is no file."""
+def _columns(path: Path, integers: str = "") -> Columns | None:
+    """Read columns of real numbers, but for one of integers; None where there is no file."""
     if not path.is_file():
         return None
-    columns = {str(name): column.to_numpy() for name, column in read_frame(path).items()}
-    return {
-        # A force of whole numbers is no column of integers.
-        name: values.astype(float) if values.dtype.kind in "iu" and name not in integers else values
-        for name, values in columns.items()
-    }
+    frame = read_frame(path)
+    # A force of whole numbers is no column of integers.
+    whole = [name for name, kind in frame.dtypes.items() if kind.kind in "iu" and name != integers]
+    frame = frame.astype(dict.fromkeys(whole, float))
+    return {str(name): column.to_numpy() for name, column in frame.items()}
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write numbers by pyarrow, since all else takes longer than a run to compute them.
-
-    Not the header, which pyarrow would quote.
-    """
+    """Write numbers by pyarrow: all else takes longer than a run. It would quote the header."""
     with path.open("wb") as file:
         file.write(frame.iloc[:0].to_csv(index=False).encode())
         rows = pa.Table.from_pandas(frame, preserve_index=False)
@@ -210,12 +174,9 @@ def _read_parquet(path: Path) -> pd.DataFrame:
 
 
 def _texts(path: Path) -> list[str]:
-    """Return the columns of text. They are read as dictionaries: a small file may repeat one long text often.
+    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often.
 
-    Raises
-    ------
-    OSError
-        If the file, which is compressed and may be small, holds too many numbers.
+    A file that holds too many numbers, which is compressed and may be small, is an OSError.
     """
     with parquet.ParquetFile(path) as file:
         groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]

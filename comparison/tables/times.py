@@ -43,16 +43,11 @@ class Hole(NamedTuple):
 
 
 def holes(time: Array) -> list[Hole]:
-    """Find the holes in a table's times.
+    """Find the holes in a table's increasing times, two at least.
 
     Of equidistant times (nine tenths of the steps but one are equal to 10 %, and make up a part of the span)
     every step of two intervals or more is one. Where a program chooses its steps, a hole is ten times as long
     as every step that is not, and there are few of them; a shorter one looks like a long step.
-
-    Parameters
-    ----------
-    time
-        s, strictly increasing, shape (n,), n >= 2.
     """
     steps = np.diff(time)
     usual = float(np.median(steps))
@@ -76,12 +71,7 @@ def holes(time: Array) -> list[Hole]:
 def isolated(time: Array, values: Array, allowed: float) -> Array:
     """Return each sample's distance from the line through its neighbours where above a limit, else 0.
 
-    Parameters
-    ----------
-    time, values
-        Shape (n,), n >= 3; s, strictly increasing.
-    allowed
-        The limit, in the unit of the values. Of two neighbouring samples both can be above it.
+    Of two neighbouring samples both can be above it.
     """
     distance = np.zeros(time.shape)
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
@@ -92,22 +82,14 @@ def isolated(time: Array, values: Array, allowed: float) -> Array:
 
 @dataclass(frozen=True)
 class Shift:
-    """Estimated time shift ``s`` between two tables, ``b(t) = a(t - s)``.
-
-    Attributes
-    ----------
-    value
-        s; positive: b is later. nan if it cannot be estimated.
-    uncertainty
-        s, half of the 95 % interval: two standard errors by the jackknife over blocks of time; at least the
-        difference of times that is regarded as zero.
-    reason
-        Why it cannot be estimated; else empty.
-    """
+    """Estimated time shift ``s`` between two tables, ``b(t) = a(t - s)``."""
 
     value: float
+    """s; positive: b is later. nan if it cannot be estimated."""
     uncertainty: float
+    """s, half of the 95 % interval; at least the difference of times that is regarded as zero."""
     reason: str = ""
+    """Why it cannot be estimated; else empty."""
 
     @property
     def seen(self) -> bool:
@@ -124,25 +106,13 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
     with a free offset :math:`o_c` of each channel: for a channel with a constant rate, offset and shift are
-    not separable. Only positions are used (velocities where there are none), since forces jump; each is
-    weighted by the inverse variance of its residual, so that the channel with the best agreement dominates.
-    Between its samples ``a`` is the cubic Hermite polynomial of the channel and its rate (or its
-    differences). For long results 20 windows are used.
+    not separable. Only positions are used (velocities where there are none), since forces jump, of other
+    mechanisms all channels; each is weighted by the inverse variance of its residual, so that the channel
+    with the best agreement dominates. Between its samples ``a`` is the cubic Hermite polynomial of the
+    channel and its rate (or its differences). For long results 20 windows are used.
 
-    Notes
-    -----
-    The uncertainty is that of the delete-one jackknife over blocks of time (Kuensch 1989), which requires no
-    assumption on the correlation of the differences within a block.
-
-    Parameters
-    ----------
-    time
-        s, strictly increasing, shape (n,).
-    a, b
-        Channel -> values, shape (n,).
-    known
-        Definitions of the channels; None: those of the press. Without one of motion those of other mechanisms
-        count, whose group is unknown.
+    The uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
+    which requires no assumption on the correlation of the differences within a block.
     """
     known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
@@ -183,22 +153,10 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
-    """Evaluate the piecewise cubic with given nodal values and slopes, and its derivative.
+    """Return the piecewise cubic with these values and slopes at its nodes, and its derivative.
 
     Equal to `scipy.interpolate.CubicHermiteSpline` (verified by a test), without its coefficients, which take
     four times the memory of the table, and without its import, which takes longer than most comparisons.
-
-    Parameters
-    ----------
-    time, values, slopes
-        Nodes, strictly increasing; shape (n,), n >= 2.
-    at
-        Inside the span of the nodes, shape (m,).
-
-    Returns
-    -------
-    value, slope
-        Shape (m,).
     """
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]

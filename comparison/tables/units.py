@@ -14,7 +14,6 @@ from fractions import Fraction
 from comparison.tables.arrays import Array
 
 _DEGREE, _TURN = Fraction(math.pi) / 180, Fraction(2 * math.pi)
-
 # Exponents of kg, m, s and rad -> names, and SI units per unit, of the inch system exact by definition.
 _TABLE: dict[tuple[int, ...], dict[str, Fraction | str]] = {
     (0, 0, 0, 0): {"1 -": "1"},
@@ -56,15 +55,7 @@ _SUPERSCRIPT = {"⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3"}
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit as a multiple of SI.
-
-    Attributes
-    ----------
-    factor
-        SI units per unit, exact; for degrees and revolutions the nearest double.
-    powers
-        Exponents of kg, m, s and rad.
-    """
+    """Unit: its multiple of SI, exact but for angles, and the exponents of kg, m, s and rad."""
 
     factor: Fraction
     powers: tuple[int, ...]
@@ -75,13 +66,11 @@ class Unit:
         return Unit(self.factor * other.factor**exponent, powers)
 
     def convert(self, values: Array, to: Unit) -> Array:
-        """Return values in another unit of the same dimension, unchanged if it is the same one.
-
-        A unit that is an integer fraction of the other divides: 12.5 mm is then exactly the double 0.0125.
-        """
+        """Return values in another unit of the same dimension, unchanged if it is the same one."""
         ratio = self.factor / to.factor
         if ratio == 1:
             return values
+        # An integer fraction divides: 12.5 mm is exactly the double 0.0125.
         return values / float(ratio.denominator) if ratio.numerator == 1 else values * float(ratio)
 
 
@@ -94,10 +83,9 @@ _NAMED = {
 
 
 def parse(text: str) -> Unit | None:
-    """Return the unit that a text denotes, None if it denotes none.
+    """Return the unit that a text such as ``mm/s^2``, ``newton-mm`` or ``deg/sec**2`` denotes, None if none.
 
-    Factors are separated by a space, ``*``, ``·``, ``.`` or ``-`` and may carry a power (``s^2``, ``s**2``,
-    ``s2``); what follows a ``/`` divides: ``mm/s^2``, ``newton-mm``, ``N·m``, ``deg/sec**2``.
+    A space, ``*``, ``·``, ``.`` or ``-`` separates factors; what follows a ``/`` divides.
     """
     text = text.strip()
     for sign, plain in _SUPERSCRIPT.items():
@@ -106,12 +94,12 @@ def parse(text: str) -> Unit | None:
         return _NAMED[text]
     unit = _NAMED["1"]
     for n, part in enumerate(text.replace("**", "^").split("/")):
-        factors = [factor for factor in _BETWEEN.split((part.strip("() ") if n else part).strip()) if factor]
-        if not factors:
+        factors = list(filter(None, _BETWEEN.split((part.strip("() ") if n else part).strip())))
+        matches = [_FACTOR.fullmatch(factor) for factor in factors]
+        if not matches:
             return None
-        for factor in factors:
-            match = _FACTOR.fullmatch(factor)
-            name = match["name"] if match is not None else ""
+        for match in matches:
+            name = match["name"] if match else ""
             # DEG, but not MM, which may be megametres.
             known = _NAMED.get(name) or (_NAMED.get(name.lower()) if len(name) > 2 else None)
             if match is None or known is None:

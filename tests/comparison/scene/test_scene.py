@@ -56,16 +56,11 @@ def test_every_shipped_scene_loads_and_the_base_is_not_among_them():
 
 
 def test_the_mapping_is_complete_and_plain():
-    data = load_scene(PAPER).data
-    assert set(data) == {
-        "scene", "mechanism", "drive", "initial", "joints", "clearance", "contact", "friction", "environment",
-        "output", "solver",
-    }  # fmt: skip
+    data = load_scene(PAPER, {"drive.speed_rpm": 210}).data
     assert data["initial"]["slider_offset"] == data["mechanism"]["reference_offset"] == 5e-5
     assert data["solver"]["reference"]["tolerance"] == 1e-10
     assert data["solver"]["exudyn"] == FULL
-    assert type(data["mechanism"]["rod4"]) is dict
-    assert type(load_scene(PAPER, {"drive.speed_rpm": 210}).data["drive"]["speed_rpm"]) is float
+    assert (type(data["mechanism"]["rod4"]), type(data["drive"]["speed_rpm"])) == (dict, float)
 
 
 @pytest.mark.parametrize(
@@ -95,10 +90,9 @@ def test_exudyn_left_open_integrates_no_more_than_what_is_requested(changes, for
 
 def test_settings_that_are_left_open_follow_the_formulation():
     tree = load_scene(PAPER, {FORMULATION: "tree"})
-    assert exudyn(tree) == TREE
+    assert exudyn(tree) == exudyn(load_scene("crank-pin").with_values({FORMULATION: "tree"})) == TREE
     back = tree.with_values({FORMULATION: "full", "solver.exudyn.step": 1e-6})
     assert exudyn(back) == FULL | {"step": 1e-6}
-    assert exudyn(load_scene("crank-pin").with_values({FORMULATION: "tree"})) == TREE
     own = load_scene(PAPER, {FORMULATION: "tree", "solver.exudyn.tolerance": 1e-8})
     assert exudyn(own) == TREE | {"tolerance": 1e-8}
 
@@ -114,44 +108,29 @@ def test_the_start_follows_the_reference_offset_unless_it_is_given():
     [
         ("clearance.slider", -1e-4, "clearance.slider = -0.0001 m must be >= 0"),
         ("clearance.slider", 0, "clearance.slider = 0.0 m must be > 0 where joints.slider = 'clearance'"),
-        ("clearance.slidr", 1, "clearance.slidr is not a known key; did you mean clearance.slider?"),
-        ("drive.speed_rpm", 0, "drive.speed_rpm = 0.0 rpm must not be zero"),
         ("drive.speed_rpm", True, "drive.speed_rpm = True must be a number"),
-        ("drive.speed_rpm", "fast", "drive.speed_rpm = 'fast' must be a number"),
-        ("drive.speed_rpm", math.nan, "drive.speed_rpm = nan rpm must be finite"),
         ("drive.cycles", math.inf, "drive.cycles = inf must be finite"),
         ("drive.cycles", {}, "drive.cycles = {} must be a number"),
         ("drive", 5, "drive = 5 must be a section with keys of its own"),
-        ("mechanism.rod4.mass", 0.0, "mechanism.rod4.mass = 0.0 kg must be > 0"),
         ("mechanism.rocker_pivot", [1.0], "mechanism.rocker_pivot = [1.0] must hold 2 values, not 1"),
         ("mechanism.rocker_pivot", ["x", 1.0], "mechanism.rocker_pivot.0 = 'x' must be a number"),
         *(("mechanism.slider_branch", value, f"mechanism.slider_branch = {value!r} must be -1 or 1")
           for value in (0, 2, True, 1.0, "1")),  # true is equal to 1, but not meant as such
-        ("contact.law", "hertz", "contact.law = 'hertz' must be 'hertz-corners', 'paper-switching'"),
-        ("contact.law", "strip",
-         "contact.law = 'strip' is gone: the continuous law of a whole side is 'foundation'"),
-        ("solver.exudyn.formulation", "native", "solver.exudyn.formulation = 'native' is gone: "),
+        ("contact.law", "strip", "contact.law = 'strip' must be 'hertz-corners', 'paper-switching'"),
         ("contact.poisson", 0.6, "contact.poisson = 0.6 must be <= 0.5"),
         ("contact.poisson.slider", -1.0, "contact.poisson.slider = -1.0 must be > -1"),
         ("contact.youngs_modulus.guide", 0.0, "contact.youngs_modulus.guide = 0.0 Pa must be > 0"),
-        ("contact.youngs_modulus.slider", "soft", "contact.youngs_modulus.slider = 'soft' must be a number"),
         ("contact.youngs_modulus.slidr", 1e9,
          "contact.youngs_modulus.slidr is not a known key; did you mean contact.youngs_modulus.slider?"),
         ("contact.youngs_modulus", {}, "contact.youngs_modulus.slider is missing"),
         ("contact.poisson", [0.28, 0.3], "contact.poisson = [0.28, 0.3] must be a number"),
-        ("contact.restitution", 1.1, "contact.restitution = 1.1 must be <= 1"),
         ("friction.transition_speed", 1e-5,
          "friction.transition_speed = 1e-05 m/s must be > friction.static_speed = 0.0001 m/s"),
         ("output.samples_per_cycle", 10.5, "output.samples_per_cycle = 10.5 must be an integer"),
         ("output.groups", ["corners", "corners"], "must not contain a group twice"),
         ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
-        ("initial.slider_angle", math.inf, "initial.slider_angle = inf rad must be finite"),
-        ("solver.exudyn.step", -1e-6, "solver.exudyn.step = -1e-06 s must be > 0"),
         ("reliability.velocity.lower", 0.5, "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02"),
-        ("reliability.acceleration.upper", 0, "reliability.acceleration.upper = 0 m/s^2 must be > 0"),
-        ("reliability.bins", 0, "reliability.bins = 0 must be >= 1"),
         ("reliability.errors", "squared", "reliability.errors = 'squared' must be 'signed' or 'absolute'"),
-        ("scene.name", "a/b", "it names files"),
         pytest.param("scene.name", 10**5000, "thousands of digits must be a string", id="digits"),
         ("weather.wind", 1, "weather is not a known key"),
         ("a b.c", 1, "'a b' is not a known key"),
@@ -170,26 +149,19 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
     [
         ("[drive]\nspeed_rpm = 10.0\ncycles = 1.0\n", "scene 'odd': mechanism is missing (scene.extends"),
         (BASE + INPUT + "deviation = 1.0\ncolour = 3\n", "random.0.colour is not a known key"),
-        (BASE + INPUT + "deviatoin = 1.0\n", "random.0.deviation is missing"),
         (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random.0.element?"),
-        (BASE + INPUT + "deviation = -1.0\n", "random.0.deviation = -1.0 must be > 0"),
-        (f"{BASE}[drive]\ncycles = {'9' * 400}\n", "drive.cycles = 999"),
         (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "has an integer of too many digits"),
         (f"{BASE}[output]\nsamples_per_cycle = {'9' * 400}\n", "must be <= 1e+15"),
         (f"{BASE}[drive]\ncycles = 1e308\n", "must give 1 to 100000000 samples, not inf"),
         (f"{BASE}[drive]\nspeed_rpm = 1e-310\n", "last for ever"),
         (f"{BASE}x = {'[' * 500}{']' * 500}\n", "is nested too deeply"),
-        (f"{BASE}[reliability]\nbins = 1_000_000_000\n", "reliability.bins = 1000000000 must be <= 10000"),
         (f'[scene]\nextends = "paper"\nname = "{"a" * 240}"\n', "must have at most 100 characters"),
         (f"{BASE}# {'a' * LARGEST_FILE}\n", "is larger than 1000000 bytes"),
         (BASE.replace("paper", "~nosuchuser/x"), "there is no such home folder"),
         (BASE.replace("paper", "a" * 5000), "File name too long"),
         (BASE.replace('"paper"', "3"), "scene.extends = 3 must be a shipped name or a path"),
         (BASE.replace('"paper"', f"0x{'f' * 5000}"), "scene.extends = an integer of thousands of digits"),
-        ("scene = 4\n", "scene = 4 must be a section"),
-        ("[drive\n", "odd.toml is not valid TOML: "),
         ("\xff".encode("latin-1"), "odd.toml is not UTF-8 text (byte 0)"),
-        (BASE.replace("paper", "odd.toml"), "scene.extends is circular: odd.toml -> odd.toml"),
     ],
 )
 def test_a_scene_file_is_refused_in_one_line(text, message, tmp_path):
@@ -217,10 +189,6 @@ def test_extends_takes_numbers_but_not_texts_and_may_be_a_path_relative_to_the_f
     assert (scene.name, scene.title) == ("child", "child")
     assert scene.data["drive"] == {"speed_rpm": 33.0, "cycles": 2.0}
     assert scene.data["clearance"]["slider"] == 0.3e-3
-
-
-def test_an_unknown_name_suggests_the_nearest():
-    assert "did you mean '69GPa'" in refused("69Gpa")
 
 
 def test_set_reads_toml_values_and_takes_bare_words_as_text():
@@ -252,17 +220,23 @@ def test_the_hash_sees_numbers_and_not_texts():
     assert pickle.loads(pickle.dumps(scene)).hash == scene.hash  # noqa: S301
 
 
-def test_a_start_inside_the_wall_is_a_warning_and_only_with_clearance():
-    assert "starts inside the wall" in load_scene(PAPER, {"initial.slider_offset": -3e-4}).warnings[0]
-    assert not load_scene("ideal", {"initial.slider_offset": -3e-4}).warnings
-
-
-def test_a_step_outside_the_range_in_which_errors_fall_with_it_is_reported():
-    (warning,) = load_scene(PAPER, {"solver.exudyn.step": 2.5e-5}).warnings
-    assert "solver.exudyn.step = 2.5e-05 s is outside the asymptotic range" in warning
-    for changes in ({"solver.exudyn.step": 2e-5}, {FORMULATION: "auto", "solver.exudyn.step": 1e-3}):
-        assert not load_scene(PAPER, changes).warnings
-    assert not load_scene("ideal", {"solver.exudyn.step": 1e-4}).warnings
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        (PAPER, {"initial.slider_offset": -3e-4}, "the slider starts inside the wall"),
+        ("ideal", {"initial.slider_offset": -3e-4}, ""),  # which has none
+        (PAPER, {"solver.exudyn.step": 2.5e-5}, "step = 2.5e-05 s is outside the asymptotic range"),
+        (PAPER, {"solver.exudyn.step": 2e-5}, ""),
+        (PAPER, {FORMULATION: "auto", "solver.exudyn.step": 1e-3}, ""),
+        ("ideal", {"solver.exudyn.step": 1e-4}, ""),
+    ],
+)  # fmt: skip
+def test_a_start_inside_the_wall_and_a_step_outside_the_range_of_convergence_are_warnings(
+    name, changes, words
+):
+    warnings = load_scene(name, changes).warnings
+    assert len(warnings) == bool(words)
+    assert words in "".join(warnings)
 
 
 def test_the_criteria_do_not_reach_the_models_and_their_defaults_are_those_of_the_base_scene():

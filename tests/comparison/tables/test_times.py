@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
@@ -21,29 +21,26 @@ def test_rows_taken_out_of_equidistant_times_are_counted(first, count):
     kept = np.delete(EVEN, np.arange(first, min(first + count, 200)))
     (hole,) = holes(kept)
     assert hole == Hole(EVEN[first - 1], kept[first], 201 - kept.size)
-    few_digits = np.round(np.arange(100) / 30, 4)  # steps of 0.0333 and 0.0334
-    assert holes(np.delete(few_digits, [40, 41])) == [Hole(1.3, 1.4, 2)]
-
-
-def test_a_hole_shows_in_a_table_of_few_rows():
-    assert [hole.missing for hole in holes(np.delete(np.arange(11) * 0.1, [4, 5, 6, 7]))] == [4]
 
 
 @pytest.mark.parametrize(
-    "time",
+    ("time", "found"),
     [
-        EVEN,
-        np.round(np.arange(100) / 30, 4),  # few digits: steps of 0.0333 and 0.0334
-        np.round(np.arange(100) * 0.015, 2),  # steps of 0.01 and 0.02 in turn
-        np.geomspace(1e-6, 1.0, 50),  # a solver that gets faster
-        np.sort(np.concatenate([EVEN, [0.1234, 1.2345]])),  # rows at events
-        np.concatenate([k + np.append(np.arange(20) * 1e-5, 0.1) for k in range(10)]),  # bursts at contacts
-        np.array([0.0, 1.0]),
-        np.array([0.0, 1.0, 100.0]),
+        (np.delete(np.round(np.arange(100) / 30, 4), [40, 41]), [Hole(1.3, 1.4, 2)]),  # few digits
+        (np.delete(np.arange(11.0), [4, 5, 6, 7]), [Hole(3.0, 8.0, 4)]),  # few rows
+        # Steps of a solver are no holes.
+        (EVEN, []),
+        (np.round(np.arange(100) / 30, 4), []),  # few digits: steps of 0.0333 and 0.0334
+        (np.round(np.arange(100) * 0.015, 2), []),  # steps of 0.01 and 0.02 in turn
+        (np.geomspace(1e-6, 1.0, 50), []),  # a solver that gets faster
+        (np.sort(np.concatenate([EVEN, [0.1234, 1.2345]])), []),  # rows at events
+        (np.concatenate([k + np.append(np.arange(20) * 1e-5, 0.1) for k in range(10)]), []),  # bursts
+        (np.array([0.0, 1.0]), []),
+        (np.array([0.0, 1.0, 100.0]), []),
     ],
-)  # fmt: skip
-def test_steps_of_a_solver_are_no_holes(time):
-    assert holes(time) == []
+)
+def test_what_is_a_hole(time, found):
+    assert holes(time) == found
 
 
 def test_a_hole_in_times_of_varying_steps():
@@ -92,7 +89,8 @@ def slider(time: np.ndarray) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("shift", [1e-6, 1e-4, -1e-4, 2.5e-3, 0.05, -0.1])
 def test_a_shift_is_measured(shift, names):
     a, b = ({name: side[name] for name in names or side} for side in (slider(TIME), slider(TIME - shift)))
-    estimated = estimate(TIME, a, b)
+    estimated, back = estimate(TIME, a, b), estimate(TIME, b, a)
+    assert estimated.value == pytest.approx(-back.value, abs=estimated.uncertainty + back.uncertainty)
     assert estimated.seen
     # A kink of x between two samples is up to 0.05 m/s * 0.2 ms off, in y a fifth of that, at some fifty of
     # two thousand samples: against 1.7 m/s of y no more than 1e-7 s.
@@ -104,14 +102,6 @@ def test_a_shift_is_measured(shift, names):
     )
 
 
-@settings(max_examples=30)
-@given(st.floats(-0.05, 0.05))
-def test_exchanging_the_two_changes_the_sign(shift):
-    a, b = slider(TIME), slider(TIME - shift)
-    there, back = estimate(TIME, a, b), estimate(TIME, b, a)
-    assert there.value == pytest.approx(-back.value, abs=there.uncertainty + back.uncertainty)
-
-
 def test_equal_results_have_none_and_an_offset_is_none():
     a = slider(TIME)
     same = estimate(TIME, a, a)
@@ -120,12 +110,6 @@ def test_equal_results_have_none_and_an_offset_is_none():
     assert shift_sentence(same, ("a", "b")).startswith("No significant time shift")
     moved = estimate(TIME, a, a | {"slider_y": a["slider_y"] + 0.01, "slider_x": a["slider_x"] + 1e-3})
     assert abs(moved.value) < 1e-12
-
-
-def test_the_channel_on_which_they_agree_best_decides():
-    a, b = slider(TIME), slider(TIME - 1e-4)
-    lost = b | {"slider_x": np.roll(b["slider_x"], 300), "slider_vx": np.roll(b["slider_vx"], 300)}
-    assert estimate(TIME, a, lost).value == pytest.approx(1e-4, abs=1e-6)
 
 
 def test_the_uncertainty_covers_the_error_about_as_often_as_it_says():
@@ -152,7 +136,6 @@ def test_the_uncertainty_covers_the_error_about_as_often_as_it_says():
         ({"slider_angle": 5 * TIME}, {"slider_angle": 5 * TIME + 0.1}, "too uniform"),
         ({"slider_y": np.sin(50 * TIME)}, {"slider_y": np.cos(333 * TIME**2)}, "are not correlated"),
         ({"slider_x": 0 * TIME}, {"slider_x": np.sin(TIME)}, "no channel of motion"),
-        ({"slider_ax": np.sin(9 * TIME)}, {"slider_ax": np.sin(9 * TIME)}, "no channel of motion"),
         ({"slider_y": TIME[:20]}, {"slider_y": TIME[:20]}, "20 common samples"),
     ],
 )
@@ -162,9 +145,3 @@ def test_where_the_signals_cannot_tell_they_say_so(a, b, reason):
     assert not shift.seen
     assert reason in shift.reason
     assert reason in shift_sentence(shift, ("a", "b"))
-
-
-def test_a_million_samples_are_as_good():
-    time = np.linspace(0, 10, 1_000_000)
-    shift = estimate(time, slider(time), slider(time - 1e-4))
-    assert shift.value == pytest.approx(1e-4, abs=1e-7)

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
-import pytest
 from dialects import ENTRIES, NAMES, SPACED, UNITS, Dialect, dialects, meant, written
 from hypothesis import HealthCheck, Phase, given, note, settings
 from hypothesis import strategies as st
@@ -25,8 +23,6 @@ from comparison.tables.units import parse
 EXAMPLES = int(os.environ.get("DIALECTS", "150"))
 many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 few = settings(many, max_examples=max(10, EXAMPLES // 100), phases=[Phase.generate])  # to shrink takes long
-SEEN: Counter[str] = Counter()
-"""How tables were read, and why they were not."""
 TIMES = st.sampled_from(["time", "Time", "TIME", "t"])
 VALUES = st.one_of(
     st.sampled_from([0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875, 1e-9, 1.5e-101]),
@@ -109,15 +105,6 @@ def same(found: Contents, expected: Contents) -> None:
         np.testing.assert_array_equal(found[name][1], numbers)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _reported(request):
-    yield
-    if EXAMPLES > 1000:
-        lines = "\n".join(f"{count:6d} {how}" for how, count in SEEN.most_common())
-        with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
-            print(f"\n{lines}")  # noqa: T201
-
-
 @many
 @given(data=st.data(), dialect=dialects())
 def test_a_table_is_read_as_it_is_meant_or_refused_in_one_line(data, dialect):
@@ -127,12 +114,8 @@ def test_a_table_is_read_as_it_is_meant_or_refused_in_one_line(data, dialect):
     found, message = read(content)
     if message:
         check_message(message)
-        reason = next((rule for rule in ALWAYS + NAMELESS if re.search(rule, message)), None)
-        SEEN[f"refused: {reason}"] += 1
-        assert reason is not None
-        assert reason in ALWAYS or dialect.header == "none"
+        assert re.search("|".join(ALWAYS + (NAMELESS if dialect.header == "none" else [])), message)
     else:
-        SEEN["read"] += 1
         same(found, wanted(names, units, columns, dialect))
 
 
@@ -154,7 +137,6 @@ def test_what_is_no_number_is_refused_and_does_not_harm_the_other_columns(data, 
     if len(others) > 1:
         found, message = read(content, [other for other in others if other != "time"])
         check_message(message)
-        SEEN[f"beside text: {'refused' if message else 'read'}"] += 1
         if not message:
             same(found, others)
 
@@ -168,12 +150,8 @@ def compared(*files: str) -> int:
 def test_a_table_agrees_with_itself_in_any_dialect_and_one_changed_value_differs(
     data, dialect, other, capsys
 ):
-    names = ["time", "x", "y"]
-    columns = [
-        [0.001 * n for n in range(60)],
-        [0.1 + n**2 / 7 for n in range(60)],
-        [-(n % 7) / 3 for n in range(60)],
-    ]
+    names, count = ["time", "x", "y"], range(60)
+    columns = [[0.001 * n for n in count], [0.1 + n**2 / 7 for n in count], [-(n % 7) / 3 for n in count]]
     scale = data.draw(st.sampled_from([1, 1000]))
     units = {1: ["s", "m", "rad"], 1000: ["ms", "mm", "rad"]}
     Path("a.csv").write_bytes(written(names, units[1], columns, dialect))

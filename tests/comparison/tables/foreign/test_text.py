@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 from foreign_tables import put, read_pair
@@ -31,34 +30,19 @@ def compared(capsys, a: Path | str, b: Path | str, *options: str) -> tuple[int, 
     ("a", "b", "code", "words"),
     [
         ("nan_a.out", "nan_b.out", 2, "'ratio' is not a number in data row 3: '1.#QNAN'"),
-        (
-            "th_a.csv",
-            "th_b.csv",
-            2,
-            "decimal sign is not clear from '1.500' and '0,0': export the numbers without",
-        ),
+        ("th_a.csv", "th_b.csv", 2, "decimal sign is not clear from '1.500' and '0,0': export"),
         ("qt_a.csv", "qt_b.csv", 1, "at worst at t = 0 s"),
         ("ff_a.txt", "ff_b.txt", 1, "at worst at t = 0 s"),
-        (
-            "nn_a.csv",
-            "nn_b.csv",
-            2,
-            "line 1 holds 0, 1, 2, which may be names or numbers: write a line of names",
-        ),
+        ("nn_a.csv", "nn_b.csv", 2, "line 1 holds 0, 1, 2, which may be names or numbers: write"),
         ("cs.csv", "cs.csv", 0, "x"),
         ("br.csv", "br.csv", 0, "/bodyset/rod2[v.Y]"),
         ("os_a.csv", "os_b.csv", 0, "os_b.csv: '8 real output' beside thrust is not a unit"),
         ("s1.txt", "s1.txt", 0, "no unit is stated for s1, s2"),
         ("lc.csv", "lc.csv", 0, "F agree"),
-        (
-            "tx.csv",
-            "tx.csv",
-            2,
-            "column 'contact' is not a number in data row 1: 'False'; a mapping (--mapping)",
-        ),
+        ("tx.csv", "tx.csv", 2, "'contact' is not a number in data row 1: 'False'; a mapping"),
         ("ep_a.csv", "ep_b.csv", 2, "1700000000 to 1700000000.2 s and ep_b 1700000001 to 1700000001.2 s"),
     ],
-)
+)  # fmt: skip
 def test_the_cases(a, b, code, words, capsys):
     found, said = compared(capsys, CASES / a, CASES / b)
     assert found == code
@@ -68,36 +52,17 @@ def test_the_cases(a, b, code, words, capsys):
 @pytest.mark.parametrize(
     "text",
     [
-        "# time,x\n# s,mm\n0,1\n1,2\n",
-        "#time x\n0 1\n1 2\n",
         "% time; x\n0;1\n1;2\n",
         "# time, x\n0 1\n1 2\n",  # numpy's savetxt with a header of one's own
         "#\n# time x\n#\n0 1\n1 2\n",
         "time   slider x\n0      1\n1      2\n",
         "time x\n---- ----\n0 1\n1 2\n",
-        "Time [s],x\n0,1\n1,2\n",
-        "Time (ms),x\n0,1\n1,2\n",
         "TIME(Sec),x\n0,1\n1,2\n",
-        "t,x\n0,1\n1,2\n",
         "time,T\n0,1\n1,2\n",
         "time,t\n0,1\n1,2\n",
-        "Press\vrun\ntime,x\n0,1\n1,2\n",
-        "Press\x85run\u2028of\x1cMay\ntime,x\n0,1\n1,2\n",
-        '5" pipe\ntime,x\n0,1\n1,2\n',
         'time,"x\n[mm]"\n0,1\n1,2\n',  # a heading of two lines, as spreadsheets have them
-        "time,x\r0,1\r1,2\r",
-        "title\r\ntime,x\n0,1\r1,2\n",
-        ",time,x\n0,0,1\n1,0.5,2\n",  # pandas with its index
         ",x\n0.0,1\n0.5,2\n",  # pandas with the time as the index
-        "time,x,\n0,1,\n1,2,\n",
-        "time,x\n0,1,\n1,2,\n",
         "time,x,\n0,1\n1,2\n",
-        "time;x\n0;1\n1;2\n;\n;\n",
-        "time,x\n0,1.5D+00\n1,2.5-101\n",
-        'time,x\n"0","1,234.5"\n"1","1,234,567.5"\n',
-        "time;x\n0;1.234,5\n1;1.234.567,5\n",
-        "time x\n0 1 # impact\n1 2\n# end\n",
-        "time,x[0],x[1],pos(1),pos(2),der(x)\n0,1,2,3,4,5\n1,2,3,4,5,6\n",
         "time x1 x2\ns m2 m2\n0 1 2\n1 2 3\n",
         "time,load (left),load (right)\n0,1,2\n1,2,3\n",
         "time,0,1\n0.0,1,2\n1.0,2,3\n",
@@ -121,36 +86,22 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
     [
         ("time;x\n0;1.500\n1;2.500\n", "decimal sign is not clear from '1.500'"),
         ("time;x\n0;1,500\n1;2,500\n", "decimal sign is not clear from '1,500'"),
-        ("time;x\n0;1.234,5\n1;1,234.5\n", "decimal sign is not clear from"),
         ("time\tx\n0\t0,5\n1\t0.5\n", "decimal sign is not clear from '0.5' and '0,5'"),
-        (
-            "time;x\n" + "".join(f"{n};0\n" for n in range(200)) + "200;1,500\n201;2.5\n",
-            "not clear from '2.5' and '1,5",
-        ),
+        ("time;x\n" + "0;0\n" * 200 + "200;1,500\n201;2.5\n", "not clear from '2.5' and '1,5"),
         ("0,1,2\n0,0.5,0.6\n1,0.7,0.8\n", "line 1 holds 0, 1, 2, which may be names or numbers"),
         (",0,1\n0.5,0.6,0.7\n1,0.7,0.8\n", "line 1 holds 0, 1, which may be names or numbers"),
-        ("1;2;3\n0;0.5;0.6\n1;0.7;0.8\n", "line 1 holds 1, 2, 3, which may be names or numbers"),
         ("3 2\n4 5\n5 6\n6 7\n", "line 1 may be a row, or the size of the table"),
-        ("time;x\n0;1\n1;-\n", "'x' is not a number in data row 2: '-'"),
         ("time,x\n0,1.#IND\n1,2\n", "'x' is not a number in data row 1: '1.#IND'"),
-        ("time,x\n0,1.#INF\n1,2\n", "'x' is not a number in data row 1: '1.#INF'"),
-        ("time,x\n0,1\n1,1 500\n", "'x' is not a number in data row 2: '1 500'"),
-        ("time,x\n0,1\n1,0x10\n", "'x' is not a number in data row 2: '0x10'"),
-        ("time,x\n0,1\n1,TRUE\n", "'x' is not a number in data row 2: 'TRUE'"),
-        ("time,x\n0,1\n1\n", "x is nan in data row 2"),
         ("time x\n0 1\n1\n", "data row 2 holds fewer than 2 fields"),
         ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 holds 2"),
         ('time,x\n0,1\n1,"2\n3"\n2,3\n', "line 3: a quotation mark is not closed in its field"),
-        ('time,x\n0,1\n1,"2\n2,3\n', "line 3: a quotation mark is not closed in its field"),
         ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 3: a quotation mark is not closed in its field"),
         ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),
         ("12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
         ("time,x\n12:00,1\n12:01,2\n", "'time' is not a number in data row 1: '12:00'"),
         ("time,x\n0,1\n12:01,2\n", "'time' is not a number in data row 2: '12:01'"),
-        ("time,x\n0,1\n1,2\n\ntime,x\n0,1\n", "text after data row 2: save one block of columns per file"),
         ("0,1,false\n1,2,5\n2,3,6\n", "line 1 begins like a row of numbers, but is none"),
         ("time,slider_y [mm each]\n0,1\n1,2\n", "'slider_y': unit 'mm each' is not known"),
-        ("time,Ö\n0,1\n1,²\n", "'Ö' is not a number in data row 2: '²'"),
         (",\n0,\n1,\n", "channel time is missing"),
         ("time x\n² ³\n0 1\n", "unit '²' is not known"),
     ],
@@ -220,34 +171,6 @@ def test_times_since_an_epoch_are_told_apart(step, words, capsys):
     assert re.search(rf"time {words}(\.0)? s is repeated", compared(capsys, "a.csv", "again.csv")[1])
 
 
-@pytest.mark.parametrize(("unit", "every"), [("rad", 1), ("deg", 7), ("rad", 11)])
-def test_whole_turns_do_not_matter_whichever_table_is_coarser(unit, every, capsys):
-    turn = {"rad": 2 * np.pi, "deg": 360.0}[unit]
-    put("map.toml", f'[channels.q]\nunit = "{unit}"\nangle = true\n')
-    time = np.arange(0, 1.54, 0.01)
-    angle = 7.3 * time * turn  # of the coarsest table eight tenths of a turn from row to row
-
-    def table(name: str, part: slice, values: np.ndarray) -> None:
-        rows = (f"{t!r},{q!r}\n" for t, q in zip(time[part].tolist(), values[part].tolist(), strict=True))
-        put(name, f"time,q [{unit}]\n" + "".join(rows))
-
-    coarse = slice(None, None, every)
-    wrong = np.where(np.arange(time.size) == 5 * every, angle + turn / 50, angle)
-    table("fine.csv", slice(None), np.mod(angle, turn))
-    for name, values in (
-        ("wrapped.csv", angle),
-        ("turned.csv", angle + turn / 4),
-        ("total.csv", angle + 3 * turn),
-    ):
-        table(name, coarse, values if name == "total.csv" else np.mod(values + turn / 2, turn) - turn / 2)
-    table("wrong.csv", coarse, np.mod(wrong, turn))
-    for other, right in (("wrapped.csv", 0), ("total.csv", 0), ("turned.csv", 1), ("wrong.csv", 1)):
-        for pair in (("fine.csv", other), (other, "fine.csv")):
-            code, said = compared(capsys, *pair, "--mapping", "map.toml", "--tolerance", "1e-3")
-            assert code == right, (pair, said)
-            assert "stand out" not in said
-
-
 def test_many_lines_without_numbers_are_passed_over_at_once(lines_run):
     """Twice as many take twice as long, not four times."""
     count = [5_000, 10_000]
@@ -257,17 +180,17 @@ def test_many_lines_without_numbers_are_passed_over_at_once(lines_run):
     assert large < 2.1 * small
 
 
-def test_a_column_of_text_in_parquet(capsys):
-    frame = pd.DataFrame(
-        {"time": [0.0, 1.0, 2.0], "x": ["a", "b", "c"], "y": [True, False, True], "z": [1, 2, None]}
-    )
-    frame.to_parquet("a.parquet")
-    code, said = compared(capsys, "a.parquet", "a.parquet")
-    assert (code, "'x' is not a number in data row 1: 'a'" in said) == (2, True)
-    for compare, words in (
-        ("y", "'y' is not a number in data row 1: 'True'"),
-        ("z", "z is nan in data row 3"),
-    ):
-        put("map.toml", f'compare = ["{compare}"]\n')
-        code, said = compared(capsys, "a.parquet", "a.parquet", "--mapping", "map.toml")
-        assert (code, words in said) == (2, True)
+@pytest.mark.parametrize(
+    ("compare", "words"),
+    [
+        (["x"], "'x' is not a number in data row 1: 'a'"),
+        (["y"], "'y' is not a number in data row 1: 'True'"),
+        (["z"], "z is nan in data row 3"),
+    ],
+)
+def test_a_column_of_text_in_parquet(compare, words, capsys):
+    columns = {"x": ["a", "b", "c"], "y": [True, False, True], "z": [1, 2, None]}
+    pd.DataFrame({"time": [0.0, 1.0, 2.0], **columns}).to_parquet("a.parquet")
+    put("map.toml", f"compare = {compare}\n")
+    code, said = compared(capsys, "a.parquet", "a.parquet", "--mapping", "map.toml")
+    assert (code, words in said) == (2, True)

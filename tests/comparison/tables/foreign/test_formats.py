@@ -1,0 +1,271 @@
+"""Files of other programs: numbers arrive bit for bit, what is ambiguous or damaged is one line."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from foreign_tables import FRAME, put, read_pair
+from openpyxl import Workbook
+from scipy.io import savemat
+
+from comparison.tables.formats import open_source
+from comparison.tables.mapping import Mapping, load_mapping
+from comparison.tables.table import Table, TableError
+
+SAMPLES = Path(__file__).with_name("samples")
+NAMES = list(FRAME)
+
+
+def read(
+    path: Path, mapping: str | None = None, at_events: str | None = None
+) -> tuple[Table, tuple[str, ...]]:
+    """Read a file beside itself."""
+    rules = None if mapping is None else load_mapping(put("map.toml", mapping))
+    table, _, warnings = read_pair(path, path, rules, at_events)
+    return table, warnings
+
+
+def refused(rule: str, path: Path) -> None:
+    with pytest.raises(TableError, match=rf"^{re.escape(str(path))}: .*{rule}") as error:
+        read(path)
+    assert "\n" not in str(error.value)
+
+
+# Samples in the layouts of other programs: the motion x = 0.1 m cos(2 pi t)
+
+
+TIME = np.arange(21) * 0.05
+X, V = 0.1 * np.cos(2 * np.pi * TIME), -0.2 * np.pi * np.sin(2 * np.pi * TIME)
+LAYOUTS = {
+    "adams.xlsx": (".press.slider.X", ".press.slider.VX", ("meter", "meter/sec"), 15),
+    "chrono_adams.txt": ("X_Pos", "X_Vel", ("", ""), 6),
+    "openfast.out": ("PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
+    "hydrodyn.out": ("PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
+    "opensim.sto": ("pelvis_tx", "pelvis_tx_u", ("", ""), 7),
+    "opensim.mot": ("pelvis_tx", "pelvis_tx_u", ("", ""), 7),
+    "fmi.csv": ("x", "der(x)", ("", ""), 8),
+    "modelica.csv": ("body.r_0[1]", "body.v_0[1]", ("", ""), 8),
+    "exudyn_sensor.txt": ("#2", "#3", ("", ""), 8),
+    "exudyn_solution.txt": ("#2", "#3", ("", ""), 8),
+    "siconos.ref": ("#2", "#3", ("", ""), 15),
+    "siconos_nodim.ref": ("#2", "#3", ("", ""), 15),
+}
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_every_sample_gives_its_columns_and_units_and_its_ending_says_nothing(name):
+    x, v, units, digits = LAYOUTS[name]
+    table, warnings = read(SAMPLES / name)
+    assert list(table.frame) == ["time", x, v]
+    assert (table.own[x].unit, table.own[v].unit) == units
+    np.testing.assert_allclose(table.time, TIME, rtol=0, atol=1e-15)
+    # The digits that the sample is written with.
+    np.testing.assert_allclose(table.values(x), X, rtol=0, atol=10.0**-digits)
+    np.testing.assert_allclose(table.values(v), V, rtol=0, atol=10.0**-digits)
+    assert ("no unit is stated" in "".join(warnings)) == (units == ("", ""))
+    assert ("columns without names" in "".join(warnings)) == (x == "#2")
+    again, _ = read(Path(shutil.copy(SAMPLES / name, "run.37")))
+    assert again.frame.equals(table.frame)
+
+
+@pytest.mark.parametrize(
+    ("at_events", "rows", "speeds"), [("left", 21, [0.0]), ("right", 21, [0.5]), ("both", 22, [0.0, 0.5])]
+)
+def test_the_rows_at_an_event(at_events, rows, speeds):
+    path = SAMPLES / "modelica_event.csv"
+    table, _ = read(path, at_events=at_events)
+    assert (np.diff(table.time) > 0).all()
+    assert table.time.size == rows
+    here = np.abs(table.time - 0.5) < 1e-9
+    np.testing.assert_allclose(table.values("body.v_0[1]")[here], speeds, rtol=0, atol=1e-9)
+    refused(r"time 0\.5 s is repeated in data row 12 \(1 such row\).*--at-ev", path)
+
+
+@pytest.mark.parametrize(
+    ("head", "rule"),
+    [
+        (b"\x89HDF\r\n\x1a\n", "is an HDF5 file: export its columns as CSV"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "2007, or one with a password: save its sheet as .csv"),
+        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM\x89HDF\r\n\x1a\n", "save it with the option -v7"),
+        (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
+        (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
+        (b"time\n1\n2\n", "contains no row of two or more numbers"),
+        (None, "No such file"),
+    ],
+)
+def test_what_cannot_be_read_says_how_to_export_it(head, rule):
+    refused(rule, Path("run.out") if head is None else put("run.out", head))
+
+
+# MATLAB
+
+
+MAT = Path("a.mat")
+COLUMNS = {name: FRAME[name].to_numpy() for name in FRAME}
+
+
+def same(table: Table, expected=COLUMNS) -> None:
+    assert list(table.frame) == list(expected)
+    for name, values in expected.items():
+        assert table.values(name).tobytes() == values.tobytes()
+
+
+@pytest.mark.parametrize("structure", [True, False])
+@pytest.mark.parametrize("shape", [(-1, 1), (1, -1)])
+def test_vectors_and_a_structure_of_them(shape, structure):
+    vectors = {name: values.reshape(shape) for name, values in COLUMNS.items()}
+    savemat(MAT, {"run": vectors} if structure else vectors)
+    same(read(MAT)[0])
+
+
+def test_of_several_structures_the_name_counts():
+    savemat(MAT, {"adams": COLUMNS, "other": COLUMNS})
+    units = zip(COLUMNS, ("s", "m", "rad"), strict=True)
+    rules = (f'[columns."adams.{name}"]\nchannel = "{name}"\nunit = "{unit}"\n' for name, unit in units)
+    table, warnings = read(MAT, "".join(rules))
+    same(table)
+    assert "other.slider_y" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("extra", "kind"),
+    [
+        (np.array(["a", {}], dtype=object), "objects or cells"),
+        (np.eye(3), "matrix of 3 x 3"),
+        (3.0, "single number"),
+        ("slow", "text"),
+        (1j * np.ones(11), "complex numbers"),
+    ],
+)
+def test_what_is_no_vector_is_refused_or_listed(extra, kind):
+    savemat(MAT, COLUMNS | {"file": extra})  # a variable may have the name of an argument
+    refused(rf"'file \({kind}\)' is not a channel", MAT)
+    table, warnings = read(MAT, '[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
+    same(table)
+    assert f"file ({kind})" in warnings[0]
+
+
+def test_vectors_of_two_lengths_and_a_file_that_takes_too_long_are_refused(monkeypatch):
+    savemat(MAT, COLUMNS | {"slider_x": np.zeros(5)})
+    refused("time holds 11 numbers and slider_x 5", MAT)
+    monkeypatch.setattr("comparison.tables.formats._LONGEST", 1e-3)  # s: the process has not begun
+    refused(r"cannot be read within 0\.001 s", MAT)
+
+
+# The last three end scipy's parser by a wrong address.
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda whole: whole[:200],
+        lambda whole: whole[:-3],
+        lambda whole: whole[:126] + b"??" + whole[128:],
+        lambda whole: whole[:145] + b"\x0f" + whole[146:],
+        lambda whole: whole[:154] + b"\x01" + whole[155:],
+        lambda whole: whole[:177] + b"\x0e" + whole[178:],
+    ],
+)
+def test_a_broken_file_is_one_line(broken):
+    savemat("good.mat", COLUMNS)
+    refused(r"is not a readable \.mat file$", put(str(MAT), broken(Path("good.mat").read_bytes())))
+
+
+@pytest.mark.parametrize("transposed", [True, False])
+def test_a_result_of_dymola(transposed):
+    """Names and matrices by their index, an alias with the opposite sign, a constant."""
+    time, y, angle = COLUMNS.values()
+    names = [name.ljust(12) for name in ("Time", "slider_y", "slider_angle", "reaction_A_x")]
+    matrices = {
+        "dataInfo": np.array([[0, 1, 0, -1], [2, 2, 0, -1], [2, -3, 0, -1], [1, 2, 0, 0]]).T,
+        "data_1": np.array([[0.0, 0.01], [7.5, 7.5]]),
+        "data_2": np.array([time, y, -angle]),
+    }
+    kind = "binTrans" if transposed else "binNormal"
+    content = {
+        "Aclass": [line.ljust(11) for line in ("Atrajectory", "1.1", "", kind)],
+        "name": ["".join(column) for column in zip(*names, strict=True)] if transposed else names,
+    }
+    content |= {name: matrix if transposed else matrix.T for name, matrix in matrices.items()}
+    savemat(MAT, content, format="4")
+    same(read(MAT)[0], COLUMNS | {"reaction_A_x": np.full(11, 7.5)})
+
+
+# Excel
+
+
+FILE = Path("run.xlsx")
+EXACT = FRAME.round(9)  # openpyxl writes 16 digits: too few for some doubles
+ROWS = EXACT.to_numpy().tolist()
+EXACT_COLUMNS = {name: EXACT[name].to_numpy() for name in EXACT}
+
+
+def workbook(*rows: list[object], more: dict[str, list[list[object]]] | None = None) -> Path:
+    book = Workbook()
+    for name, content in {"Table": list(rows), **(more or {})}.items():
+        sheet = book.active if name == "Table" else book.create_sheet()
+        sheet.title = name
+        for row in content:
+            sheet.append(row)
+    book.save(FILE)
+    return FILE
+
+
+@pytest.mark.parametrize("head", [[NAMES], [["Adams/PostProcessor"], [], NAMES], [["run", None, 7.0], NAMES]])
+def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row(head):
+    path = workbook(*head, *ROWS, [None], more={"Notes": [["made by", "hand"], [1.0]]})
+    same(read(path)[0], EXACT_COLUMNS)
+
+
+def test_columns_without_names_are_numbered_and_may_begin_anywhere():
+    table, warnings = read(workbook([], *([None, None, *row] for row in ROWS)))
+    assert list(table.frame) == ["time", "#2", "#3"]
+    assert "columns without names" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("rows", "rule"),
+    [
+        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in data row 4: 'late'"),
+        ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in data row 4"),
+        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in data row 4: 'run 2'"),
+        ([["time", "slider_y"], *ROWS], "line 2 holds 3 numbers, but line 1 names 2: each column needs"),
+        ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
+    ],
+)  # fmt: skip
+def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
+    refused(rule, workbook(*rows))
+
+
+def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
+    texts = ["no", "yes", None, *"12345678"]
+    rows = [[*row, contact] for row, contact in zip(ROWS, texts, strict=True)]
+    path = workbook([*NAMES, "contact\nof the corner"], *rows)
+    refused("'contact of the corner' is not a number in data row 1: 'no'", path)
+    table, _, warnings = read_pair(path, path, Mapping(compare=NAMES[1:]))
+    same(table, EXACT_COLUMNS)
+    assert "contact of the corner" in warnings[0]
+    assert np.isnan(read(workbook(NAMES, [0.0, None, 1.0], *ROWS[1:]))[0].values("slider_y")[0])
+
+
+def test_of_two_sheets_with_numbers_neither_is_taken_and_without_openpyxl_none(monkeypatch):
+    path = workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]})
+    refused("sheets 'Table' and 'Run 2' hold numbers: save one per file", path)
+    monkeypatch.setitem(sys.modules, "openpyxl", None)  # its import fails
+    refused(r"sixbar-crossval\[excel\].* to read it, or save its sheet as CSV$", path)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_a_damaged_workbook_is_one_line(share):
+    whole = workbook(NAMES, *ROWS).read_bytes()
+    refused(r"is not a readable \.xlsx workbook", put(str(FILE), whole[: int(share * len(whole))]))
+
+
+def test_a_workbook_that_is_small_only_while_packed_is_refused(monkeypatch):
+    packed = workbook(NAMES, *ROWS).stat().st_size
+    monkeypatch.setattr("comparison.tables.formats.LARGEST", packed)
+    with pytest.raises(TableError, match=rf"run.xlsx: holds more than {packed} bytes once it is unpacked"):
+        open_source(FILE)
