@@ -187,7 +187,7 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
             return path
     except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
         reason = getattr(error, "strerror", None) or "there is no such home folder"
-        raise SceneError(f"scene {_line(wanted_by)!r}: {reason}") from error
+        raise SceneError(f"scene {' '.join(wanted_by.split())!r}: {reason}") from error
     close = difflib.get_close_matches(name, shipped_scenes(), n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
     raise SceneError(f"scene {wanted_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
@@ -209,7 +209,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise SceneError(f"{where}: {path} is not UTF-8 text (byte {error.start})") from error
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{where}: {path} is not valid TOML: {_line(str(error))}") from error
+        raise SceneError(f"{where}: {path} is not valid TOML: {' '.join(str(error).split())}") from error
     except ValueError as error:  # of Python, about integers of thousands of digits
         raise SceneError(f"{where}: {path} has an integer of too many digits") from error
     except RecursionError as error:
@@ -277,7 +277,3 @@ def _warnings(data: dict[str, Any]) -> Iterator[str]:
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
         )
-
-
-def _line(text: str) -> str:
-    return " ".join(text.split())

@@ -153,13 +153,11 @@ def _number_or_partners(value: object) -> str:
 
 
 class Contact(Section):
-    """Contact law and materials.
+    """Contact law and materials: a number holds for both partners, or each has its own.
 
-    A material's number holds for both partners, or each has its own; journal and bearing of the crank pin
-    are of the guide's material.
-
-    The speed that the damping refers to is that of the touch, kept until separation ("frozen"), or follows
-    the depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
+    Journal and bearing of the crank pin are of the guide's material. The speed that the damping refers to is
+    that of the touch, kept until separation ("frozen"), or follows the depth's rate d' without memory
+    ("current"): sqrt(d'^2 + impact_speed_floor^2).
     """
 
     law: Literal["hertz-corners", "paper-switching", "foundation"]
@@ -229,8 +227,7 @@ class ExudynSolver(Section):
     For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; without
     clearance, or with a sample at each step all are equal. Samples two to four steps apart are interpolated
     in longer ones. The tolerance is Newton's. For the tree, which has error control, they are the largest
-    step and the local error tolerance. In a scene "auto" is replaced by the smallest formulation that
-    yields the requested channels.
+    step and the local error tolerance. "auto" is the smallest formulation that yields the requested channels.
     """
 
     formulation: str = "auto"

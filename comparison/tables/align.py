@@ -54,14 +54,15 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     else:
         fine, coarse = ("b", "a") if _is_coarser(a.time, b.time) else ("a", "b")
         finer, coarser = tables[fine], tables[coarse]
-        time = _within(coarser.time, finer.time)
+        # An end outside the other's span by round-off is moved onto its end.
+        first, last, slack = finer.time[0], finer.time[-1], SAME_GRID * _interval(coarser.time)
+        inside = (coarser.time >= first - slack) & (coarser.time <= last + slack)
+        time = np.clip(coarser.time[inside], first, last)
         if time.size < 2:
             ends = a.time[0], a.time[-1], b.time[0], b.time[-1]
             start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
-            raise TableError(
-                f"the tables have {time.size} common times: {start_a} to {end_a} s against {start_b} to "
-                f"{end_b} s"
-            )
+            spans = f"{start_a} to {end_a} s against {start_b} to {end_b} s"
+            raise TableError(f"the tables have {time.size} common times: {spans}")
         events = coarser.events if finer.events is None else finer.events
         sides[fine], unknown = resample(finer.time, sides[fine], time, events, known)
         # The table that provides the grid is only truncated, at its own samples.
@@ -124,14 +125,6 @@ def _is_coarser(time: Array, other: Array) -> bool:
     return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
 
 
-def _within(time: Array, other: Array) -> Array:
-    """Return the times inside the other's span; an end outside by round-off is moved onto its end."""
-    slack = SAME_GRID * _interval(time)
-    inside = time[(time >= other[0] - slack) & (time <= other[-1] + slack)]
-    clipped: Array = np.clip(inside, other[0], other[-1])
-    return clipped
-
-
 def resample(
     time: Array,
     columns: dict[str, Array],
@@ -143,12 +136,11 @@ def resample(
 
     Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
     h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
-    a contact, and interpolation across a jump would produce values that occur on neither side. Each interval
-    between two such instants is therefore interpolated separately, if it holds two samples, with linear
-    extrapolation to its ends. An instant itself belongs to the following interval.
+    a contact: each interval between two such instants, which belong to the following one, is interpolated
+    separately, if it holds two samples, with linear extrapolation to its ends.
 
-    Also returned are channels with instants that no samples determine, because their interval has fewer than
-    two, and where: the values there, interpolated across the event, serve plotting only.
+    Also returned is where no samples determine a channel, because its interval has fewer than two: the values
+    there, interpolated across the event, serve plotting only.
     """
     known = channels() if known is None else known
     pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval
@@ -157,7 +149,10 @@ def resample(
         rate = known[name].rate if name in known else None
         place = _jumps_with(known[name]) if name in known else ""
         if place not in pairs:
-            edges = _edges(events, place, time)
+            places = list(CONTACTS) if place == "all" else [place]
+            own = None if events is None else events.loc[events["corner"].isin(places), ["start", "end"]]
+            edges = np.empty(0) if own is None else np.unique(own.to_numpy(np.float64))
+            edges = edges[(edges > time[0]) & (edges <= time[-1])]
             pairs[place] = _determining(time, at, edges) if edges.size else None
         if rate is not None and rate in columns:
             sampled[name], _ = hermite(time, values, columns[rate], at)
@@ -179,15 +174,6 @@ def _jumps_with(channel: Channel) -> str:
         _, corner, quantity = channel.name.split("_")
         return corner if quantity in {"normal", "friction"} else ""
     return "all" if channel.group in {"accelerations", "joints"} else ""
-
-
-def _edges(events: pd.DataFrame | None, place: str, time: Array) -> Array:
-    """Return the starts and ends of contacts inside the span, sorted, s."""
-    if events is None:
-        return np.empty(0)
-    places = list(CONTACTS) if place == "all" else [place]
-    edges = events.loc[events["corner"].isin(places), ["start", "end"]].to_numpy(np.float64).ravel()
-    return np.unique(edges[(edges > time[0]) & (edges <= time[-1])])
 
 
 def _determining(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:

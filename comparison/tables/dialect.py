@@ -145,9 +145,8 @@ def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") 
     text = entries.astype("str").str.strip()
     plain = text.str.translate(str.maketrans(",.", ".,")) if decimal == "," else text
     plain = plain.str.replace(r"^\+([\d.])", r"\1", regex=True)  # pandas rounds what has a plus otherwise
-    plain = plain.str.replace(
-        r"^(-?[\d.]+)[dDqQ]([+-]?\d+)$|^(-?\d*\.\d*)([+-]\d{3})$", r"\1\3e\2\4", regex=True
-    )
+    fortran = r"^(-?[\d.]+)[dDqQ]([+-]?\d+)$|^(-?\d*\.\d*)([+-]\d{3})$"
+    plain = plain.str.replace(fortran, r"\1\3e\2\4", regex=True)
     numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
     wrong = np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))
@@ -190,7 +189,10 @@ def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, st
     for n, line in enumerate(lines):
         rows = {} if _is_comment(line) else {each: _fields(line, each) for each in separators}
         fitting = [each for each, row in rows.items() if _is_below_time(row, recent, each)]
-        if fitting := fitting + [each for each, row in rows.items() if _are_numbers(row)]:
+        for each, row in rows.items():
+            if len(row) > 1 and any(row) and all(map(NUMBER.fullmatch, filter(None, row))):
+                fitting.append(each)
+        if fitting:
             return lines, n, fitting[0]
         recent = [*recent, line][-_RECENT:] if line.strip() else recent
     raise TableError("contains no row of two or more numbers")
@@ -207,11 +209,6 @@ def _is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> 
         for names in _fitting([_words(line, separator)], row)
         for name, field in zip(names, row, strict=True)
     )
-
-
-def _are_numbers(row: Sequence[str]) -> bool:
-    """Whether fields are two or more numbers or empty ones."""
-    return len(row) > 1 and any(row) and all(map(NUMBER.fullmatch, filter(None, row)))
 
 
 def _check_nameless(number: int, line: str, above: Sequence[str], separator: str, row: Sequence[str]) -> None:
@@ -238,9 +235,8 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
     if not below or (rows, columns) != (found, len(fields)):
         return 0
     if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
-        raise TableError(
-            f"line {first + 1} may be a row, or the size of the table: write a line of names above it"
-        )
+        either = "a row, or the size of the table: write a line of names above it"
+        raise TableError(f"line {first + 1} may be {either}")
     return below
 
 
@@ -269,8 +265,12 @@ def _names_and_units(above: Sequence[str], separator: str, row: Sequence[str]) -
         below.append(line)
     number, line = lines[-1]
     names = next(reversed(_ways(line, separator, row)), None)
-    for n, text in lines if names is None else lines[-1:]:
-        if not _is_comment(text) and _may_be_row(_split(text, separator), len(row)):
+    for n, text in (
+        lines if names is None else lines[-1:]
+    ):  # what begins like a row is passed over as no title
+        numbers = [bool(NUMBER.fullmatch(field)) for field in _split(text, separator)]
+        like_row = len(numbers) == len(row) or 2 * sum(numbers) > max(len(numbers), 2)
+        if not _is_comment(text) and numbers and numbers[0] and like_row:
             raise TableError(f"line {n} begins like a row of numbers, but is none")
     if _is_comment(line) and (names is None or any(map(NUMBER.fullmatch, names))):
         return None
@@ -327,14 +327,6 @@ def _fitting(ways: Iterable[list[str]], row: Sequence[str]) -> list[list[str]]:
     return fitting
 
 
-def _may_be_row(fields: Sequence[str], count: int) -> bool:
-    """Whether fields that are no row of numbers begin like one: it is not passed over as a title."""
-    numbers = sum(NUMBER.fullmatch(field) is not None for field in fields)
-    return bool(fields and NUMBER.fullmatch(fields[0])) and (
-        len(fields) == count or 2 * numbers > max(len(fields), 2)
-    )
-
-
 def _is_time(name: str) -> bool:
     return name.casefold() == "time" or name == "t"
 
@@ -386,10 +378,9 @@ def _are_units(fields: Sequence[str]) -> bool:
 
 
 def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
-    """Return the rows without comments and quotation marks, and their separator; all lines remain.
+    """Return the rows, as many lines, without comments and quotation marks, and their separator.
 
-    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none. Lines are counted from the
-    given one.
+    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
     """
     if any(sign in body for sign in _COMMENT):
         body = _uncommented(re.sub(rf"(?m)^[ \t]*[{_COMMENT}].*", "", body), separator)
@@ -449,10 +440,10 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
         return signs, body
     readings = [(d, g) for d, g in ((".", ","), (",", ".")) if g in signs and number(both(g, d))]
     if len(readings) != 1:
+        numbers = " and ".join(map(repr, seen.values()))
         raise TableError(
-            f"whether a point or a comma is the decimal sign is not clear from "
-            f"{' and '.join(map(repr, seen.values()))}: export the numbers without thousands separators, and "
-            "not with three decimals"
+            f"whether a point or a comma is the decimal sign is not clear from {numbers}: export the numbers "
+            "without thousands separators, and not with three decimals"
         )
     decimal, group = readings[0]
     fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
@@ -484,9 +475,8 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
     except (ValueError, pd.errors.ParserWarning) as error:
         for n, line in enumerate(body.split("\n"), first):
             if len(fields := _split(line, separator)) > count:
-                raise TableError(
-                    f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
-                ) from None
+                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
+                raise TableError(message) from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
     if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
         raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")

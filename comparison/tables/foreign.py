@@ -59,10 +59,8 @@ def read_tables(
 
     Parameters
     ----------
-    paths
-        Files of any kind that `comparison.tables.formats` knows.
-    sides
-        Side of each file, "a" or "b", whose rules hold.
+    paths, sides
+        Files of any kind that `comparison.tables.formats` knows; "a" or "b" for each, whose rules hold.
     mapping
         Assigns columns to channels. Without one they have the name of a channel, or the same in all tables.
     at_events
@@ -71,10 +69,8 @@ def read_tables(
 
     Returns
     -------
-    tables
-        In SI units.
-    warnings
-        What was left out or assumed.
+    tables, warnings
+        In SI units; what was left out or assumed.
     """
     mapping = mapping or Mapping()
     sources = [open_source(path) for path in paths]

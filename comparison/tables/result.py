@@ -29,18 +29,12 @@ _DEEPEST = 50
 class Result(Protocol):
     """A model's result; it may also have ``pulses`` and ``cycle_extrema``, as a `Table` has."""
 
-    @property
-    def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
-    @property
-    def events(self) -> dict[str, NDArray[Any]]: ...  # noqa: D102
-    @property
-    def extrema(self) -> dict[str, dict[str, float]]: ...  # noqa: D102
-    @property
-    def provenance(self) -> dict[str, Any]: ...  # noqa: D102
-    @property
-    def status(self) -> str: ...  # noqa: D102
-    @property
-    def remedy(self) -> str: ...  # noqa: D102
+    columns: dict[str, NDArray[np.float64]]
+    events: dict[str, NDArray[Any]]
+    extrema: dict[str, dict[str, float]]
+    provenance: dict[str, Any]
+    status: str
+    remedy: str
 
 
 def reject(bad: BoolArray, fault: Callable[[int], str]) -> None:

@@ -26,12 +26,7 @@ from comparison.tables.table import Table, TableError
 LARGEST = 2_000_000_000
 """Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
 FORMATS = (".csv", ".parquet")
-_BESIDE = {
-    "events": "events.csv",
-    "pulses": "pulses.csv",
-    "cycle_extrema": "extrema.csv",
-    "record": "json",
-}
+_BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
 
 
@@ -174,14 +169,11 @@ def _read_parquet(path: Path) -> pd.DataFrame:
 
 
 def _texts(path: Path) -> list[str]:
-    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often.
-
-    A file that holds too many numbers, which is compressed and may be small, is an OSError.
-    """
+    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
     with parquet.ParquetFile(path) as file:
         groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
     parts = [group.column(n) for group in groups for n in range(group.num_columns)]
-    numbers = 8 * sum(part.num_values for part in parts)
-    if max(numbers, sum(part.total_uncompressed_size for part in parts)) > LARGEST:
+    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
+    if size > LARGEST:  # the file is compressed, and may be small
         raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
     return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})

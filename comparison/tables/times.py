@@ -30,16 +30,16 @@ _RATIO = 10.0  # of a hole to the longest other step, where steps vary
 _FEW = 0.01  # of the steps of such a table, at most, that can be holes
 
 Side = Mapping[str, Array]
+"""Channel -> values, shape (n,)."""
 
 
 class Hole(NamedTuple):
-    """Interval without rows."""
+    """Interval without rows between two times, s."""
 
     start: float
     end: float
-    """Its two rows, s."""
     missing: int
-    """Rows that are missing between them, at the table's usual interval; 0 where that is unknown."""
+    """Rows that are missing, at the table's usual interval; 0 where that is unknown."""
 
 
 def holes(time: Array) -> list[Hole]:
@@ -116,38 +116,35 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     """
     known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
-    moving = [
-        name
-        for name in a
-        if known[name].group == group and min(np.ptp(a[name]), np.ptp(b[name])) >= known[name].floor
-    ]
+    ranges = {name: (np.ptp(a[name]), np.ptp(b[name])) for name in a if known[name].group == group}
+    moving = [name for name, both in ranges.items() if min(both) >= known[name].floor]
     # Velocities almost jump at impacts; positions only have kinks.
     names = [name for name in moving if known[name].rate is not None] or moving
     if not names:
         return _cannot_tell("no channel of motion is excited in both")
     if time.size < 2 * _BLOCKS:
         return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
-    scales = {name: float(max(np.ptp(a[name]), np.ptp(b[name]))) for name in names}
+    scales = {name: float(max(ranges[name])) for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
         return _cannot_tell("the two are not correlated closely enough at any lag")
     edges = (np.arange(_BLOCKS + 1) * time.size // _BLOCKS).tolist()
     blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
-    floor = np.array([np.spacing(np.abs(a[name]).max()) / scales[name] for name in names])
+    floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
     weights = np.ones(len(names))
+    span = float(time[-1] - time[0])
+    interval = span / (time.size - 1)
     for _ in range(_ROUNDS):
         sums = np.array([_sums(time, a, b, scales, known, block, lag) for block in blocks])
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
-        if not np.isfinite(lag) or abs(step) <= 0.1 * SAME_GRID * (time[-1] - time[0]) / (time.size - 1):
+        if not np.isfinite(lag) or abs(step) <= 0.1 * SAME_GRID * interval:
             break
-    whole = sums.sum(axis=0)
-    kept = np.array([_solve(whole - part, weights)[0] for part in sums])
+    kept = np.array([_solve(sums.sum(axis=0) - part, weights)[0] for part in sums])
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
-    interval = float(time[-1] - time[0]) / (time.size - 1)
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
-    if not np.isfinite(lag) or not uncertainty < 0.05 * (time[-1] - time[0]):
+    if not np.isfinite(lag) or not uncertainty < 0.05 * span:
         return _cannot_tell("the motion is too uniform, or the difference too irregular")
     return Shift(float(lag), uncertainty)
 
@@ -227,20 +224,14 @@ def _sums(
     at = at[inside]
     if at.size < 2:
         return np.zeros((len(scales), 6))
-    near = slice(
-        max(0, int(np.searchsorted(time, at[0])) - 2),
-        int(np.searchsorted(time, at[-1])) + 3,
-    )
-    rows = []
+    first, last = np.searchsorted(time, at[[0, -1]])
+    near, rows = slice(max(0, first - 2), last + 3), []
     for name, scale in scales.items():
-        rate = known[name].rate
-        values = a[name][near]
+        rate, values = known[name].rate, a[name][near]
         slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
         value, slope = hermite(time[near], values, slopes, at)
-        residual, slope = (b[name][block][inside] - value) / scale, slope / scale
-        rows.append(
-            [at.size, residual.sum(), slope.sum(), residual @ slope, slope @ slope, residual @ residual]
-        )
+        r, g = (b[name][block][inside] - value) / scale, slope / scale
+        rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
     return np.array(rows)
 
 

@@ -68,8 +68,8 @@ class Dialect:
 
 
 @st.composite
-def dialects(draw: st.DrawFn, exact: bool = False) -> Dialect:
-    """Draw a dialect; an exact one writes all digits."""
+def dialects(draw: st.DrawFn) -> Dialect:
+    """Draw a dialect."""
 
     def pick(*options):
         return draw(st.sampled_from(options))
@@ -77,9 +77,7 @@ def dialects(draw: st.DrawFn, exact: bool = False) -> Dialect:
     separator = pick(",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     ")
     spaces = Dialect(separator).spaces
     decimal = pick(".", ".", ",")
-    number = pick("repr", ".17g") if exact else pick(
-        "repr", "repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E"
-    )  # fmt: skip
+    number = pick("repr", "repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E")
     grouped = number in ("repr", ".3f", ".0f") and pick(False, False, True)
     thousands = {".": ",", ",": "."}[decimal] if grouped else ""
     header = pick("names", "units below", "[]", "()", "attached", "comment", "comment units", "none")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import pickle
-from pathlib import Path
 
 import pytest
 
@@ -25,12 +23,6 @@ TREE = {"formulation": "tree", "method": "auto", "step": 1e-4, "tolerance": 1e-1
 FORMULATION = "solver.exudyn.formulation"
 
 
-def write(folder: Path, name: str, text: str) -> Path:
-    path = folder / f"{name}.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def refused(name, changes=None) -> str:
     with pytest.raises(SceneError) as error:
         load_scene(name, changes)
@@ -45,14 +37,10 @@ def exudyn(scene) -> dict[str, object]:
 
 
 def test_every_shipped_scene_loads_and_the_base_is_not_among_them():
-    paper = {PAPER, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm", "69GPa", "poisson-0.33", "ideal"}
-    assert paper <= set(shipped_scenes())
-    assert "paper" not in shipped_scenes()
-    assert shipped_scenes() == sorted(shipped_scenes())
+    assert {PAPER, "ideal"} <= set(shipped_scenes()) - {"paper"} == set(shipped_scenes())
     for name in shipped_scenes():
         scene = load_scene(name)
-        assert (scene.name, scene.warnings) == (name, ())
-        assert scene.title
+        assert (scene.name, scene.warnings, bool(scene.title)) == (name, (), True)
 
 
 def test_the_mapping_is_complete_and_plain():
@@ -106,33 +94,19 @@ def test_the_start_follows_the_reference_offset_unless_it_is_given():
 @pytest.mark.parametrize(
     ("key", "value", "line"),
     [
-        ("clearance.slider", -1e-4, "clearance.slider = -0.0001 m must be >= 0"),
-        ("clearance.slider", 0, "clearance.slider = 0.0 m must be > 0 where joints.slider = 'clearance'"),
         ("drive.speed_rpm", True, "drive.speed_rpm = True must be a number"),
-        ("drive.cycles", math.inf, "drive.cycles = inf must be finite"),
         ("drive.cycles", {}, "drive.cycles = {} must be a number"),
-        ("drive", 5, "drive = 5 must be a section with keys of its own"),
-        ("mechanism.rocker_pivot", [1.0], "mechanism.rocker_pivot = [1.0] must hold 2 values, not 1"),
         ("mechanism.rocker_pivot", ["x", 1.0], "mechanism.rocker_pivot.0 = 'x' must be a number"),
         *(("mechanism.slider_branch", value, f"mechanism.slider_branch = {value!r} must be -1 or 1")
           for value in (0, 2, True, 1.0, "1")),  # true is equal to 1, but not meant as such
-        ("contact.law", "strip", "contact.law = 'strip' must be 'hertz-corners', 'paper-switching'"),
-        ("contact.poisson", 0.6, "contact.poisson = 0.6 must be <= 0.5"),
-        ("contact.poisson.slider", -1.0, "contact.poisson.slider = -1.0 must be > -1"),
         ("contact.youngs_modulus.guide", 0.0, "contact.youngs_modulus.guide = 0.0 Pa must be > 0"),
         ("contact.youngs_modulus.slidr", 1e9,
          "contact.youngs_modulus.slidr is not a known key; did you mean contact.youngs_modulus.slider?"),
         ("contact.youngs_modulus", {}, "contact.youngs_modulus.slider is missing"),
         ("contact.poisson", [0.28, 0.3], "contact.poisson = [0.28, 0.3] must be a number"),
-        ("friction.transition_speed", 1e-5,
-         "friction.transition_speed = 1e-05 m/s must be > friction.static_speed = 0.0001 m/s"),
-        ("output.samples_per_cycle", 10.5, "output.samples_per_cycle = 10.5 must be an integer"),
         ("output.groups", ["corners", "corners"], "must not contain a group twice"),
-        ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
         ("reliability.velocity.lower", 0.5, "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02"),
-        ("reliability.errors", "squared", "reliability.errors = 'squared' must be 'signed' or 'absolute'"),
         pytest.param("scene.name", 10**5000, "thousands of digits must be a string", id="digits"),
-        ("weather.wind", 1, "weather is not a known key"),
         ("a b.c", 1, "'a b' is not a known key"),
     ],
 )  # fmt: skip
@@ -147,21 +121,17 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[drive]\nspeed_rpm = 10.0\ncycles = 1.0\n", "scene 'odd': mechanism is missing (scene.extends"),
-        (BASE + INPUT + "deviation = 1.0\ncolour = 3\n", "random.0.colour is not a known key"),
         (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random.0.element?"),
         (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "has an integer of too many digits"),
         (f"{BASE}[output]\nsamples_per_cycle = {'9' * 400}\n", "must be <= 1e+15"),
         (f"{BASE}[drive]\ncycles = 1e308\n", "must give 1 to 100000000 samples, not inf"),
         (f"{BASE}[drive]\nspeed_rpm = 1e-310\n", "last for ever"),
-        (f"{BASE}x = {'[' * 500}{']' * 500}\n", "is nested too deeply"),
         (f'[scene]\nextends = "paper"\nname = "{"a" * 240}"\n', "must have at most 100 characters"),
         (f"{BASE}# {'a' * LARGEST_FILE}\n", "is larger than 1000000 bytes"),
         (BASE.replace("paper", "~nosuchuser/x"), "there is no such home folder"),
         (BASE.replace("paper", "a" * 5000), "File name too long"),
         (BASE.replace('"paper"', "3"), "scene.extends = 3 must be a shipped name or a path"),
         (BASE.replace('"paper"', f"0x{'f' * 5000}"), "scene.extends = an integer of thousands of digits"),
-        ("\xff".encode("latin-1"), "odd.toml is not UTF-8 text (byte 0)"),
     ],
 )
 def test_a_scene_file_is_refused_in_one_line(text, message, tmp_path):
@@ -173,19 +143,17 @@ def test_a_scene_file_is_refused_in_one_line(text, message, tmp_path):
 
 
 def test_files_that_extend_one_another_are_followed_so_far(tmp_path):
-    write(tmp_path, "a", '[scene]\nextends = "b.toml"\n')
-    write(tmp_path, "b", '[scene]\nextends = "a.toml"\n')
-    assert "is circular: a.toml -> b.toml -> a.toml" in refused(tmp_path / "a.toml")
     for number in range(3000):
-        write(tmp_path, str(number), f'[scene]\nextends = "{number + 1}.toml"\n')
+        (tmp_path / f"{number}.toml").write_text(f'[scene]\nextends = "{number + 1}.toml"\n')
     assert "leads over more than 20 files" in refused(tmp_path / "0.toml")
 
 
 def test_extends_takes_numbers_but_not_texts_and_may_be_a_path_relative_to_the_file(tmp_path):
     (tmp_path / "inner").mkdir()
-    write(tmp_path, "base", '[scene]\ntitle = "Base"\nextends = "paper"\n[drive]\nspeed_rpm = 33.0\n')
-    text = '[scene]\nextends = "../base.toml"\n[clearance]\nslider = 0.3e-3\n'
-    scene = load_scene(write(tmp_path / "inner", "child", text))
+    base, child = tmp_path / "base.toml", tmp_path / "inner" / "child.toml"
+    base.write_text('[scene]\ntitle = "Base"\nextends = "paper"\n[drive]\nspeed_rpm = 33.0\n')
+    child.write_text('[scene]\nextends = "../base.toml"\n[clearance]\nslider = 0.3e-3\n')
+    scene = load_scene(child)
     assert (scene.name, scene.title) == ("child", "child")
     assert scene.data["drive"] == {"speed_rpm": 33.0, "cycles": 2.0}
     assert scene.data["clearance"]["slider"] == 0.3e-3
@@ -199,9 +167,8 @@ def test_set_reads_toml_values_and_takes_bare_words_as_text():
     assert parse_set(["a=1\nb=2"]) == {"a": "1\nb=2"}
     for text in ("9" * 5000, "[" * 3000, "{a=" * 3000):  # what TOML cannot read
         assert parse_set([f"drive.cycles={text}"]) == {"drive.cycles": text}
-    for text in ("drive.speed_rpm", "=3", "a..b=1"):
-        with pytest.raises(SceneError, match="must be key=value"):
-            parse_set([text])
+    with pytest.raises(SceneError, match="must be key=value"):
+        parse_set(["a..b=1"])
 
 
 def test_the_hash_sees_numbers_and_not_texts():

@@ -89,9 +89,6 @@ def test_the_rows_at_an_event(at_events, rows, speeds):
 @pytest.mark.parametrize(
     ("head", "rule"),
     [
-        (b"\x89HDF\r\n\x1a\n", "is an HDF5 file: export its columns as CSV"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "2007, or one with a password: save its sheet as .csv"),
-        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM\x89HDF\r\n\x1a\n", "save it with the option -v7"),
         (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
         (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
         (b"time\n1\n2\n", "contains no row of two or more numbers"),

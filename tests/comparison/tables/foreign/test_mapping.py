@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from foreign_tables import FRAME, ROWS, put, read_pair, text
+from foreign_tables import put, read_pair, text
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,24 +41,10 @@ def pair(a: Path, b: Path, mapping: str | None = None) -> tuple[Table, Table, tu
     return read_pair(a, b, None if mapping is None else load_mapping(put("map.toml", mapping)))
 
 
-def same(table: Table) -> None:
-    """Assert the frame in SI. A value in other units and back is off by two roundings, of pi by one more."""
-    assert list(table.frame) == list(FRAME)
-    np.testing.assert_allclose(table.frame.to_numpy(), FRAME.to_numpy(), rtol=1e-15, atol=0)
-
-
 def refused(rule: str, a: Path, b: Path | None = None, mapping: str | None = None) -> None:
     with pytest.raises(TableError, match=re.escape(rule)) as error:
         pair(a, b or a, mapping)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("separator", ["\t", " ", "   "])
-def test_adams_with_a_title_and_quoted_names(separator):
-    header = "Adams table: press\n\n" + separator.join(['"TIME"', '".press.Y"', '".press.ROT"'])
-    pd.DataFrame(ROWS, columns=["TIME", ".press.Y", ".press.ROT"]).to_parquet("a.parquet", index=False)
-    for table in pair(put("adams.tab", text(header, separator)), Path("a.parquet"), ADAMS)[:2]:
-        same(table)
 
 
 @pytest.mark.parametrize("ending", [".csv", ".txt"])

@@ -113,39 +113,6 @@ def test_what_is_not_clear_is_one_line(text, words, capsys):
     assert words in said
 
 
-@pytest.mark.parametrize(
-    "line", [b"Press\f", b'"Press', b"Press\xc2\x85", b"\x1d\x0b", b"Press\xe2\x80\xa9run"]
-)
-@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
-def test_no_title_swallows_the_first_row(line, end, capsys):
-    for name, first in (("a", b"1"), ("b", b"9")):
-        put(f"{name}.csv", end.join([line, b'run 7"', b"time,x", b"0," + first, b"1,2", b"2,3", b"3,4", b""]))
-    code, said = compared(capsys, "a.csv", "b.csv")
-    assert code == 1
-    assert "at worst at t = 0 s" in said
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "time ; x\n0 ; +1.0206e-57 \n",
-        "time;x;\n0 ;+1,0206E-57;\n",
-        "time\tx\n0\t +1.0206D-57 \n",
-        'time\tx\n0\t"1.0206e-57"\n',
-    ],
-)
-def test_a_number_is_the_double_next_to_it_whatever_stands_beside_it(text):
-    (table,), _ = read_tables([put("a.csv", text)], ["a"])
-    assert table.values("x").tolist() == [1.0206e-57]
-
-
-def test_a_column_of_text_is_left_out_by_a_mapping(capsys):
-    put("map.toml", 'compare = ["x"]\n')
-    code, said = compared(capsys, CASES / "tx.csv", CASES / "tx.csv", "--mapping", "map.toml")
-    assert code == 0
-    assert "leaves it out: contact" in said
-
-
 def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(capsys):
     put("a.csv", "time,U [V]\n0,1\n1,2\n")
     put("b.csv", "time,U [mV]\n0,1\n1,2\n")
