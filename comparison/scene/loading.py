@@ -1,8 +1,4 @@
-"""Loading of scenes: reading, extension, overrides, validation, hashing.
-
-A scene is a TOML file (`schema.py` lists its keys). The result is a plain nested mapping with all defaults
-filled in, the models' only input from this package.
-"""
+"""Scenes from TOML files: a plain nested mapping of all keys of `schema.py`, the only input of the models."""
 
 from __future__ import annotations
 
@@ -240,7 +236,7 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
         if not changes or not isinstance(name, str):
             given["scene"] = {"title": name} | texts
         else:  # the files' texts are of what is in the files
-            own = {key.removeprefix("scene."): overrides[key] for key in overrides.keys() - changes.keys()}
+            own = {key.removeprefix("scene."): overrides[key] for key in overrides if key not in changes}
             derived = {"name": name_with(name, changes), "title": title_with(name, changes)}
             given["scene"] = texts | derived | {"description": ""} | own
     try:

@@ -56,19 +56,17 @@ def apply(files: Mapping[str, Any], overrides: Mapping[str, object]) -> dict[str
     Exudyn's step and tolerance in a file are meant for the file's formulation. They have another meaning in
     another formulation chosen here: a step for the five bodies makes the tree take a hundred times its steps.
     """
-    solver, wanted = files.get("solver", {}), overrides.get(_FORMULATION)
-    if wanted is not None and isinstance(solver, Mapping):
-        exudyn = solver.get("exudyn", {})
-        if isinstance(exudyn, Mapping) and exudyn.get("formulation", "auto") != wanted:
-            kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
-            files = {**files, "solver": {**solver, "exudyn": kept}}
-    nested: dict[str, Any] = {}
+    exudyn, wanted = _at(files, "solver.exudyn"), overrides.get(_FORMULATION)
+    if isinstance(exudyn, Mapping) and wanted not in (None, exudyn.get("formulation", "auto")):
+        kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
+        files = {**files, "solver": {**files["solver"], "exudyn": kept}}
+    given = dict(files)
     for dotted, value in overrides.items():
         below: Any = value
         for step in reversed(dotted.split(".")):
             below = {step: below}
-        nested = merged(nested, below)
-    return merged(files, nested)
+        given = merged(given, below)
+    return given
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "") -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """Keys of a scene: type, unit, rule for the value, and default where there is one.
 
-Numbers of the mechanism have no defaults here; they are given with their sources in ``shipped/paper.toml``,
-which a scene extends.
+The numbers of the mechanism, with their sources, are in ``shipped/paper.toml``, which a scene extends.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Text tables of any program: where the numbers begin, what the columns are called, which sign is decimal.
 
-Lines end with a line feed, a carriage return or both, as in `csv` and pandas; other characters that Python
-takes for line ends (form feed, U+2028) are part of a line. The text is cut where the numbers begin, so that
-no line is counted twice, and pandas reads the rest.
+Lines end as in `csv` and pandas: not with a form feed or U+2028, at which Python splits too.
 """
 
 from __future__ import annotations
@@ -231,8 +229,9 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
     rows, columns = map(int, row)
     below = next((n for n in range(first + 1, len(lines)) if lines[n].strip()), 0)
     fields = _split(lines[below], separator)
-    found = sum(bool(line.strip()) for line in text.split("\n")[below:])
-    if not below or (rows, columns) != (found, len(fields)):
+    if not below or columns != len(fields):
+        return 0
+    if rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
         return 0
     if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
         either = "a row, or the size of the table: write a line of names above it"

@@ -1,6 +1,6 @@
 """Tables of any origin as `Table`: which column is which channel, in SI units with the channels' signs.
 
-Columns that are no channels of the press are compared under their own names and in the tables' units.
+What is no channel of the press is compared under its own name and in the tables' units.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def _complete(assigned: Sequence[_Assigned], mapping: Mapping) -> Iterable[str]:
         wanted &= set(mapping.compare)
     for one in assigned:
         prescribed = _prescribed(one.source.record, one.columns[TIME].numbers)
-        added = {c.name: c for c in prescribed if c.name in wanted and c.name not in one.columns}
+        added = {c.name: c for c in prescribed if c.name in wanted - one.columns.keys()}
         one.columns.update(added)
         if added:
             yield f"{one.source.path.name}: as its scene prescribes: {', '.join(added)}"

@@ -1,9 +1,4 @@
-"""Tables of other programs as they stand in their files: text, Excel, MATLAB, Parquet.
-
-What a file is, its first bytes say, not its ending. scipy's parser of MATLAB files trusts the sizes stated in
-a file: one wrong byte can make it read outside its memory, which ends the process. They are therefore read in
-a separate process, ``python -m`` this module, which returns the vectors as .npz (numbers only, no pickle).
-"""
+"""Tables of other programs as they stand in their files, which their first bytes tell, not their ending."""
 
 from __future__ import annotations
 
@@ -144,7 +139,11 @@ def _written(cell: object) -> str:
 
 
 def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
-    """Return the real vectors of a .mat file of version 4 to 7, and descriptions of its other contents."""
+    """Return the real vectors of a .mat file of version 4 to 7, and descriptions of its other contents.
+
+    scipy's parser trusts the sizes stated in a file: one wrong byte can make it end its process. It has one
+    of its own, which returns the vectors as .npz (numbers only, no pickle).
+    """
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
     try:

@@ -1,6 +1,6 @@
 """The result of a model, and checks of its parts; each fault is one line.
 
-Pulses are the normal forces of the contacts in time, columns ``row`` (in the events), ``time`` (s) and
+Pulses are the normal forces of the contacts in time: columns ``row`` (in the events), ``time`` (s) and
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 

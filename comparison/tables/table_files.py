@@ -1,8 +1,7 @@
 """Files of result tables: read, and written all or none.
 
-``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row per contact,
-``run.pulses.csv`` the contacts' forces in time, ``run.extrema.csv`` the extrema of each crank cycle, a row
-each, ``run.json`` the provenance and the extrema of the whole run. A comparison requires only the first.
+Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each contact), ``run.pulses.csv``
+(their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Units of other programs in multiples of SI: exact factors, and a rule for products and powers.
 
-An angle has its own dimension, so that millimetres are no radians. A units library would read ``Nm`` as a
-number times a metre and ``newton-mm`` as a difference, and take ``T``, ``t`` and ``a`` for units.
+An angle has its own dimension. A units library would read ``Nm`` as a number times a metre and ``newton-mm``
+as a difference, and take ``T``, ``t`` and ``a`` for units.
 """
 
 from __future__ import annotations
