@@ -26,9 +26,9 @@ from comparison.accuracy.refine import (
     FLOOR,
     AccurateRun,
     Estimate,
-    Families,
     Level,
     accurate_run,
+    tried_level,
 )
 from comparison.execution.run import Outcome, RunError, run_one
 from comparison.execution.store import append_row, cache_folder, read_rows
@@ -109,7 +109,7 @@ def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
         for accuracy in ACCURACIES
     }
     strict = {
-        model: Families(model, run[model]).level(scene.with_values(solver_values(model, "strict", scene)))
+        model: tried_level(scene.with_values(solver_values(model, "strict", scene)), model, run[model], {})
         for model, scene in scenes.items()
     }
     rows = []

@@ -1,11 +1,7 @@
 """Solver settings by name or by wanted error, their refinement, and the two tiers of a verdict.
 
 The numbers are data: ``accuracy.toml`` has the names and the refinement, ``thresholds.toml`` what a verdict
-requires; error bounds by scene are in `comparison.accuracy.measured`.
-
-At the standard tier the models run with the scene's settings, as a user runs it. At the tight tier the
-reference runs at ``strict`` and Exudyn integrates its tree of free bodies with its explicit solver; where a
-scene requires five bodies (no clearance, reactions), these run with the scene's settings.
+requires, ``measured.toml`` error bounds by scene.
 """
 
 from __future__ import annotations
@@ -31,13 +27,7 @@ class AccuracyError(ValueError):
 
 
 def metres(accuracy: str | float) -> float:
-    """Return an accuracy that is no name as a number of metres.
-
-    Raises
-    ------
-    AccuracyError
-        If it is no positive number.
-    """
+    """Return an accuracy that is no name as a number of metres; `AccuracyError` if it is not positive."""
     try:
         number = float(accuracy)
     except ValueError:
@@ -50,28 +40,11 @@ def metres(accuracy: str | float) -> float:
 
 
 def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, object]:
-    """Return the solver settings of a built-in model for a requested accuracy of a scene.
+    """Return the solver settings of a built-in model for an accuracy, by dotted keys, for `Scene.variant`.
 
-    Parameters
-    ----------
-    model
-        ``"reference"`` or ``"exudyn"``.
-    accuracy
-        One of `NAMES`, or an error bound of slider_x in metres over the first cycle, also as text
-        (``"1e-8"``). The cheapest setting with that bound for this scene is taken.
-    scene
-        Names the formulation: Exudyn's ``"tree"`` is controlled by its tolerance, the others by their step.
-
-    Returns
-    -------
-    dict
-        Dotted scene keys and their values, for `Scene.variant`.
-
-    Raises
-    ------
-    AccuracyError
-        If it is neither a name nor a positive number, or smaller than the smallest recorded bound, or if the
-        model is another package's and therefore unmeasured.
+    The accuracy is one of `NAMES`, or an error bound of slider_x in metres over the first cycle, also as text
+    (``"1e-8"``): the cheapest setting with that bound for the formulation that the scene names. Raises
+    `AccuracyError` if it is none, smaller than the smallest recorded bound, or of an unmeasured model.
     """
     if model not in OWN:
         raise AccuracyError(
@@ -134,9 +107,10 @@ def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float,
 
 
 def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
-    """Return the scene with the models' settings of the tight tier; None if one of them is not built in.
+    """Return the scene at the tight tier: the reference at ``strict``, Exudyn's tree with error control.
 
-    The accuracy of another package's model is unmeasured.
+    Where a scene requires five bodies (no clearance, reactions), these keep its settings. None if a model is
+    not built in: the accuracy of another package's model is unmeasured.
     """
     if not set(models) <= set(OWN):
         return None

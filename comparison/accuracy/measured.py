@@ -1,8 +1,7 @@
-"""Measured error bounds and costs of the settings on the shipped scenes.
+"""Measured error bounds and costs of the settings on the shipped scenes (``measured.toml``).
 
-The numbers are data (``measured.toml``). A scene uses those of the shipped scene with the same physics; any
-other uses those of the usual scene with the same joints, with a caution, since the amplification of errors
-depends on the scene.
+A scene uses those of the shipped scene with the same physics; any other those of the usual scene with the
+same joints, with a caution, since the amplification of errors depends on the scene.
 """
 
 from __future__ import annotations
@@ -49,35 +48,25 @@ class Caution(StrEnum):
 
 @dataclass(frozen=True)
 class Row:
-    """One setting, a tolerance or a step in s."""
+    """One setting, a tolerance or a step in s; ``failed``: why it has no result."""
 
     setting: float
-    measured: float = nan
-    """The largest error of slider_x over some starts, m."""
-    error: float = inf
-    """Error bound, m; infinite without a result."""
-    seconds: float = nan
-    """Processor time per cycle or per step."""
+    measured: float = nan  # the largest error of slider_x over some starts, m
+    error: float = inf  # error bound, m
+    seconds: float = nan  # processor time per cycle or per step
     failed: str = ""
-    """Reason for a missing result."""
 
 
 @dataclass(frozen=True)
 class Front:
-    """The settings of one formulation on one shipped scene."""
+    """The settings of one formulation on one shipped scene, the coarsest first."""
 
     scene: str
-    """Where they were measured."""
-    cycles: float
-    """Number of first crank cycles over which errors were measured: one, or all of the scene."""
-    unit: str
-    """Of the processor time of the rows: ``"cycle"`` or ``"step"``."""
-    start: float
-    """Processor time of a run before its first step, s."""
+    cycles: float  # over which errors were measured: one, or all of the scene
+    unit: str  # of the processor time of the rows: "cycle" or "step"
+    start: float  # processor time of a run before its first step, s
     rows: tuple[Row, ...]
-    """The coarsest first."""
-    cautions: tuple[Caution, ...] = ()
-    """Concerning the requested scene."""
+    cautions: tuple[Caution, ...] = ()  # concerning the requested scene
 
     @property
     def applies(self) -> bool:
@@ -100,18 +89,13 @@ class Front:
 class Expected:
     """Expected error and cost of a run; nan where not recorded."""
 
-    error: float = nan
-    """Error bound of slider_x over the first `cycles`, m."""
+    error: float = nan  # bound of slider_x over the first cycles, m
     cycles: float = 1.0
-    seconds: float = nan
-    """Processor time of the whole run."""
-    measured_on: str = ""
-    """Shipped scene whose numbers these are; empty without any."""
-    failed: str = ""
-    """Why the setting had no result there."""
+    seconds: float = nan  # processor time of the whole run
+    measured_on: str = ""  # shipped scene
+    failed: str = ""  # why the setting had no result there
     cautions: tuple[Caution, ...] = ()
-    applies: bool = True
-    """Whether they are not those of another scene or method."""
+    applies: bool = True  # not those of another scene or method
 
     @property
     def span(self) -> str:
@@ -120,21 +104,17 @@ class Expected:
 
 
 def front(scene: Scene, model: str) -> Front | None:
-    """Return the measurements of the formulation that a scene names; None if there are none.
-
-    Its physics select the shipped scene; cycles, output and texts do not matter.
-    """
+    """Return the measurements of the formulation that a scene names; None if there are none."""
     own, joints = physics(scene), joints_with_clearance(scene.data)
     equal = next((name for name, record in _file().items() if record["physics"] == own), None)
     record, name = _file()[equal or USUAL[joints]], formulation(scene, model)
     table = record.get(model, {}).get(name)
     if table is None:
         return None
-    method = scene.data["solver"][model]["method"]
     implicit = model == "exudyn" and name != "tree" and forces(scene.data)
     cautions = {
         Caution.OTHER_SCENE: equal is None,
-        Caution.OTHER_METHOD: method not in _METHODS[model] or implicit,
+        Caution.OTHER_METHOD: scene.data["solver"][model]["method"] not in _METHODS[model] or implicit,
         Caution.IDEAL_SLIDER: joints == ("crank_pin",),
     }
     return Front(

@@ -1,8 +1,4 @@
-"""Plan of a scene's runs: what each model integrates, what it leaves out and why, and the cost.
-
-The models make these choices themselves; this module describes them before a run. The contract tests compare
-the names and numbers with those recorded by the models.
-"""
+"""Plan of a scene's runs: what each model integrates, what it leaves out and why, and the cost."""
 
 from __future__ import annotations
 
@@ -19,35 +15,24 @@ _FREE = {"crank_pin": _BODIES[1:3], "slider": _BODIES[3:]}
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of one model's run of a scene."""
+    """Plan of one model's run of a scene; ``formulation`` as the model records it with its result."""
 
     model: str
     formulation: str
-    """As the model records it with its result."""
-    integrated: tuple[str, ...]
-    """Bodies whose motion is integrated."""
-    prescribed: tuple[str, ...]
-    """Bodies whose motion follows from these and from the crank."""
+    integrated: tuple[str, ...]  # bodies
+    prescribed: tuple[str, ...]  # bodies whose motion follows from these and from the crank
     coordinates: int
     constraints: int
-    contacts: tuple[str, ...]
-    """Possible ones."""
-    left_out: tuple[tuple[str, str], ...]
-    """What is not modelled, or modelled but not computed, with the reason."""
+    contacts: tuple[str, ...]  # possible ones
+    left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
     expected: Expected
-    """Error and processor time at these settings."""
-    instead: tuple[tuple[str, str, float], ...]
-    """Other formulations: setting, description, and ratio of their time."""
+    instead: tuple[
+        tuple[str, str, float], ...
+    ]  # other formulations: setting, description, ratio of their time
 
 
 def plan(scene: Scene, model: str) -> Plan:
-    """Return the plan of a built-in model for a scene.
-
-    Raises
-    ------
-    ValueError
-        If the model belongs to another package.
-    """
+    """Return the plan of a built-in model for a scene; `ValueError` for another package's."""
     if model not in OWN:
         raise ValueError(f"model {model!r}: the plan of another package's model is not known")
     joints, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
@@ -63,9 +48,8 @@ def plan(scene: Scene, model: str) -> Plan:
         else:
             listed = f"{', '.join(integrated[:-1])} and {integrated[-1]}" if joints else ""
             name = f"minimal: {listed} ({coordinates} coordinates)" if joints else "closed form"
-            other = "multiplier", f"the paper's 15 coordinates and {rows} multipliers"
-            if "crank_pin" in joints:  # the multiplier form has an ideal one
-                other = None
+            multiplier = "multiplier", f"the paper's 15 coordinates and {rows} multipliers"
+            other = None if "crank_pin" in joints else multiplier  # which has an ideal pin
     elif named == "tree":
         integrated = _BODIES[1 if "crank_pin" in joints else 3 :]
         # An ideal slider does not rotate: a point mass at the end of rod 4, constrained by the guide's force.
@@ -124,11 +108,5 @@ def _left_out(scene: Scene, joints: tuple[str, ...]) -> tuple[tuple[str, str], .
         "energy": "energies",
     }
     requested = scene.data["output"]["groups"]
-    return (
-        *ideal,
-        *(
-            (text, "not requested (output.groups)")
-            for group, text in groups.items()
-            if text and group not in requested
-        ),
-    )
+    omitted = [text for group, text in groups.items() if text and group not in requested]
+    return *ideal, *((text, "not requested (output.groups)") for text in omitted)

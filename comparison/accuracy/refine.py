@@ -1,10 +1,4 @@
-"""The runs that give a model's uncertainty, and the refinement of a run until its error is small enough.
-
-The estimate of a run's error is the numerical uncertainty u(t) of `comparison.accuracy.uncertainty`, and the
-samples at which it is at most the wanted error are the predictable part. A setting serves if this is nearly
-all of the run; else the next finer one is tried, or ``strict`` at once where that was of little use: perhaps
-only the coarse runs diverge. Of those tried the one with the largest predictable part is taken.
-"""
+"""The runs that give a model's uncertainty, and the refinement of a run until its error is small enough."""
 
 from __future__ import annotations
 
@@ -58,10 +52,7 @@ Run = Callable[[Sequence[Scene]], list[Outcome]]
 
 
 def levels(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the scenes of the runs that give a model's uncertainty, by their names in `Runs`.
-
-    The perturbed ones are of the coarser setting; a model that cannot be refined has the base alone.
-    """
+    """Return the scenes of the runs that give a model's uncertainty, by their names in `Runs`."""
     coarse = coarser(model, scene)
     family = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
     available = {kind: level for kind, level in family.items() if level is not None}
@@ -91,34 +82,33 @@ def table_of_family(kind: str, outcome: Outcome) -> Table | None:
 
 def sorted_runs(
     scene: Scene, models: tuple[str, str], outcomes: dict[tuple[str, str], Outcome]
-) -> dict[str, Runs]:
-    """Sort the tables of families by model."""
-    tables: dict[str, dict[str, Table]] = {model: {} for model in models}
-    for (model, kind), outcome in outcomes.items():
-        table = table_of_family(kind, outcome)
-        if table is not None:
-            tables[model][kind] = table
-    return {model: Runs(refinement=refinement(model, scene), **tables[model]) for model in models}
+) -> tuple[Runs, Runs]:
+    """Return the runs of both models from the outcomes of their families."""
+    a, b = (
+        Runs(
+            refinement=refinement(model, scene),
+            **{
+                kind: table
+                for (of, kind), outcome in outcomes.items()
+                if of == model and (table := table_of_family(kind, outcome)) is not None
+            },
+        )
+        for model in models
+    )
+    return a, b
 
 
 @dataclass(frozen=True)
 class Estimate:
     """Estimated error of slider_x over the time of a run; arrays of shape (n,)."""
 
-    time: Array
-    """Samples, s."""
-    u: Array
-    """Numerical uncertainty (`comparison.accuracy.uncertainty`), m."""
-    spread: Array
-    """The part of u due to neighbouring starts, which no setting removes, m; 0 without any."""
+    time: Array  # s
+    u: Array  # numerical uncertainty, m
+    spread: Array  # the part of u due to neighbouring starts, which no setting removes, m
 
     def coverage(self, error: float) -> float:
         """Return the share of samples whose u is at most an error, m: the predictable part."""
         return covered(self.u, error)
-
-    def attainable(self, error: float) -> float:
-        """Return the share of samples at which neighbouring trajectories stay within an error, m."""
-        return covered(self.spread, error)
 
     def until(self, error: float) -> float:
         """Return the time at which u first exceeds an error, m, in s; inf if it never does."""
@@ -132,84 +122,49 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Level:
-    """A setting that was tried."""
+    """A setting that was tried; no estimate where too many of its runs did not succeed."""
 
     scene: Scene
-    """With the setting."""
-    outcomes: dict[str, Outcome]
-    """Of its family, by the names in `Runs`."""
+    outcomes: dict[str, Outcome]  # of its family, by the names in `Runs`
     estimate: Estimate | None
-    """Of the error of the run at this setting; None where too many of the runs did not succeed."""
 
     @property
     def table(self) -> Table | None:
         """Table of the run at this setting; None where that did not succeed."""
         return self.outcomes["base"].table
 
-    @property
-    def failed(self) -> Outcome | None:
-        """The most telling of its runs that did not succeed: the run itself, else the finer one."""
-        ended = [self.outcomes[kind] for kind in ("base", "finer") if kind in self.outcomes]
-        return next((outcome for outcome in ended if outcome.table is None), None)
 
+def tried_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -> Level:
+    """Run the family of a setting but for the ``known`` runs, by the scene's hash, and estimate its error."""
 
-class Families:
-    """Levels of one model, which share their runs."""
+    def ran(scenes: dict[str, Scene]) -> dict[str, Outcome]:
+        new = {level.hash: level for level in scenes.values() if level.hash not in known}
+        known.update(zip(new, run(list(new.values())), strict=True))
+        return {kind: known[level.hash] for kind, level in scenes.items()}
 
-    def __init__(self, model: str, run: Run) -> None:
-        self._model, self._run = model, run
-        self._outcomes: dict[str, Outcome] = {}
-
-    @property
-    def count(self) -> int:
-        """Number of runs so far."""
-        return len(self._outcomes)
-
-    def level(self, scene: Scene) -> Level:
-        """Run the family of a setting and estimate its error.
-
-        The perturbed runs are those of the coarser setting; where that has no result, of this one.
-        """
-        outcomes = self._ran(levels(scene, self._model))
-        if "coarser" in outcomes and outcomes["coarser"].table is None and outcomes["base"].table is not None:
-            outcomes = {kind: outcomes[kind] for kind in ("base", "finer") if kind in outcomes}
-            outcomes |= self._ran(perturbed_scenes(scene))
-        tables = {kind: outcome.table for kind, outcome in outcomes.items() if outcome.table is not None}
-        moved = {kind for kind in outcomes if kind.endswith("perturbed")}
-        if not {"base", "finer"} <= tables.keys() or (moved and not moved & tables.keys()):
-            return Level(scene, outcomes, None)
-        runs = Runs(refinement=refinement(self._model, scene), **tables)
-        return Level(scene, outcomes, estimate(runs, scene.period))
-
-    def _ran(self, scenes: dict[str, Scene]) -> dict[str, Outcome]:
-        new = {scene.hash: scene for scene in scenes.values() if scene.hash not in self._outcomes}
-        self._outcomes |= dict(zip(new, self._run(list(new.values())), strict=True))
-        return {kind: self._outcomes[scene.hash] for kind, scene in scenes.items()}
-
-
-def estimate(runs: Runs, period: float) -> Estimate:
-    """Estimate the error of slider_x in the base of a family of runs, which has a finer one.
-
-    The period is that of a crank cycle, s.
-    """
+    outcomes = ran(levels(scene, model))
+    if "coarser" in outcomes and outcomes["coarser"].table is None and outcomes["base"].table is not None:
+        outcomes = {kind: outcomes[kind] for kind in ("base", "finer") if kind in outcomes}
+        outcomes |= ran(perturbed_scenes(scene))
+    tables = {kind: outcome.table for kind, outcome in outcomes.items() if outcome.table is not None}
+    moved = {kind for kind in outcomes if kind.endswith("perturbed")}
+    if not {"base", "finer"} <= tables.keys() or (moved and not moved & tables.keys()):
+        return Level(scene, outcomes, None)
+    runs = Runs(refinement=refinement(model, scene), **tables)
     time = runs.base.time
-    u = model_uncertainty(runs, CHANNEL, period)
+    u = model_uncertainty(runs, CHANNEL, scene.period)
     assert u is not None
-    half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
+    half_width = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
     perturbed = [run.values(CHANNEL) for run in runs.perturbed_runs]
-    return Estimate(time, u, spread(runs.original.values(CHANNEL), perturbed, half_width))
+    apart = spread(runs.original.values(CHANNEL), perturbed, half_width)
+    return Level(scene, outcomes, Estimate(time, u, apart))
 
 
 def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
     """Yield the scene at the settings to try, each finer than the one before.
 
     The first is the measured one of the shipped scene that is most like this, the last is ``strict``. Another
-    package's model begins with the scene's own.
-
-    Raises
-    ------
-    AccuracyError
-        If the accuracy is neither a name nor a positive number, or a name for a model that has none.
+    package's model begins with the scene's own. `AccuracyError` for what is no accuracy of the model.
     """
     if accuracy is None:
         yield scene
@@ -240,14 +195,10 @@ class Cost(NamedTuple):
     """Expected cost of the first setting with the runs that estimate its error."""
 
     scene: Scene
-    """At this setting."""
     model: str
-    further: int
-    """Runs besides the one at this setting."""
-    seconds: float
-    """Processor time of all, s; nan where not recorded."""
-    refines: bool
-    """Whether finer settings are tried where this one does not serve."""
+    further: int  # runs besides the one at this setting
+    seconds: float  # processor time of all; nan where not recorded
+    refines: bool  # whether finer settings are tried where this one does not serve
 
 
 def expected_cost(scene: Scene, model: str, accuracy: str | float | None) -> Cost:
@@ -272,20 +223,13 @@ class AccurateRun:
     """A run with an estimate of its error."""
 
     model: str
-    wanted: float | None
-    """Error of slider_x, m; None for a named setting, or the scene's own."""
-    level: Level
-    """The setting that was taken, with its runs."""
-    table: Table
-    """Result, with the outcome in its provenance under ``"accuracy"``."""
-    tried: tuple[Level, ...]
-    """All settings in the order in which they were tried."""
-    stopped: Outcome | None
-    """Of a run at the finest setting that was tried, if it did not succeed."""
-    runs: int
-    """Their number, cached ones among them."""
-    seconds: float
-    """Wall time, s."""
+    wanted: float | None  # error of slider_x, m; None for a named setting, or the scene's own
+    level: Level  # the setting that was taken
+    table: Table  # with the outcome in its provenance under "accuracy"
+    tried: tuple[Level, ...]  # all settings in the order in which they were tried
+    stopped: Outcome | None  # of a run at the finest one, if it did not succeed
+    runs: int  # cached ones among them
+    seconds: float  # wall time
 
     @property
     def estimate(self) -> Estimate | None:
@@ -311,7 +255,7 @@ class AccurateRun:
             return None
         if self.estimate is None:
             return Limit.UNKNOWN
-        if self.wanted is not None and self.estimate.attainable(self.wanted) < FLOOR:
+        if self.wanted is not None and covered(self.estimate.spread, self.wanted) < FLOOR:
             return Limit.DIVERGENCE
         return Limit.FINEST if self.stopped is None else Limit.STOPPED
 
@@ -336,31 +280,25 @@ def accurate_run(
 
     Parameters
     ----------
-    scene, model
-        What to run. The formulation is the scene's.
     accuracy
         Wanted error of slider_x on the predictable part, m, also as text; or ``"draft"``, ``"standard"``,
         ``"strict"``: that setting with its estimate, without refinement; None: the scene's own.
     run
         Runs scenes by the model; default: `comparison.execution.run.run_all`, which caches them.
     n_jobs
-        Worker processes of that; the reference runs in this process.
+        Worker processes of that, for other models than the reference: a script that calls this needs the
+        usual ``if __name__ == "__main__":``.
     on_progress
         Called with the finished share of each family of runs, 0 to 1.
 
     Raises
     ------
     AccuracyError
-        As `settings`.
+        If the accuracy is neither a name nor a positive number, or a name for a model that has none.
     SceneError
         If the model refuses the scene.
     RunError
         If no setting has a result.
-
-    Notes
-    -----
-    Exudyn and installed models run in worker processes: a script that calls this needs the usual
-    ``if __name__ == "__main__":``.
     """
     begun = time.perf_counter()
     scene = with_declared(scene, [model])
@@ -375,21 +313,26 @@ def accurate_run(
             return -1.0
         return 1.0 if wanted is None else level.estimate.coverage(wanted)
 
-    tries = Families(model, run or by_default)
+    known: dict[str, Outcome] = {}
     tried: list[Level] = []
+
+    def attempt(level: Scene) -> None:
+        tried.append(tried_level(level, model, run or by_default, known))
+
     steps = list(settings(scene, model, accuracy))
     while steps:
-        tried.append(tries.level(steps.pop(0)))
+        attempt(steps.pop(0))
         before, now = coverage(tried[-2]) if len(tried) > 1 else -1.0, coverage(tried[-1])
         # Without an estimate though the run has a result, it is the finer one that has none.
         if now >= ENOUGH or (now < 0.0 and tried[-1].table is not None):
             break
         if before >= FLOOR and 0.0 <= ENOUGH * now <= before:  # hardly more than before
             steps = steps[-1:]
-    stopped = tried[-1].failed
+    ended = [tried[-1].outcomes[kind] for kind in ("base", "finer") if kind in tried[-1].outcomes]
+    stopped = next((outcome for outcome in ended if outcome.table is None), None)
     rough = coarser(model, tried[0].scene)
     while rough and len(tried) < MOST_LEVELS and all(level.estimate is None for level in tried):
-        tried.append(tries.level(rough))
+        attempt(rough)
         rough = coarser(model, rough)
 
     def merit(level: Level) -> tuple[float, float]:
@@ -401,7 +344,7 @@ def accurate_run(
     best = max(tried, key=merit)
     table = successful(best.outcomes["base"], Job(best.scene, model))
     seconds = time.perf_counter() - begun
-    result = AccurateRun(model, wanted, best, table, tuple(tried), stopped, tries.count, seconds)
+    result = AccurateRun(model, wanted, best, table, tuple(tried), stopped, len(known), seconds)
     record = {**table.provenance, "accuracy": _record(result)}
     return replace(result, table=replace(table, provenance=record))
 

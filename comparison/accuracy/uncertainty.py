@@ -1,12 +1,10 @@
-r"""Numerical uncertainty of a run as a function of time.
+r"""Numerical uncertainty of a run as a function of time, from five runs of one model.
 
-Five runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
-two perturbed runs of the coarser one whose start is moved by a billionth of the clearance, but by no less
-than x is rounded (S_t): the
-divergence of neighbouring trajectories is a property of the motion, and the coarser setting shows it at the
-least cost. One perturbed run has offset and angle moved with equal signs, the other with opposite ones, since
-a force may be insensitive to one of the two. A level changes the setting by the factor r and should change
-the error by r^p. With the window W(t) of one hundredth of a crank cycle to either side,
+The run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and two of the coarser setting whose
+start is moved (S_t), with offset and angle of equal and of opposite signs: how neighbouring trajectories
+diverge is a property of the motion, which the coarser setting shows at the least cost. A level changes the
+setting by the factor r and should change the error by r^p. With the window W(t) of one hundredth of a crank
+cycle to either side (no running maximum: diverged runs converge again in sustained contact),
 
 .. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
           d_t = \max_{W(t)} |S_c - S_t| \text{ of either perturbed run}, \quad d = \max(d_f, d_c / r^p),
@@ -15,14 +13,9 @@ the error by r^p. With the window W(t) of one hundredth of a crank cycle to eith
 
 u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache (J. Fluids Eng. 116, 1994,
 405-413): 3, but 1.25 r^p / (r^p - 1) where the three levels show the expected order, |log_r(d_c / d_f) - p|
-<= p / 4; then the error of S is r^p / (r^p - 1) of its distance to S_f. The third level is needed because two
-can have the same error by chance, for a whole flight between two impacts, where their distance is
-uninformative. A window is used instead of a running maximum because diverged runs converge again in sustained
-contact.
-
-Five runs are a small sample: where motion magnifies errors by decades they may be close by chance. Where more
-runs M_i of the same setting from moved starts are there (`comparison.verdict.confirmation`), u is never
-below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
+<= p / 4. Two levels alone can have the same error by chance for a whole flight between two impacts. With more
+runs M_i of the same setting from moved starts (`comparison.verdict.confirmation`), u is never below
+:math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 """
 
 from __future__ import annotations
@@ -30,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, log, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -56,21 +48,22 @@ TIME_ROUND_OFF = 1e-11
 
 @dataclass(frozen=True)
 class Runs:
-    """One model's runs of a scene; without a finer run it has no uncertainty."""
+    """One model's runs of a scene; without a finer run it has no uncertainty.
+
+    The perturbed runs are those of the coarser one, without one of the base. ``refinement`` is the factor
+    between two levels and the order of the error.
+    """
 
     base: Table
     finer: Table | None = None
     perturbed: Table | None = None
-    """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
     coarser: Table | None = None
     other_perturbed: Table | None = None
-    """As ``perturbed``, with the angle moved the other way; None where a start has no two coordinates."""
     refinement: tuple[float, float] = (2.0, 2.0)
-    """Factor between two levels and order of the error, see `comparison.accuracy.levels.refinement`."""
 
     @property
     def gain(self) -> float:
-        """Expected error ratio of two levels, factor^order."""
+        """Expected error ratio of two levels."""
         factor, order = self.refinement
         return float(factor**order)
 
@@ -87,27 +80,21 @@ class Runs:
 
 @dataclass(frozen=True)
 class Levels:
-    """One channel in the runs of one model at the same times, each of shape (n,)."""
+    """One channel in the runs of one model at the same times, each of shape (n,); see `Runs`."""
 
     base: Array
     finer: Array
     coarser: Array | None = None
     perturbed: tuple[Array, ...] = ()
-    """Of the coarser run, or of the base where there is none; none where the start cannot be moved."""
     factor: float = 2.0
-    """Between the settings of two levels."""
     order: float = 2.0
-    """At which the error should follow the setting."""
     ensemble: tuple[Array, ...] = ()
-    """Of the base, from moved starts."""
 
 
 def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
-    """Return the scenes with their start moved by `perturbation`, or a multiple of it.
+    """Return the scenes with their start moved by a multiple of `perturbation`, by their names in `Runs`.
 
-    By the names in `Runs`: the slider in its guide, offset and angle with equal and with opposite signs;
-    where only the crank pin has clearance, the crank, since the journal has no start of its own. None where
-    there is no clearance.
+    Where only the crank pin has clearance it is moved along its circle, in one sense; without clearance none.
     """
     joint = movable(scene)
     if joint is None:
@@ -129,16 +116,9 @@ def perturbation(scene: Scene) -> float:
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:
-    """Return the scene with its start moved; it must be `movable`.
+    """Return a `movable` scene with the slider moved across its guide, m, and turned: angle times length, m.
 
-    Parameters
-    ----------
-    across
-        By which the slider is moved across its guide, m; of a scene with clearance at the crank pin alone
-        the crank pin along its circle.
-    turned
-        The slider's angle times its length, m. Not used where only the crank pin has clearance: such a start
-        has one coordinate.
+    Where only the crank pin has clearance, that pin is moved across, along its circle.
     """
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
     if movable(scene) == "slider":
@@ -153,19 +133,11 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
 
 
 def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
-    """Evaluate u(t) for one channel, in its unit; shape (n,), positive.
-
-    Parameters
-    ----------
-    half_width
-        Of the window, samples.
-    floor
-        What u never falls below: see `round_off`.
-    """
+    """Evaluate u(t) for one channel in its unit, shape (n,), from a window's half-width in samples."""
     distance = _widened(np.abs(levels.base - levels.finer), half_width)
-    u = SAFETY_FACTOR * distance
+    u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
-        gain = levels.factor**levels.order
+        original, gain = levels.coarser, levels.factor**levels.order
         coarse = _widened(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -173,7 +145,6 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
         in_order = np.abs(order - levels.order) <= ORDER_BAND * levels.order
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
         u = safety * np.maximum(distance, coarse / gain)
-    original = levels.base if levels.coarser is None else levels.coarser
     u = np.maximum(np.maximum(u, spread(original, levels.perturbed, half_width)), floor)
     if not levels.ensemble:
         return u
@@ -186,15 +157,9 @@ def model_uncertainty(
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
-    Parameters
-    ----------
-    period
-        Of a crank cycle, s. Where the distance of the samples varies, the window is the largest number of
-        them that its hundredth holds.
-    ensemble
-        More runs at the base's setting and times, from moved starts.
-    every
-        Of so many samples only the first counts: shape (n,), or fewer.
+    From the period of a crank cycle, s (where the distance of the samples varies, the window is the largest
+    number of them that its hundredth holds), more runs at the base's setting and times from moved starts, and
+    of ``every`` so many samples the first.
     """
     if runs.finer is None:
         return None
@@ -205,28 +170,20 @@ def model_uncertainty(
     time, base = runs.base.time[::every], values(runs.base)
     interval = float(time[-1] - time[0]) / (time.size - 1)
     ahead = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
-    factor, order = runs.refinement
     levels = Levels(
-        base=base,
-        finer=values(runs.finer),
-        coarser=None if runs.coarser is None else values(runs.coarser),
-        perturbed=tuple(map(values, runs.perturbed_runs)),
-        factor=factor,
-        order=order,
+        base,
+        values(runs.finer),
+        None if runs.coarser is None else values(runs.coarser),
+        tuple(map(values, runs.perturbed_runs)),
+        *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    return uncertainty(
-        levels,
-        max(window_samples(period, interval), int(ahead.max())),
-        round_off(base, time, runs.base.known[name].round_off),
-    )
+    half_width = max(window_samples(period, interval), int(ahead.max()))
+    return uncertainty(levels, half_width, round_off(base, time, runs.base.known[name].round_off))
 
 
 def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
-    """Return the part of u due to neighbouring starts, which no setting removes, 3 d_t; shape (n,).
-
-    From one channel of a run and of its perturbed runs, shape (n,) each; zero without any.
-    """
+    """Return the part of u due to neighbouring starts, 3 d_t, which no setting removes; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _widened(np.broadcast_to(farthest, original.shape), half_width)
 
@@ -253,10 +210,7 @@ def held(u: Array, share: float) -> float:
 
 
 def window_samples(period: float, interval: float) -> int:
-    """Return the half-width of the window in samples, rounded up, from the period of a crank cycle, s.
-
-    The interval is that between samples, s.
-    """
+    """Return the half-width of the window in samples; from the period and the distance of samples, s."""
     # The subtracted share keeps 1 % of 0.4 s at 0.4 ms at ten samples, whichever way the quotient rounds.
     return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
 
@@ -264,51 +218,33 @@ def window_samples(period: float, interval: float) -> int:
 def round_off(values: Array, time: Array, absolute: float) -> float:
     """Return the round-off of one sample in double precision, in the channel's unit.
 
-    The largest of three: its absolute number (``round_off`` of ``channels.toml``), some epsilon of its
-    largest value, and the change within the error of time (s) itself, which a solver with fixed steps sums
-    up from thousands of them.
+    The largest of: its absolute number (``round_off`` of ``channels.toml``), some epsilon of its largest
+    value, and its change within the error of time (s), which a solver with fixed steps adds up from
+    thousands.
     """
     rate = float(np.abs(np.diff(values) / np.diff(time)).max())
     clock = TIME_ROUND_OFF * float(time[-1] - time[0])
-    largest = float(np.abs(values).max())
-    return max(absolute, ROUND_OFF * largest, clock * rate)
+    return max(absolute, ROUND_OFF * float(np.abs(values).max()), clock * rate)
 
 
-class Order(NamedTuple):
-    """Observed order of convergence, nan if unknown, and the one that the method has."""
-
-    observed: float
-    expected: float
-
-
-def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> Order:
-    """Return the order at which the error of a model follows its setting, from the three levels of its runs.
+def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> float:
+    """Return the order at which the error of a model follows its setting, nan if unknown.
 
     With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
-    scale, of the judged samples of all channels, it is log(d_c / d_f) / log(r) for levels that differ by the
-    factor r. It means something where the runs are in their asymptotic range: with located events and a
-    tolerance, errors need not follow any power.
-
-    Parameters
-    ----------
-    runs
-        Without three levels, or where two are equal, the order is unknown.
-    judged
-        By excited channel the predictable samples, shape (n,), and the scale in its unit. Where the base has
-        other samples it was interpolated: then the order is unknown.
+    scale, of the judged samples of all channels (name -> samples, shape (n,), and scale), it is log(d_c /
+    d_f) / log(r): of runs in their asymptotic range, which located events and a tolerance need not have.
     """
-    unknown = Order(nan, runs.refinement[1])
     coarser, base, finer = runs.coarser, runs.base, runs.finer
     if coarser is None or finer is None:
-        return unknown
+        return nan
     coarse = fine = 0.0
     for name, (predictable, scale) in judged.items():
         values = base.values(name)
-        if values.shape != predictable.shape:
-            return unknown
+        if values.shape != predictable.shape:  # it was interpolated
+            return nan
         coarse += float(np.sum(((coarser.values(name) - values)[predictable] / scale) ** 2))
         fine += float(np.sum(((values - finer.values(name))[predictable] / scale) ** 2))
     if not (coarse > 0.0 and fine > 0.0):
-        return unknown
+        return nan
     order = log(sqrt(coarse / fine)) / log(runs.refinement[0])
-    return unknown._replace(observed=order) if isfinite(order) else unknown
+    return order if isfinite(order) else nan

@@ -1,10 +1,9 @@
 """Error and processor time of the settings of both models on one scene, within a stated time.
 
-The most accurate runs of the two models are held against each other, and against the reference's from two
-neighbouring starts: two runs alone may be close by chance where the motion magnifies errors. Three times
-their distance from the most accurate one, the largest in a window (`comparison.accuracy.uncertainty.spread`),
-is how well the motion is known. The error of a setting is its distance from the most accurate run and that of
-these, where the motion is known well enough.
+How well the motion is known: three times the largest distance, in a window, of the most accurate run from
+that of the other model and from its own of two neighbouring starts, since two runs alone may be close by
+chance. The error of a setting is its distance from the most accurate run and that of these, where the motion
+is known well enough.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from comparison.accuracy.uncertainty import (
 )
 from comparison.execution.pool import Died, Share, work
 from comparison.execution.run import RunError, run_one
-from comparison.models import MODELS, formulations, key_of, model_of, smallest_in_exudyn
+from comparison.models import MODELS, formulations, model_of, smallest_in_exudyn
 from comparison.scene import Scene, SceneError
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels
@@ -50,37 +49,27 @@ _warm: set[str] = set()
 
 @dataclass(frozen=True)
 class Candidate:
-    """A setting of a formulation, by the names of `comparison.accuracy.measured.SETTINGS`."""
+    """A scene at a setting of a formulation, by the names of `comparison.accuracy.measured.SETTINGS`."""
 
     scene: Scene
-    """At the setting."""
     formulation: str
     setting: float
-    cost: float
-    """Expected processor time, s; inf if unknown."""
+    cost: float  # expected processor time, s; inf if unknown
 
     @property
     def model(self) -> str:
         """The model that has the formulation."""
         return model_of(self.formulation)
 
-    @property
-    def key(self) -> str:
-        """Dotted key of the setting."""
-        return key_of(self.formulation)
-
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """One run of a candidate."""
+    """One run of a candidate: its processor time, s, and slider_x, m, shape (n,), if it has a result."""
 
     candidate: Candidate
-    status: str
-    """``"success"``, a status of the model, or what kept it from running."""
-    seconds: float
-    """Processor time of the run with its table made and checked, s; nan without a result."""
+    status: str  # "success", a status of the model, or what kept it from running
+    seconds: float = nan
     x: Array | None = None
-    """slider_x, m, shape (n,); None without a result."""
 
 
 @dataclass(frozen=True)
@@ -88,28 +77,18 @@ class WorkPrecision:
     """Settings of both models on a scene."""
 
     scene: Scene
-    """As it was given."""
-    rows: tuple[Timed, ...]
-    """A run for each setting, in the order of `candidates`."""
-    exact: Timed | None
-    """Most accurate run: of the reference where it has one; None without any."""
-    confirming: Timed | None
-    """Most accurate run of the other model, or the second one of the same where the other has none."""
-    known: Array
-    """How well the motion is known, m, shape (n,); empty where there are no two runs."""
-    neighbours: int = 0
-    """Number of the runs from neighbouring starts that count in it."""
+    rows: tuple[Timed, ...]  # a run for each setting, in the order of `candidates`
+    exact: Timed | None  # most accurate run: of the reference where it has one
+    confirming: Timed | None  # that of the other model, or the second one of the same where that has none
+    known: Array  # how well the motion is known, m, shape (n,); empty where there are no two runs
+    neighbours: int = 0  # runs from neighbouring starts that count in it
     interrupted: bool = False
-    """Whether it was stopped before its time."""
 
     @property
     def confirmed(self) -> bool:
         """Whether the most accurate run is held against the other model's."""
-        return (
-            self.exact is not None
-            and self.confirming is not None
-            and self.exact.candidate.model != self.confirming.candidate.model
-        )
+        pair = self.exact, self.confirming
+        return len({row.candidate.model for row in pair if row is not None}) == 2
 
     def coverage(self, error: float) -> float:
         """Return the share of the samples at which the motion is known to an error, m."""
@@ -127,10 +106,7 @@ class WorkPrecision:
         return enough[0] if enough else held(self.known, FLOOR)
 
     def error(self, row: Timed, known: float | None = None) -> float:
-        """Return the largest error of a run, m, where the motion is ``known`` so well; nan without a result.
-
-        The default is `resolution`.
-        """
+        """Return the largest error of a run, m, where the motion is known so well, or to `resolution`."""
         if row.x is None or self.exact is None or self.exact.x is None or not self.known.size:
             return nan
         limit = self.resolution if known is None else known
@@ -154,15 +130,6 @@ class WorkPrecision:
         good = [row for row in self.rows if row.x is not None and self.error(row, error) <= error]
         return min(good, key=lambda row: row.seconds, default=None)
 
-    @property
-    def recommended(self) -> dict[Timed, list[float]]:
-        """The cheapest settings with the `DECADES` that they keep, m, the largest first."""
-        decades: dict[Timed, list[float]] = {}
-        for error in DECADES:
-            if (row := self.cheapest(error)) is not None:
-                decades.setdefault(row, []).append(error)
-        return decades
-
 
 def candidates(scene: Scene) -> list[Candidate]:
     """Return what can run a scene: first what the others are held against, then the cheapest first.
@@ -171,9 +138,7 @@ def candidates(scene: Scene) -> list[Candidate]:
     many steps of more work, only where the scene names them.
     """
     smallest = smallest_in_exudyn(scene.data)
-    wanted = {"minimal", smallest, "full"}
-    if scene.data["solver"]["reference"]["formulation"] == "multiplier":
-        wanted.add("multiplier")
+    wanted = {"minimal", smallest, "full", scene.data["solver"]["reference"]["formulation"]}
 
     def candidate(formulation: str, setting: float) -> Candidate:
         named = at(scene, formulation, setting)
@@ -202,9 +167,9 @@ def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
             table = run_one(candidate.scene, candidate.model)
             times.append(time.process_time() - begun)
     except RunError as error:
-        return Timed(candidate, error.outcome.status, nan)
+        return Timed(candidate, error.outcome.status)
     except SceneError as error:
-        return Timed(candidate, " ".join(str(error).split()), nan)
+        return Timed(candidate, " ".join(str(error).split()))
     return Timed(candidate, "success", min(times), table.values(CHANNEL))
 
 
@@ -215,7 +180,7 @@ def work_precision(
     n_jobs: int = 1,
     on_finished: Callable[[float, Timed], None] | None = None,
 ) -> WorkPrecision:
-    """Run the settings of both models that could matter, as many as the time allows.
+    """Run the settings of both models that could matter, as many as the time allows, or until Ctrl-C.
 
     Parameters
     ----------
@@ -225,14 +190,10 @@ def work_precision(
         Worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     on_finished
         Called with the share of the time, 0 to 1, and each finished run.
-
-    Notes
-    -----
-    An interrupt (Ctrl-C) ends the runs; the result has those that were finished.
     """
     begun = time.monotonic()
     planned = {str(number): candidate for number, candidate in enumerate(candidates(scene))}
-    rows = {name: Timed(candidate, WAITING, nan) for name, candidate in planned.items()}
+    rows = {name: Timed(candidate, WAITING) for name, candidate in planned.items()}
     exact = {name: planned.pop(name) for name in ("0", "1")}
     moved = {
         name: replace(exact["0"], scene=start) for name, start in perturbed_scenes(exact["0"].scene).items()
@@ -241,15 +202,14 @@ def work_precision(
     tasks = exact | moved | affordable
     interrupted = False
     try:
-        running = work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)
-        with closing(running) as events:
+        with closing(work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue
                 if isinstance(event, Timed):
                     rows[name] = event
                 else:
-                    rows[name] = Timed(tasks[name], event.words if isinstance(event, Died) else LATE, nan)
+                    rows[name] = Timed(tasks[name], event.words if isinstance(event, Died) else LATE)
                 if on_finished and name not in moved:
                     on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
     except KeyboardInterrupt:
@@ -261,19 +221,13 @@ def work_precision(
 def held_against_each_other(
     scene: Scene, rows: Sequence[Timed], neighbours: Sequence[Timed] = (), *, interrupted: bool = False
 ) -> WorkPrecision:
-    """Choose the most accurate of finished runs, and find out how well they know the motion.
-
-    ``neighbours``: runs from neighbouring starts at the setting of the first row; they count if that is the
-    most accurate.
-    """
-
-    def most_accurate(model: str) -> list[Timed]:
-        """Return the finished runs of a model, the most accurate first: of its smallest formulation."""
-        good = [row for row in rows if row.x is not None and row.candidate.model == model]
-        order = list(SETTINGS)
-        return sorted(good, key=lambda row: (order.index(row.candidate.formulation), row.candidate.setting))
-
-    reference, exudyn = map(most_accurate, MODELS)
+    """Choose the most accurate runs, which with neighbouring ones tell how well the motion is known."""
+    order = list(SETTINGS)  # of each model the smallest first
+    finished = sorted(
+        (row for row in rows if row.x is not None),
+        key=lambda row: (order.index(row.candidate.formulation), row.candidate.setting),
+    )
+    reference, exudyn = ([row for row in finished if row.candidate.model == model] for model in MODELS)
     pair = [reference[0], exudyn[0]] if reference and exudyn else (reference or exudyn)[:2]
     exact, confirming = [*pair, None, None][:2]
     known = np.empty(0)
@@ -285,10 +239,7 @@ def held_against_each_other(
 
 
 def pareto(errors: Array, costs: Array) -> BoolArray:
-    """Return which points no other one beats: none is as good in one quantity and better in the other.
-
-    Both are to be small; shape (n,) each. Of equal points the first is one of the front.
-    """
+    """Return which points no other beats in errors and costs, shape (n,); of equal points the first."""
     order = np.lexsort((errors, costs))
     best = np.minimum.accumulate(errors[order])
     front = np.zeros(errors.size, dtype=np.bool_)

@@ -264,8 +264,7 @@ def _refused(scene: Scene, error: Exception, models: tuple[str, str], request: _
 
     message, code = described(error)
     command = scene.command("validate", *options(models, request.accuracy, request.tiers))
-    message = f"scene {scene.name!r}: {' '.join(message.split())}"
-    refusal = no_comparison(scene, message, labels=models, command=command, tier="standard")
+    refusal = no_comparison(scene, " ".join(message.split()), labels=models, command=command, tier="standard")
     return Validation(refusal, crashed=code == 70)
 
 

@@ -8,7 +8,7 @@ from math import isfinite
 from comparison.cli.console import coloured, columns, wrapped
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.verdict.results import SceneComparison
-from comparison.words.cards import ratio
+from comparison.words.cards import ratio_name
 from comparison.words.verdicts import mark, reason, reasons
 
 _COVERAGE, _RATIO = 3, 4
@@ -21,7 +21,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     where the trajectories diverge, or what is missing.
     """
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
-    headings = ("scene", "tier", "verdict", "coverage", ratio(comparisons)[0], "")
+    headings = ("scene", "tier", "verdict", "coverage", ratio_name(comparisons), "")
     rows = [
         (
             name,
@@ -67,7 +67,7 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
 def _note(tier: SceneComparison) -> str:
     """Return in a few words where the trajectories diverge, or what is missing."""
     if tier.error:
-        return tier.error.removeprefix(f"scene {tier.name!r}: ")
+        return tier.error
     notes = []
     if tier.verdict == "differ" and tier.attribution.outside_in:
         notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")

@@ -71,11 +71,15 @@ class RunError(RuntimeError):
 
 def describe(job: Job, outcome: Outcome) -> str:
     """Describe in one line why a run did not succeed."""
-    where = f"scene {job.scene.name!r}"
+    return f"scene {job.scene.name!r}: {failure(job.model, outcome)}"
+
+
+def failure(model: str, outcome: Outcome) -> str:
+    """Return the same without the scene."""
     if outcome.status == "bad input":
-        return f"{where}: {outcome.message}"
+        return outcome.message
     message = f"; {outcome.message}" if outcome.message else ""
-    return f"{where}: the {job.model} run did not succeed: {outcome.status}{message}"
+    return f"the {model} run did not succeed: {outcome.status}{message}"
 
 
 def successful(outcome: Outcome, job: Job) -> Table:

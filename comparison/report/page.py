@@ -90,7 +90,7 @@ def render(
         ],
         worst=_worst(ordered),
         tiers=tiers,
-        ratio=cards.ratio(comparisons)[0],
+        ratio=cards.ratio_name(comparisons),
         threshold=_threshold(channels),
         limit=next((verdicts.threshold_name(c) for c in channels if c.u is not None), ""),
         of_tables=of_tables,

@@ -9,7 +9,7 @@ the channels whose verdict is the scene's.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot, inf, nan, sqrt
 from typing import Any
@@ -24,7 +24,6 @@ from comparison.tables.arrays import Array, BoolArray
 from comparison.verdict.results import Attribution, ChannelComparison, Refinement
 
 Channels = Mapping[str, ChannelComparison]
-Masks = Mapping[str, BoolArray]
 
 _NEAR = 5  # windows of u to either side, i.e. 5 % of a cycle: about one flight between two impacts
 _HALF = 0.5  # of what a refinement should remove; less explains nothing
@@ -42,21 +41,9 @@ def attribute(
     labels: tuple[str, str],
     scene: Scene | None,
 ) -> Attribution:
-    """Attribute the differences of a scene.
+    """Attribute the differences of a scene, of judged channels at common times (s).
 
-    Parameters
-    ----------
-    runs
-        Of both models.
-    results, time
-        The judged channels and their common time (s), shape (n,).
-    verdict, tier, labels, scene
-        As in `comparison.verdict.results.SceneComparison`.
-
-    Returns
-    -------
-    attribution
-        For tables without uncertainty only the first sample outside the tolerance.
+    For tables without uncertainty only the first sample outside the tolerance is found.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
@@ -64,20 +51,19 @@ def attribute(
     attribution = _first(deciding if verdict == "differ" else excited, time)
     if scene is None or not excited or any(channel.u is None for channel in excited.values()):
         return attribution
-    judged = {name: channel.judged for name, channel in excited.items()}
-    outside = {name: channel.beyond for name, channel in excited.items()}
-    differs = _explained(judged, outside, deciding) < next(iter(excited.values())).limits.share
+    differs = _explained(deciding) < next(iter(excited.values())).limits.share
     samples = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
     unpredictable = _unpredictable(runs, results, time, samples)
+    first, second = (
+        _refinement(label, model, scene, excited) for label, model in zip(labels, runs, strict=True)
+    )
     return replace(
         attribution,
-        explained=_explained(judged, outside, excited),
-        still_moves=_still_moves(runs, deciding, outside, _NEAR * samples) if differs else {},
-        refinements=tuple(
-            _refinement(label, model, scene, results) for label, model in zip(labels, runs, strict=True)
-        ),
+        explained=_explained(excited),
+        still_moves=_still_moves(runs, deciding, _NEAR * samples) if differs else {},
+        refinements=(first, second),
         strict_helps=tier == "standard" and _coarser_than_strict(unpredictable, labels, scene),
-        **_causes(runs, deciding, outside if differs else judged, differs=differs),
+        **_causes(runs, deciding, differs=differs),
         **unpredictable,
     )
 
@@ -97,20 +83,29 @@ def _first(channels: Channels, time: Array) -> Attribution:
     return Attribution(outside_from=float(time[first]), outside_in=name)
 
 
-def _explained(judged: Masks, outside: Masks, names: Iterable[str]) -> float:
-    total = sum(int(judged[name].sum()) for name in names)
-    return 1.0 - sum(int(outside[name].sum()) for name in names) / total if total else nan
+def _explained(channels: Channels) -> float:
+    total = sum(int(channel.judged.sum()) for channel in channels.values())
+    return 1.0 - sum(int(c.beyond.sum()) for c in channels.values()) / total if total else nan
 
 
-def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differs: bool) -> dict[str, Any]:
-    """Return the remainder of the difference under refinement on the masked samples, and its cause."""
-    parts = {name: _squares(runs, channel, masks[name]) for name, channel in deciding.items()}
-    total = {key: sum(part[key] for part in parts.values()) for key in ("base", *_REFINED)}
+def _causes(runs: tuple[Runs, Runs], deciding: Channels, *, differs: bool) -> dict[str, Any]:
+    """Return the remainder of the difference under refinement on the decisive samples, and its cause."""
+    total, channels, count, rounded = dict.fromkeys(("base", *_REFINED), 0.0), {}, 0, 0
+    for name, channel in deciding.items():
+        mask = channel.beyond if differs else channel.judged
+        a, b = channel.a[mask], channel.b[mask]
+        fine_a, fine_b = (_finer(model, name)[mask] for model in runs)
+        differences = {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}
+        squares = {key: float(np.sum((values / channel.scale) ** 2)) for key, values in differences.items()}
+        channels[name] = _remaining(squares)
+        total = {key: total[key] + square for key, square in squares.items()}
+        absolute, time = channel.definition.round_off, runs[0].base.time
+        floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
+        count += int(mask.sum())
+        rounded += int((np.abs(channel.difference[mask]) <= floor).sum())
     remaining = _remaining(total)
     gain = {"a": runs[0].gain, "b": runs[1].gain, "both": min(model.gain for model in runs)}
     removes = {key: 1 - remaining[key] >= _HALF * (1 - 1 / gain[key]) for key in _REFINED}
-    count = sum(int(masks[name].sum()) for name in deciding)
-    rounded = sum(_rounded(channel, masks[name], runs[0].base.time) for name, channel in deciding.items())
     if not count:
         cause = ""
     elif differs:
@@ -123,23 +118,7 @@ def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differ
         cause = "b"
     else:
         cause = "both" if removes["both"] else "neither"
-    channels = {name: _remaining(part) for name, part in parts.items()}
     return {"cause": cause, "remaining": remaining, "channels": channels}
-
-
-def _squares(runs: tuple[Runs, Runs], channel: ChannelComparison, mask: BoolArray) -> dict[str, float]:
-    """Sum the squares of the scaled difference, original and refined, on the masked samples."""
-    a, b = channel.a[mask], channel.b[mask]
-    fine_a, fine_b = (_finer(model, channel)[mask] for model in runs)
-    differences = {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}
-    return {key: float(np.sum((values / channel.scale) ** 2)) for key, values in differences.items()}
-
-
-def _rounded(channel: ChannelComparison, mask: BoolArray, time: Array) -> int:
-    """Count the masked samples at which the difference is within round-off."""
-    absolute = channel.definition.round_off
-    floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
-    return int((np.abs(channel.difference[mask]) <= floor).sum())
 
 
 def _remaining(squares: Mapping[str, float]) -> dict[str, float]:
@@ -147,9 +126,7 @@ def _remaining(squares: Mapping[str, float]) -> dict[str, float]:
     return {key: sqrt(squares[key] / base) if base > 0 else nan for key in _REFINED}
 
 
-def _still_moves(
-    runs: tuple[Runs, Runs], deciding: Channels, outside: Masks, half_width: int
-) -> dict[str, float]:
+def _still_moves(runs: tuple[Runs, Runs], deciding: Channels, half_width: int) -> dict[str, float]:
     """Return the share of outside samples near which refinement changes a run by as much as its error.
 
     That is by 1 - 1/gain of the difference. At the sample itself it cannot, or u would be larger; nearby it
@@ -157,13 +134,13 @@ def _still_moves(
     """
     shares = {}
     for side, model in zip("ab", runs, strict=True):
-        count = total = 0
+        far: list[BoolArray] = []
         for name, channel in deciding.items():
-            moved = np.abs(_finer(model, channel) - model.base.values(name))
+            moved = np.abs(_finer(model, name) - model.base.values(name))
             widest = maximum_filter1d(moved, 2 * half_width + 1, mode="nearest")
-            far = (widest >= (1 - 1 / model.gain) * np.abs(channel.difference))[outside[name]]
-            count, total = count + int(far.sum()), total + far.size
-        shares[side] = count / total if total else nan
+            far.append((widest >= (1 - 1 / model.gain) * np.abs(channel.difference))[channel.beyond])
+        everywhere = np.concatenate(far)
+        shares[side] = float(everywhere.mean()) if everywhere.size else nan
     return shares
 
 
@@ -171,26 +148,32 @@ def _unpredictable(
     runs: tuple[Runs, Runs], results: Channels, time: Array, half_width: int
 ) -> dict[str, Any]:
     """Return why the samples of the indeterminate channels are not predictable, and from when."""
-    reasons: dict[str, list[BoolArray]] = {}
+
+    def large(channel: ChannelComparison, u: Array | None) -> BoolArray:
+        """Return where a part of u alone is too large to predict the sample."""
+        if u is None:
+            return np.zeros(channel.time.shape, dtype=np.bool_)
+        return u > channel.limits.alpha * channel.scale
+
+    def spread_of(model: Runs, name: str) -> Array:
+        perturbed = [run.values(name) for run in model.perturbed_runs]
+        return spread(model.original.values(name), perturbed, half_width)
+
+    reasons: dict[str, list[BoolArray]] = {key: [] for key in ("a", "b", "each", "together", "neighbours")}
     for name, channel in results.items():
         if channel.verdict != "indeterminate":
             continue
         followed = [results[key] for key in (name, channel.definition.follows or "") if key in results]
-        large_a = np.logical_or.reduce([_large(part, part.u_a) for part in followed])
-        large_b = np.logical_or.reduce([_large(part, part.u_b) for part in followed])
-        spreads = [_large(part, _spread(model, part, half_width)) for model in runs for part in followed]
-        cases = {
-            "a": large_a & ~large_b,
-            "b": large_b & ~large_a,
-            "each": large_a & large_b,
-            "together": ~(large_a | large_b),
-            "neighbours": np.logical_or.reduce(spreads),
-        }
-        for key, case in cases.items():
-            reasons.setdefault(key, []).append(~channel.predictable & case)
+        large_a = np.logical_or.reduce([large(part, part.u_a) for part in followed])
+        large_b = np.logical_or.reduce([large(part, part.u_b) for part in followed])
+        spreads = [large(part, spread_of(model, part.channel)) for model in runs for part in followed]
+        neighbours = np.logical_or.reduce(spreads)
+        cases = large_a & ~large_b, large_b & ~large_a, large_a & large_b, ~(large_a | large_b), neighbours
+        for masks, case in zip(reasons.values(), cases, strict=True):
+            masks.append(~channel.predictable & case)
     count = {key: sum(int(mask.sum()) for mask in masks) for key, masks in reasons.items()}
     causes = ("a", "b", "each", "together")
-    total = sum(count[key] for key in causes) if count else 0
+    total = sum(count[key] for key in causes)
     if not total:
         return {}
     chief = max(causes, key=lambda key: count[key])
@@ -201,25 +184,13 @@ def _unpredictable(
     }
 
 
-def _large(channel: ChannelComparison, u: Array | None) -> BoolArray:
-    """Return where a part of u alone is too large to predict the sample, shape (n,)."""
-    if u is None:
-        return np.zeros(channel.time.shape, dtype=np.bool_)
-    return u > channel.limits.alpha * channel.scale
-
-
-def _spread(model: Runs, channel: ChannelComparison, half_width: int) -> Array:
-    name = channel.channel
-    return spread(model.original.values(name), [run.values(name) for run in model.perturbed_runs], half_width)
-
-
-def _finer(model: Runs, channel: ChannelComparison) -> Array:
+def _finer(model: Runs, name: str) -> Array:
     """Return the refined run of a channel that has an uncertainty, shape (n,)."""
     assert model.finer is not None
-    return model.finer.values(channel.channel)
+    return model.finer.values(name)
 
 
-def _refinement(label: str, model: Runs, scene: Scene, results: Channels) -> Refinement:
+def _refinement(label: str, model: Runs, scene: Scene, excited: Channels) -> Refinement:
     """Describe the setting that a level changes, and those changed along with it."""
     factor, order = model.refinement
     refined, settings = finer(label, scene), {}
@@ -228,12 +199,8 @@ def _refinement(label: str, model: Runs, scene: Scene, results: Channels) -> Ref
         changed = [key for key in old if isinstance(old[key], float) and old[key] != new[key]]
         chief = min(changed, key=lambda key: abs(old[key] / new[key] - factor))
         settings = {chief: old[chief]} | {key: old[key] for key in changed}
-    judged = {
-        name: (channel.predictable, channel.scale)
-        for name, channel in results.items()
-        if channel.verdict != "unexcited"
-    }
-    return Refinement(label, settings, factor, order, observed_order(model, judged).observed)
+    judged = {name: (channel.predictable, channel.scale) for name, channel in excited.items()}
+    return Refinement(label, settings, factor, order, observed_order(model, judged))
 
 
 def _coarser_than_strict(unpredictable: Mapping[str, Any], labels: tuple[str, str], scene: Scene) -> bool:
@@ -241,16 +208,13 @@ def _coarser_than_strict(unpredictable: Mapping[str, Any], labels: tuple[str, st
     shares = unpredictable.get("unpredictable")
     if not shares:
         return False
-    limiting = [
-        label for key, label in zip("ab", labels, strict=True) if shares[key] == max(shares["a"], shares["b"])
-    ]
-    return any(_coarse(label, scene) for label in limiting)
-
-
-def _coarse(model: str, scene: Scene) -> bool:
-    try:
-        strict = solver_values(model, "strict", scene)
-    except AccuracyError:
-        return False
-    settings = scene.data["solver"].get(model, {})
-    return all(settings[key.rpartition(".")[2]] > value for key, value in strict.items())
+    most = max(shares["a"], shares["b"])
+    for label in (label for key, label in zip("ab", labels, strict=True) if shares[key] == most):
+        try:
+            strict = solver_values(label, "strict", scene)
+        except AccuracyError:
+            continue
+        settings = scene.data["solver"].get(label, {})
+        if all(settings[key.rpartition(".")[2]] > value for key, value in strict.items()):
+            return True
+    return False

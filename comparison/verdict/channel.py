@@ -1,9 +1,7 @@
 """Verdict of two results (agree, differ, indeterminate) for one channel.
 
-The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference ``E`` between
-two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``; outside there is a
-difference of models. It is applied sample by sample, on the samples where the uncertainty is small against
-the scale of the channel (the predictable ones).
+After ASME V&V 20-2009 (section 1) a difference ``E`` is explained by the numerical uncertainty ``u`` where
+``|E| <= k u``; applied sample by sample, where the uncertainty is small against the channel's scale.
 """
 
 from __future__ import annotations
@@ -16,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy.levels import Thresholds
-from comparison.accuracy.uncertainty import combined
 from comparison.metrics.signals import information, scaled
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
@@ -38,51 +35,22 @@ def compare_channel(
     time_tolerance: float = 0.0,
     gate: Mapping[str, float] | None = None,
 ) -> ChannelComparison:
-    """Judge one channel on a common grid; arrays of shape (n,).
+    """Judge one channel on a common grid; arrays of shape (n,), options as of `comparison.verdict.compare`.
 
-    A sample at which both results are exactly zero is no evidence: a corner force is zero most of the time,
-    and a force that is missing altogether would agree with 99 % of the samples. The share of explained
-    samples is therefore taken over the predictable samples at which at least one of the two is not zero.
+    A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
+    agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
+    channel still differs if too few are explained even with all unpredictable ones counted as explained: a
+    model's error may be what makes its motion unpredictable. So does a position or a velocity if even the
+    largest uncertainty of all times explains too few samples: in a wrong unit the uncertainty, too, may be
+    too large for any sample to be predictable.
 
-    Where too few samples are predictable, a channel still differs if too few are explained even with all
-    unpredictable ones counted as explained: a model's error may be what makes its motion unpredictable. So
-    does a position or a velocity if even the largest uncertainty of all times explains too few samples. A
-    channel in a wrong unit has an uncertainty in that unit, which may be too large for any sample to be
-    predictable and yet negligible against the difference.
-
-    Parameters
-    ----------
-    channel
-        The compared channel.
-    time, a, b
-        Common time (s) and the two results.
-    scene
-        The scene mapping, for the scale; None: the range is the scale, of both where there are uncertainties,
-        of ``a`` where a tolerance decides: an outlier in ``b`` must not widen what is allowed.
-    u
-        Numerical uncertainties of a and of b; one that is None makes both unused.
-    within
-        The samples that may be judged at all: where the position that this channel follows is predictable,
-        and where its value follows from samples; None: all.
-    tolerance
-        Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
-    limits
-        The tier's numbers.
-    share
-        Of the samples that must be within a tolerance.
-    time_tolerance
-        s; where there is no uncertainty either result may be so early or late. Neither may lack what the
-        other has.
-    gate
-        Metric -> limit (`comparison.verdict.results.METRICS`), where there is no uncertainty.
+    An uncertainty in ``u`` that is None makes both unused; then the scale is the range of ``a`` alone, which
+    an outlier in ``b`` must not widen. ``within`` are the samples that may be judged at all: where the
+    position that this channel follows is predictable, and its value follows from samples.
     """
-    u_both = None if u[0] is None or u[1] is None else combined(u[0], u[1])
-    extent = float(np.ptp(a)) if u_both is None else float(np.ptp(np.concatenate([a, b])))
+    known = u[0] is not None and u[1] is not None
+    extent = float(np.ptp(np.concatenate([a, b]) if known else a))
     scale = channel.scale_value(scene, extent)
-    if u_both is None:
-        limits, predictable = replace(limits, share=share), np.ones(time.shape, dtype=np.bool_)
-    else:
-        predictable = u_both <= limits.alpha * scale
     comparison = ChannelComparison(
         definition=channel,
         scale=scale,
@@ -91,18 +59,20 @@ def compare_channel(
         b=b,
         u_a=u[0],
         u_b=u[1],
-        tolerance=None if u_both is not None or tolerance is None else tolerance * scale,
-        predictable=predictable if within is None else predictable & within,
-        limits=limits,
+        tolerance=None if known or tolerance is None else tolerance * scale,
+        predictable=np.ones(time.shape, dtype=np.bool_),
+        limits=limits if known else replace(limits, share=share),
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
-        time_tolerance=time_tolerance if u_both is None else 0.0,
+        time_tolerance=0.0 if known else time_tolerance,
     )
+    predictable = comparison.predictable if comparison.u is None else comparison.u <= limits.alpha * scale
+    comparison = replace(comparison, predictable=predictable if within is None else predictable & within)
     judgement = _by_samples(comparison)
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if judgement["verdict"] == "indeterminate" and u_both is not None and channel.follows is None:
-        judgement |= _by_largest_uncertainty(comparison, limits.k * float(u_both.max()))
-    if gate and u_both is None and judgement["verdict"] != "unexcited":
+    if judgement["verdict"] == "indeterminate" and comparison.u is not None and channel.follows is None:
+        judgement |= _by_largest_uncertainty(comparison, limits.k * float(comparison.u.max()))
+    if gate and not known and judgement["verdict"] != "unexcited":
         judgement |= _by_gate(comparison, gate, judgement["verdict"], judgement["basis"])
     return replace(comparison, **judgement)
 
@@ -142,8 +112,7 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
 
 def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
     """Let a channel differ if even the largest threshold of all times explains too few samples."""
-    size = np.abs(channel.difference)
-    inside = size[channel.nonzero] <= largest
+    inside = channel.size[channel.nonzero] <= largest
     if not inside.size or np.mean(inside) >= channel.limits.share:
         return {}
     return {
@@ -151,7 +120,7 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[
         "basis": Basis.LARGEST,
         "explained": nan,
         "outside": int((~inside).sum()),
-        "worst": int(size.argmax()),
+        "worst": int(channel.size.argmax()),
         "worst_threshold": largest,
     }
 
@@ -159,10 +128,7 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[
 def _by_gate(
     channel: ChannelComparison, gate: Mapping[str, float], verdict: str, basis: Basis
 ) -> dict[str, Any]:
-    """Hold the metrics of a channel against their limits; a difference that samples show remains.
-
-    A metric is undefined where one result is constant and the other is not: its limit is not met.
-    """
+    """Hold the metrics of a channel against their limits; a difference that samples show remains."""
     values = information(channel.time, channel.a, channel.b, position=channel.definition.rate is not None)
     values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
     values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)

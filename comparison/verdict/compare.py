@@ -1,10 +1,9 @@
 """Comparison of two models' runs of a scene, or of any two tables, channel by channel.
 
-Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two, and u
-sees them or not. Their errors are estimated as those of a quadrature of first order: the same runs are judged
-on every second and on every fourth sample, and three times the larger of the changes, that on every fourth
-halved, is the error (the factor of safety of two grids after Roache). Largest values and ranges are those of
-the samples: no coarser grid tells what lies between them.
+Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two. Their
+errors are estimated as those of a quadrature of first order, from the same runs judged on every second and
+every fourth sample: three times the larger of the changes, that on every fourth halved (two grids after
+Roache).
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ from comparison.tables.table import Table, TableError, check
 from comparison.tables.times import holes, isolated
 from comparison.verdict.attribution import attribute
 from comparison.verdict.channel import compare_channel
-from comparison.verdict.results import METRICS, ChannelComparison, SceneComparison, scene_coverage
+from comparison.verdict.results import METRICS, ChannelComparison, SceneComparison, described, scene_coverage
 
-_BESIDES = ("crank", "own")  # groups of channels
+_BESIDES = ("crank", "own")  # groups of channels that no scene asks for
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
 __all__ = ["Runs", "compare", "model_uncertainty", "recorded_scene"]
@@ -61,20 +60,16 @@ def compare(
     a, b
         With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
     scene
-        Scene of the tables: determines their required channels, time span and scales. Without it both must
-        hold the same channels over the same time, and scales are ranges.
-    tolerance
-        Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
-        "indeterminate". Without a scene the scales are the ranges of ``a``.
-    share
-        Of the samples that must be within the tolerance.
+        Determines the required channels, time span and scales. Without it both must hold the same channels
+        over the same time, and scales are ranges.
+    tolerance, share
+        Of tables without uncertainty: share of the scale that is allowed (None: "indeterminate"), and of the
+        samples that must be within.
     time_tolerance, gate
-        As of `comparison.verdict.channel.compare_channel`; beside a tolerance in value one in time (s), and
-        limits of metrics.
+        Of the same: s, by which either may be early or late, though neither may lack what the other has; and
+        metric -> limit (`comparison.verdict.results.METRICS`).
     period
         Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
-    labels, name, command, warnings
-        Names of the two results, of the comparison, its command, and further warnings.
     tier
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
@@ -123,16 +118,17 @@ def compare(
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
+            u_a, u_b = (
+                model_uncertainty(runs, channel.name, window, more, every)
+                for runs, more in zip((a, b), ensembles, strict=True)
+            )
             results[channel.name] = compare_channel(
                 channel,
                 aligned.time[::every],
                 aligned.a[channel.name][::every],
                 aligned.b[channel.name][::every],
                 scene=None if scene is None else scene.data,
-                u=(
-                    model_uncertainty(a, channel.name, window, ensembles[0], every),
-                    model_uncertainty(b, channel.name, window, ensembles[1], every),
-                ),
+                u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
                 tolerance=tolerance,
                 limits=limits,
@@ -154,31 +150,25 @@ def compare(
     if interpolated is not None and tolerance is not None:
         warnings += _between((a, b)[interpolated].base, labels[interpolated], aligned, results, tolerance)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
-    if verdict != "differ" and not isnan(
-        allowed_shift := _exceeded_shift(results, aligned, tolerance, time_tolerance)
-    ):
-        verdict = "differ"
+    if verdict != "differ":
+        allowed_shift = _exceeded_shift(results, aligned, tolerance, time_tolerance)
+        verdict = verdict if isnan(allowed_shift) else "differ"
+    uncertain = any(channel.u is not None for channel in results.values())
     return SceneComparison(
-        name=name if scene is None else scene.name,
-        title="Two tables" if scene is None else scene.title,
-        description="" if scene is None else scene.description,
-        labels=labels,
-        verdict=verdict,
+        labels,
+        verdict,
+        aligned.time,
+        results,
+        **({"name": name, "period": period} if scene is None else described(scene)),
         warnings=(() if scene is None else scene.warnings) + warnings,
-        time=aligned.time,
-        period=period,
-        channels=results,
         events=(a.base.events, b.base.events),
         pulses=(noted(a.base), noted(b.base)),
         provenance={label: table.provenance for label, table in tables.items()},
-        scene=None if scene is None else scene.data,
         command=command,
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
-        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids])
-        if any(channel.u is not None for channel in results.values())
-        else nan,
+        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
         attribution=attribute(
             (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
         ),
@@ -186,30 +176,15 @@ def compare(
 
 
 def check_gate(gate: Mapping[str, float]) -> None:
-    """Reject a gate that names what is no metric.
-
-    Raises
-    ------
-    TableError
-        With the metrics that there are.
-    """
+    """Reject a gate that names what is no metric, by a `TableError`."""
     if unknown := [metric for metric in gate if metric not in METRICS]:
         raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:
-    """Verdict of a scene, by the rule of a channel applied to all excited ones together.
+    """Return the verdict of a scene: "differ" if a channel does; else its coverage must reach the floor.
 
-    One channel that differs makes the scene differ. Else its coverage
-    (`comparison.verdict.results.scene_coverage`) is held against the same floor as a channel's. A scene
-    without an excited channel is indeterminate: nothing was compared.
-
-    Parameters
-    ----------
-    results
-        The channels.
-    floor
-        Smallest coverage, `Thresholds.coverage`.
+    A scene without an excited channel is indeterminate: nothing was compared.
     """
     verdicts = {result.verdict for result in results.values()}
     if "differ" in verdicts:
@@ -218,12 +193,9 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str
 
 
 def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
-    """Find the scene that both tables record; settings of solvers and output may differ.
+    """Find the scene that both tables record, with warnings; settings of solvers and output may differ.
 
-    Returns
-    -------
-    scene, warnings
-        No scene where they record none; none and a warning where they record two that differ.
+    None where they record none; None and a warning where they record two that differ.
     """
     record_a, record_b = a.provenance.get("scene"), b.provenance.get("scene")
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
@@ -244,6 +216,12 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
 
 
+def _solvers(table: Table) -> dict[str, Any]:
+    """Return the recorded settings of the model that wrote a table, by its name."""
+    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
+    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
+
+
 def _sampling_error(values: Sequence[float]) -> float:
     """Estimate the error of a number from its values on all, every second and every fourth sample."""
     if len(values) < 3:
@@ -252,22 +230,11 @@ def _sampling_error(values: Sequence[float]) -> float:
     return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
-def _solvers(table: Table) -> dict[str, Any]:
-    """Return the recorded settings of the model that wrote a table, by its name."""
-    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
-    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
-
-
 def _runs(runs: Runs) -> Iterator[tuple[str, Table]]:
     """Yield the runs of a model with what follows its name in messages."""
-    tables = {
-        "": runs.base,
-        " finer": runs.finer,
-        " perturbed": runs.perturbed,
-        " other perturbed": runs.other_perturbed,
-        " coarser": runs.coarser,
-    }
-    yield from ((which, table) for which, table in tables.items() if table is not None)
+    for kind in ("base", "finer", "perturbed", "other_perturbed", "coarser"):
+        if (table := getattr(runs, kind)) is not None:
+            yield "" if kind == "base" else f" {kind.replace('_', ' ')}", table
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
@@ -288,10 +255,7 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
 
 
 def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
-    """Reject runs of one model on different grids, and tables of which one ends early.
-
-    One sample of the coarser table is allowed at either end: two grids rarely end together.
-    """
+    """Reject runs of one model on different grids, and tables of which one ends early."""
     for label, runs in both:
         for which, table in _runs(runs):
             if not np.array_equal(table.time, runs.base.time):
@@ -300,7 +264,7 @@ def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
     if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
         ends = a[0], a[-1], b[0], b[-1]
-        (start_a, end_a, start_b, end_b) = (instant(end, *ends) for end in ends)
+        start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
         raise TableError(
             f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: "
             "one of them is truncated"
@@ -310,50 +274,45 @@ def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
 def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
     """Reject a table with a hole in its times; one missing row, or a hole in both, is a warning."""
     shared = np.array_equal(both[0][1].base.time, both[1][1].base.time)
-    warnings = []
+    warnings: tuple[str, ...] = ()
     for label, runs in both[:1] if shared else both:
         gaps = holes(runs.base.time)
         if not gaps:
             continue
         longest = max(gaps, key=lambda hole: hole.end - hole.start)
         missing = sum(hole.missing for hole in gaps)
-        message = "both tables have" if shared else f"{label} has"
         start, end = instant(longest.start, longest.end), instant(longest.end, longest.start)
-        message += f" no row between {start} and {end} s"
+        message = f"{'both tables have' if shared else f'{label} has'} no row between {start} and {end} s"
         message += f" (and {len(gaps) - 1} more such holes)" if len(gaps) > 1 else ""
         message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
         if not shared and missing != 1:
             raise TableError(message)
-        warnings.append(message)
-    return tuple(warnings)
+        warnings += (message,)
+    return warnings
 
 
 def _between(
     table: Table, label: str, aligned: Aligned, results: Mapping[str, ChannelComparison], tolerance: float
 ) -> tuple[str, ...]:
     """Report single samples of the interpolated table that stand out between the compared times."""
-    time = table.time
-    used = np.isin(time, aligned.time)
-    if time.size < 3 or used.all():
+    time, most, worst, count = table.time, 0.0, "", 0
+    between = ~np.isin(time, aligned.time)
+    if time.size < 3 or not between.any():
         return ()
-    apart = {
-        name: np.where(
-            used,
-            0.0,
-            isolated(time, continuous(table.values(name), result.definition), tolerance * result.scale),
-        )
-        for name, result in results.items()
-    }
-    apart = {name: distance for name, distance in apart.items() if distance.any()}
-    if not apart:
+    for name, result in results.items():
+        values = continuous(table.values(name), result.definition)
+        apart = between * isolated(time, values, tolerance * result.scale)
+        at = int(apart.argmax())
+        count += bool(apart[at])
+        if apart[at] / (result.scale or 1.0) > most:
+            most = apart[at] / (result.scale or 1.0)
+            when = instant(time[at], time[at - 1], time[at + 1])
+            worst = f"{name} at t = {when} s by {apart[at]:.3g} {result.unit}".rstrip()
+    if not count:
         return ()
-    name = max(apart, key=lambda name: float(apart[name].max()) / (results[name].scale or 1.0))
-    worst = int(apart[name].argmax())
     return (
         f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
-        f"by more than the tolerance, in {len(apart)} channels, most of all {name} at "
-        f"t = {instant(time[worst], time[worst - 1], time[worst + 1])} s by {apart[name][worst]:.3g} "
-        f"{results[name].unit}".rstrip(),
+        f"by more than the tolerance, in {count} channels, most of all {worst}",
     )
 
 
@@ -384,8 +343,7 @@ def _exceeded_shift(
             scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
         if scale:
             times.append(position.scale / scale)
-    limit = (tolerance or 0.0) * min(times, default=0.0)
+    limit, shift = (tolerance or 0.0) * min(times, default=0.0), aligned.shift
     limit = max(limit, time_tolerance) if limit else limit
-    shift = aligned.shift
     exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan

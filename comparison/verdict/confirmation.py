@@ -2,36 +2,25 @@ r"""Confirmation of a verdict "differ" by ensembles of runs before it is reporte
 
 The five runs that give a model's uncertainty are a small sample. Where motion magnifies errors by decades,
 the error of a run is one draw from a wide distribution, shared by all later samples, and five draws may lie
-together by chance. So each model is rerun from many starts, perturbed at random by the size of its own error
-at the setting that was judged, and the other model's run is ranked in that ensemble by one statistic per
-scene: its largest distance from the centre over all predictable samples of all channels, in units of the
-ensemble's standard deviation or of u, whichever is larger (`comparison.metrics.outliers`).
+together by chance. So each model is rerun from many starts, and the other model's run is ranked in that
+ensemble by its largest distance from the centre over all predictable samples of all channels
+(`comparison.metrics.outliers`). A difference is confirmed if each model's run is farther from the other's
+ensemble than every member left out of it; the smallest rank with n members is 1 / (n + 1). Exudyn's run of
+five bodies is too slow for an ensemble: it is ranked in one of the other model, perturbed by its error.
+Otherwise u is replaced by that of the ensembles, and the runs are judged again: by the choice of
+`comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where each is outside.
 
-A difference is confirmed if each model's run is farther from the other's ensemble than every member left out
-of it; the smallest rank with n members is 1 / (n + 1). Exudyn's run of five bodies is too slow for an
-ensemble: it is ranked in one of the other model, perturbed by its error.
-
-If it is not confirmed, the uncertainty was too small. It is replaced by that of the ensembles, and the runs
-are judged again. By the choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only
-where each run is outside the other's ensemble: on fewer samples, but a confirmed difference.
-
-**Starts.** An error e of the start has grown to G e where the response is G. The perturbed runs of a model
-show G: they were moved by a known distance. So the error |S - S_f| of its run is equivalent to |S - S_f| / G
-at the start. The starts lie apart by the median over x, and the angle times the slider's length, at all
-samples before the first unpredictable one. Moved by |S - S_f| itself, an ensemble would spread G times as far
-as the model errs (measured: median 6 in x, 90 in the angle, in the first cycle of poisson-0.33) and hide what
-differs. But an integration error is not present from the start: that of the five bodies is 7e-4
-(90rpm-0.5mm) and 2e-3 (90rpm-0.1mm) of what it becomes, before the first contact. Until t its equivalent is
+**Starts.** An error e of the start has grown to G e where the response is G, which the perturbed runs of a
+model show: they were moved by a known distance. So the error |S - S_f| of its run is equivalent to |S - S_f|
+/ G at the start. The starts lie apart by the median of that over x, and the angle times the slider's length,
+at all samples before the first unpredictable one. But an integration error is not present from the start.
+Until t its equivalent is
 
 .. math:: w(t) = \max_{s \le t} \frac{\max_{r \le s} |S - S_f|(r)}{\max_{r \le s} G(r)},
 
 and where that is less than the distance of the starts, the deviations of the members at t are scaled down
-accordingly. Moved by less than the perturbed runs were, an ensemble would be narrower than what it is to
-correct: both are never less than those (`comparison.accuracy.uncertainty.perturbation`).
-
-**Causes.** Where an ensemble splits into clusters, or spreads much farther than u, a discontinuous event
-decides: a contact that occurs in some runs only, because motion grazes a wall or a model occasionally misses
-a contact.
+accordingly. Both are never less than what the perturbed runs were moved by, or an ensemble would be narrower
+than what it is to correct.
 """
 
 from __future__ import annotations
@@ -65,6 +54,8 @@ Run = Callable[[Sequence[Scene], str], list[Table]]
 """Runs scenes by a model and returns the tables of the runs that succeeded."""
 Ensembles = Mapping[int, Sequence[Table]]
 """Of the first model (0) and the second (1); of one that is too slow there is none."""
+Judge = Callable[[tuple[Sequence[Table], Sequence[Table]]], SceneComparison]
+"""Compares the runs with the uncertainty of both ensembles."""
 
 
 def confirm(
@@ -75,47 +66,30 @@ def confirm(
     models: tuple[str, str],
     run: Run,
 ) -> SceneComparison:
-    """Confirm a verdict "differ" by ensembles, or correct the uncertainty that it rests on.
+    """Confirm a verdict "differ" of runs by ensembles, or correct the uncertainty that it rests on.
 
-    Parameters
-    ----------
-    result
-        A comparison of these runs. One with another verdict is returned unchanged, without further runs.
-    runs
-        Of both models.
-    scene
-        Scene of the runs, with the settings of this tier.
-    models
-        Names of the two models.
-    run
-        Runs the ensembles; called once per model that is not too slow.
-
-    Returns
-    -------
-    comparison
-        With its ``confirmation``: "confirmed" or "unconfirmed" where the verdict is still "differ",
-        "underestimated" where it is now "agree" or "indeterminate", by a corrected uncertainty.
+    The result has its ``confirmation``: "confirmed" or "unconfirmed" where the verdict is still "differ",
+    "underestimated" where it is now "agree" or "indeterminate". Another verdict is returned unchanged.
+    ``run`` is called once per model that is not too slow.
     """
     if result.verdict != "differ":
         return result
     if any(channel.u is None for channel in result.channels.values()):
-        return _unconfirmed(result, Doubt.TOLERANCE)
+        return unconfirmed(result, Doubt.TOLERANCE)
     if movable(scene) is None:
-        return _unconfirmed(result, Doubt.RIGID)
-    errors = _ensemble_errors(result, runs, scene, models)
-    if not errors:
-        return _unconfirmed(result, Doubt.SLOW)
-    ensembles = {}
-    for side, error in errors.items():
-        base = runs[side].base
-        members = [
-            table
+        return unconfirmed(result, Doubt.RIGID)
+    if all(too_slow(scene, model) for model in models):
+        return unconfirmed(result, Doubt.SLOW)
+    ensembles, shifts = {}, [nan, nan]
+    for side, error in _ensemble_errors(result, runs, scene, models).items():
+        base, shifts[side] = runs[side].base, error.shift
+        ensembles[side] = [
+            scaled_member(table, base, error.share)
             for table in run(moved_starts(scene, models[side], error.shift), models[side])
             if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
-        ensembles[side] = scaled_members(members, base, error.share)
 
-    def judge(large: Ensembles) -> SceneComparison:
+    def judge(ensembles: tuple[Sequence[Table], Sequence[Table]]) -> SceneComparison:
         judged = compare(
             *runs,
             scene=scene,
@@ -123,60 +97,27 @@ def confirm(
             command=result.command,
             tier=result.tier,
             only=list(result.channels),
-            ensembles=(large.get(0, ()), large.get(1, ())),
+            ensembles=ensembles,
         )
-        return replace(
-            judged,
-            name=result.name,
-            warnings=result.warnings,
-            tight=result.tight,
-            reliability=result.reliability,
-        )
+        kept = {key: getattr(result, key) for key in ("name", "warnings", "tight", "reliability")}
+        return replace(judged, **kept)
 
-    shifts = (errors[0].shift if 0 in errors else nan, errors[1].shift if 1 in errors else nan)
-    return _decided(result, runs, ensembles, shifts, judge)
+    return decided(result, runs, ensembles, judge, (shifts[0], shifts[1]))
 
 
-def confirm_recorded(
-    result: SceneComparison,
-    runs: tuple[Runs, Runs],
-    ensembles: tuple[Sequence[Table], Sequence[Table]],
-    judge: Callable[[tuple[Sequence[Table], Sequence[Table]]], SceneComparison],
-) -> SceneComparison:
-    """Confirm a verdict "differ" by runs that are there already, or correct the uncertainty.
-
-    Parameters
-    ----------
-    result, runs
-        As of `confirm`.
-    ensembles
-        Runs of each program from moved starts, at its base's setting and times.
-    judge
-        Compares the runs with the uncertainty of ensembles.
-    """
-    if result.verdict != "differ":
-        return result
-    members = {side: list(tables) for side, tables in enumerate(ensembles) if tables}
-    if not members:
-        return _unconfirmed(result, Doubt.NO_STARTS)
-    return _decided(
-        result, runs, members, (nan, nan), lambda large: judge((large.get(0, ()), large.get(1, ())))
-    )
-
-
-def _decided(
+def decided(
     result: SceneComparison,
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
-    shifts: tuple[float, float],
-    judge: Callable[[Ensembles], SceneComparison],
+    judge: Judge,
+    shifts: tuple[float, float] = (nan, nan),
 ) -> SceneComparison:
     """Confirm a difference by ensembles of at least `ENOUGH` members, or judge with their uncertainty."""
     members = (len(ensembles.get(0, ())), len(ensembles.get(1, ())))
     large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
     farther, excess = _ranks(result, runs, large)
     if any(farther.values()):
-        judged = judge(large)
+        judged = judge((large.get(0, ()), large.get(1, ())))
         if judged.verdict != "differ":
             confirmation = Confirmation(
                 "underestimated",
@@ -188,7 +129,7 @@ def _decided(
             return replace(judged, confirmation=_explained(confirmation, result, judged, runs, large))
         result, (farther, excess) = judged, _ranks(judged, runs, large)
     if len(large) < len(ensembles):
-        return _unconfirmed(result, Doubt.FEW_RUNS, members, shifts)
+        return unconfirmed(result, Doubt.FEW_RUNS, members, shifts)
     since = result.attribution.outside_from
     first, second = ([model.base, *large.get(side, ())] for side, model in enumerate(runs))
     confirmation = Confirmation(
@@ -203,12 +144,13 @@ def _decided(
     return replace(result, confirmation=confirmation)
 
 
-def _unconfirmed(
+def unconfirmed(
     result: SceneComparison,
     doubt: Doubt,
     members: tuple[int, int] = (0, 0),
     shifts: tuple[float, float] = (nan, nan),
 ) -> SceneComparison:
+    """Return the difference with what keeps it from being confirmed."""
     since = result.attribution.outside_from
     return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, shifts, since=since))
 
@@ -218,10 +160,15 @@ def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
 
     Where the largest u of all times decides, these are all samples, as in `comparison.verdict.channel`.
     """
-    assert channel.u is not None
+    u = _u(channel)
     if channel.basis is Basis.LARGEST:
-        return channel.nonzero, np.full(int(channel.nonzero.sum()), channel.u.max())
-    return channel.judged, channel.u[channel.judged]
+        return channel.nonzero, np.full(int(channel.nonzero.sum()), u.max())
+    return channel.judged, u[channel.judged]
+
+
+def _u(channel: ChannelComparison) -> Array:
+    assert channel.u is not None
+    return channel.u
 
 
 def _ranks(
@@ -229,18 +176,13 @@ def _ranks(
 ) -> tuple[dict[int, int], dict[int, float]]:
     """Rank each model's run in the other's ensemble, over the predictable samples of all judged channels.
 
-    Returns
-    -------
-    farther, excess
-        By the side of the ensemble: number of members that lie, left out, at least as far from the others as
-        the other model's run from all; distance of that run over that of the farthest member.
+    By the side of the ensemble: number of members that lie, left out, at least as far from the others as the
+    other model's run from all; distance of that run over that of the farthest member.
     """
     farther, excess = {}, {}
     for side, tables in ensembles.items():
         members, other = np.zeros(len(tables)), 0.0
-        for name, channel in result.channels.items():
-            if channel.verdict == "unexcited":
-                continue
+        for name, channel in result.excited.items():
             mask, floor = judged_samples(channel)
             values = np.array([table.values(name)[mask] for table in tables])
             left_out, away = distances(values, runs[1 - side].base.values(name)[mask], floor)
@@ -256,10 +198,8 @@ def _ranks(
 class StartingError(NamedTuple):
     """Initial perturbation equivalent to a model's error."""
 
-    shift: float
-    """Standard deviation of the starts of an ensemble, m."""
-    until: Array
-    """Equivalent error accumulated until each sample, w(t), m, shape (n,)."""
+    shift: float  # standard deviation of the starts of an ensemble, m
+    until: Array  # equivalent error accumulated until each sample, w(t), m, shape (n,)
 
     @property
     def share(self) -> Array:
@@ -275,10 +215,7 @@ def too_slow(scene: Scene, model: str) -> bool:
 def _ensemble_errors(
     result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, models: tuple[str, str]
 ) -> dict[int, StartingError]:
-    """Return the starting error of each model that has an ensemble, by side.
-
-    The run of a model that is too slow is ranked in the other's ensemble, with the larger of both errors.
-    """
+    """Return the starting error by side of the ensembles; the larger of both where a model is too slow."""
     positions = [result.channels[name] for name in ("slider_x", "slider_angle") if name in result.channels]
     first = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
     before = min(first, default=result.time.size)
@@ -291,17 +228,7 @@ def _ensemble_errors(
 
 
 def starting_error(runs: Runs, scene: Scene, before: int) -> StartingError:
-    """Return the initial perturbation equivalent to a model's error; see above.
-
-    Parameters
-    ----------
-    runs
-        The model's.
-    scene
-        Whose start is `movable`.
-    before
-        Number of samples before the first unpredictable one; later ones add nothing.
-    """
+    """Return the initial perturbation equivalent to a model's error, from so many samples; see above."""
     least = perturbation(scene)
     until = np.full(runs.base.time.size, least)
     lengths = {"slider_x": 1.0}
@@ -326,48 +253,21 @@ def starting_error(runs: Runs, scene: Scene, before: int) -> StartingError:
 
 
 def moved_starts(scene: Scene, model: str, shift: float) -> list[Scene]:
-    """Draw the starts of a model's ensemble, normally distributed in both coordinates; always the same ones.
-
-    Parameters
-    ----------
-    scene
-        Whose start is `movable`.
-    model
-        Whose ensemble: every model draws starts of its own.
-    shift
-        Standard deviation of the slider's offset, and of its angle times its length, m.
-    """
+    """Draw the starts of a model's ensemble by their standard deviation, m; always the same ones."""
     seed = int(digest({"scene": scene.hash, "model": model})[:16], 16)
     draws = shift * np.random.default_rng(seed).standard_normal((MEMBERS.get(model, OTHER_MEMBERS), 2))
     return [moved(scene, float(across), float(turned)) for across, turned in draws]
 
 
-def scaled_members(members: Sequence[Table], base: Table, share: Array) -> list[Table]:
-    """Return an ensemble whose members deviate from the model's run by what has arisen until each sample.
-
-    Parameters
-    ----------
-    members
-        Runs from moved starts.
-    base
-        The run from the start itself; the members have its times and channels.
-    share
-        Shape (n,), see `StartingError`.
-    """
+def scaled_member(member: Table, base: Table, share: Array) -> Table:
+    """Return a run from a moved start with its deviations from the base, at the same times, scaled."""
     centre = base.frame.drop(columns="time")
-    return [
-        replace(
-            member,
-            frame=pd.concat(
-                [base.frame["time"], centre + (member.frame[centre.columns] - centre).mul(share, axis=0)],
-                axis=1,
-            ),
-        )
-        for member in members
-    ]
+    scaled = centre + (member.frame[centre.columns] - centre).mul(share, axis=0)
+    return replace(member, frame=pd.concat([base.frame["time"], scaled], axis=1))
 
 
-# Causes
+# Causes: where an ensemble splits into clusters, or spreads much farther than u, a contact decides that
+# occurs in some runs only.
 
 
 def _explained(
@@ -383,16 +283,24 @@ def _explained(
     confirmation = replace(confirmation, factor=factor, clustered=cluster is not None)
     if not confirmation.suspicious:
         return confirmation
-    side, name, sample = cluster or _farthest(worst, before, after, runs, ensembles)
+    if cluster is None:
+        name, (mask, floor) = worst, judged_samples(before.channels[worst])
+        sample = int(np.flatnonzero(mask)[(_u(after.channels[name])[mask] / floor).argmax()])
+        values = {
+            side: [table.values(name)[sample] for table in (runs[side].base, *tables)]
+            for side, tables in ensembles.items()
+        }
+        side = max(values, key=lambda side: np.ptp(values[side]))
+    else:
+        sample, side, name = cluster
     tables = [runs[side].base, *ensembles[side]]
     above = split(np.array([table.values(name)[sample] for table in tables]))
     low, high = (
         [table for table, is_above in zip(tables, above, strict=True) if is_above == which]
         for which in (False, True)
     )
-    label = before.labels[side]
     parting = _parting(low, high, before, float(before.time[sample]))
-    return replace(confirmation, parting=parting, parted=(label, label))
+    return replace(confirmation, parting=parting, parted=(before.labels[side],) * 2)
 
 
 def _underestimation(before: SceneComparison, after: SceneComparison) -> tuple[float, str]:
@@ -402,20 +310,19 @@ def _underestimation(before: SceneComparison, after: SceneComparison) -> tuple[f
     Elsewhere an ensemble may be wider without having made the difference; and of these samples the share
     that a verdict may leave unexplained does not count, such as one in which a contact begins.
     """
-    factors = {}
+    factors = []
     for name, channel in before.channels.items():
         if channel.verdict != "differ":
             continue
         mask, floor = judged_samples(channel)
         outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
-        ratio = _u(after, name)[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
-        factors[name] = float(np.quantile(ratio, channel.limits.share, method="lower"))
-    worst = max(factors, key=lambda name: factors[name])
-    return factors[worst], worst
+        ratio = _u(after.channels[name])[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
+        factors.append((float(np.quantile(ratio, channel.limits.share, method="lower")), name))
+    return max(factors, key=lambda factor: factor[0])
 
 
-def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, int] | None:
-    """Return model, channel and first sample of an ensemble that splits into clusters; None if none does.
+def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, int, str] | None:
+    """Return first sample, model and channel of an ensemble that splits into clusters; None if none does.
 
     Only positions and velocities are considered: a force jumps at either end of every contact, so a sample
     there separates runs that coincide afterwards. A channel's clusters count if they last for more samples
@@ -423,34 +330,14 @@ def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, i
     """
     clusters = []
     for side, tables in ensembles.items():
-        for name, channel in result.channels.items():
-            if channel.verdict == "unexcited" or channel.definition.follows is not None:
+        for name, channel in result.excited.items():
+            if channel.definition.follows is not None:
                 continue
             mask, floor = judged_samples(channel)
             parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)
             if parted.sum() > (1.0 - channel.limits.share) * parted.size:
                 clusters.append((int(np.flatnonzero(mask)[parted.argmax()]), side, name))
-    if not clusters:
-        return None
-    sample, side, name = min(clusters)
-    return side, name, sample
-
-
-def _farthest(
-    name: str,
-    before: SceneComparison,
-    after: SceneComparison,
-    runs: tuple[Runs, Runs],
-    ensembles: Ensembles,
-) -> tuple[int, str, int]:
-    """Return model, channel and sample with the largest underestimation of a channel's uncertainty."""
-    mask, floor = judged_samples(before.channels[name])
-    sample = int(np.flatnonzero(mask)[(_u(after, name)[mask] / floor).argmax()])
-    width = {
-        side: np.ptp([table.values(name)[sample] for table in (runs[side].base, *tables)])
-        for side, tables in ensembles.items()
-    }
-    return max(width, key=lambda side: width[side]), name, sample
+    return min(clusters, default=None)
 
 
 def _parting(
@@ -461,9 +348,3 @@ def _parting(
     if not one or not other or result.period is None:
         return None
     return parting_contact((one, other), period=result.period, until=until)
-
-
-def _u(result: SceneComparison, name: str) -> Array:
-    u = result.channels[name].u
-    assert u is not None
-    return u

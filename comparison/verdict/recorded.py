@@ -15,28 +15,24 @@ from comparison.scene import Scene
 from comparison.tables.align import unwound
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import confirm_recorded
-from comparison.verdict.results import SceneComparison
+from comparison.verdict.confirmation import decided, unconfirmed
+from comparison.verdict.results import Doubt, SceneComparison
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """Runs of one program."""
+    """Runs of one program; without a finer one it has no uncertainty, and nothing else may be given.
+
+    The first two perturbed runs are part of the uncertainty, at the coarser setting if there is such a run;
+    any more form an ensemble at the setting of the base. ``refinement`` is the factor between two settings
+    and the order of the error; None: as recorded beside the base.
+    """
 
     base: Table
     finer: Table | None = None
-    """None: the program has no uncertainty, and nothing else may be given."""
     coarser: Table | None = None
     perturbed: Sequence[Table] = ()
-    """From moved starts. The first two are part of the uncertainty, at the coarser setting if there is such a
-    run; any more form an ensemble at the setting of the base."""
     refinement: tuple[float, float] | None = None
-    """Factor between two settings and order of the error; None: as recorded beside the base."""
-
-    @property
-    def ensemble(self) -> Sequence[Table]:
-        """Runs that confirm a difference."""
-        return self.perturbed[2:]
 
     @property
     def known_refinement(self) -> tuple[float, float] | None:
@@ -67,17 +63,8 @@ def compare_recorded(
 ) -> SceneComparison:
     """Compare two programs by their runs, and confirm a difference by their ensembles.
 
-    Parameters
-    ----------
-    a, b
-        With a finer run each: judged by their numerical uncertainty; with neither: by the tolerance.
-    scene, labels, warnings, options
-        As of `comparison.verdict.compare.compare`.
-
-    Raises
-    ------
-    TableError
-        If the tables cannot be compared, or only one of the programs has a finer run.
+    With a finer run each they are judged by their uncertainty, with neither by the tolerance; further options
+    and what is raised as of `comparison.verdict.compare.compare`.
     """
     for label, program in zip(labels, (a, b), strict=True):
         if program.finer is None and (program.coarser is not None or program.perturbed):
@@ -91,13 +78,17 @@ def compare_recorded(
     # Whole revolutions are taken out of the angles: runs that count them differently are one.
     like = a.base
     a, b = (_with_runs(program, lambda run: unwound(run, like)) for program in (a, b))
+    for label, program in zip(labels, (a, b), strict=True):
+        warnings += _assumed(label, program)
     runs = a.runs, b.runs
-    assumed = (_assumed(label, program) for label, program in zip(labels, (a, b), strict=True))
-    warnings += tuple(filter(None, assumed))
     judge = partial(compare, *runs, scene=scene, labels=labels, warnings=warnings, **options)
-    return confirm_recorded(
-        judge(), runs, (a.ensemble, b.ensemble), lambda ensembles: judge(ensembles=ensembles)
-    )
+    result = judge()
+    if result.verdict != "differ":
+        return result
+    ensembles = {side: of.perturbed[2:] for side, of in enumerate((a, b)) if of.perturbed[2:]}
+    if not ensembles:
+        return unconfirmed(result, Doubt.NO_STARTS)
+    return decided(result, runs, ensembles, lambda large: judge(ensembles=large))
 
 
 def _with_runs(program: Recorded, change: Callable[[Table], Table]) -> Recorded:
@@ -113,11 +104,12 @@ def _with_runs(program: Recorded, change: Callable[[Table], Table]) -> Recorded:
 
 def _at_its_times(program: Recorded) -> Recorded:
     """Give all runs of a program the times of its base where they differ by what adding up steps rounds."""
-    column = program.base.frame["time"]
+
+    def numbers(run: Table) -> bool:  # what is no number is refused by the comparison
+        return run.frame["time"].dtype.kind in "fiu" and run.time.size > 0
 
     def at_the_times_of_its_base(run: Table) -> Table:
-        # What is no number is refused by the comparison.
-        if run.frame["time"].dtype.kind not in "fiu" or run.time.size != time.size or not time.size:
+        if not numbers(run) or run.time.size != time.size:
             return run
         # Late times round coarsely.
         rounding = max(TIME_ROUND_OFF * (time[-1] - time[0]), 4 * np.spacing(np.abs(time).max()))
@@ -125,13 +117,13 @@ def _at_its_times(program: Recorded) -> Recorded:
             return run
         return replace(run, frame=run.frame.assign(time=time))
 
-    if column.dtype.kind not in "fiu":
+    if not numbers(program.base):
         return program
     time = program.base.time
     return _with_runs(program, at_the_times_of_its_base)
 
 
-def _assumed(label: str, program: Recorded) -> str:
+def _assumed(label: str, program: Recorded) -> tuple[str, ...]:
     """Return what the uncertainty of a program rests on for want of runs or of a statement."""
     parts = []
     if not program.perturbed:
@@ -139,4 +131,4 @@ def _assumed(label: str, program: Recorded) -> str:
     if program.coarser is not None and program.known_refinement is None:
         factor, order = program.runs.refinement
         parts.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
-    return f"{label}: {'; '.join(parts)}" if parts else ""
+    return (f"{label}: {'; '.join(parts)}",) if parts else ()

@@ -1,15 +1,14 @@
 """Verdicts of a model with fixed steps are refined until it is known what its runs converge to.
 
-The uncertainty of Exudyn's five bodies rests on three step sizes. In stiff contacts these can err alike: two
-runs with one wrong sequence of contacts lie close together, both far from the solution (measured at 0.4 mm of
-clearance: errors of x of 1.3e-6, 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us). An
-ensemble does not show that, since its starts are moved, not its steps. So a verdict other than "agree" is
-judged again with both models one level finer (five bodies at half the step), and so on:
+The uncertainty of Exudyn's five bodies rests on three step sizes, which in stiff contacts can err alike
+(measured at 0.4 mm of clearance: errors of x of 1.3e-6, 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5,
+0.25 and 0.125 us). An ensemble does not show that, since its starts are moved, not its steps. So a verdict
+other than "agree" is judged again with both models one level finer, and so on:
 
 - "agree" at any level stands: numerical errors, the cause of nearly all differences, vanish with the step;
-- "differ" stands where the difference outlasts two refinements, i.e. where these have moved the five bodies
-  by a small part of it (`CONVERGED`), and the ensembles confirm it at that level. Where the third opinion
-  contradicts it, the tree of the same package at the tight tier, it must outlast all levels;
+- "differ" stands where the difference outlasts two refinements (`CONVERGED`), and the ensembles confirm it at
+  that level. Where the third opinion contradicts it, the tree of the same package at the tight tier, it must
+  outlast all;
 - "differ" after which the runs still move by as much as they differ stands only where the third opinion shows
   it as well; else what they converge to is unknown, and the verdict is "indeterminate";
 - "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted;
@@ -41,9 +40,8 @@ SMALLEST_STEP = 1.2e-7
 FINEST_TOLERANCE = 1e-12
 """Of the reference, whose finer run is a tenth of it; below there is only round-off."""
 CONVERGED = 0.25
-"""Of a difference: the most by which either of the last two refinements moved the run, at the median of the
-samples that differ. At second order a halved step leaves a quarter of an error, so runs whose difference is
-an error move by three quarters of it at the next level.
+"""Of a difference: the most by which the last two refinements moved the run, at the median of the samples
+that differ. At second order runs whose difference is an error move by three quarters of it at the next level.
 """
 
 RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
@@ -71,14 +69,8 @@ def settle(
 ) -> Settled:
     """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
 
-    Parameters
-    ----------
-    result, runs, scene, models, run
-        As of `comparison.verdict.confirmation.confirm`.
-    run_families
-        Called once a level, and once for the third opinion.
-    level
-        By which the runs are finer than the scene's own.
+    ``run_families`` is called once a level, and once for the third opinion; ``level`` says by how much the
+    runs are finer than the scene's own already; the rest as of `comparison.verdict.confirmation.confirm`.
     """
     levels = [Settled(replace(result, refined=level), runs, scene)]
     if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
@@ -97,7 +89,16 @@ def settle(
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        levels.append(_judged(closer, again, levels[0].comparison, level + len(levels)))
+        judged = compare(
+            *again,
+            scene=closer,
+            labels=result.labels,
+            command=result.command,
+            tier=result.tier,
+            only=list(result.channels),
+        )
+        judged = replace(judged, name=result.name, warnings=result.warnings, refined=level + len(levels))
+        levels.append(Settled(judged, again, closer))
         if levels[-1].comparison.verdict == "agree":
             return levels[-1]
     if last.comparison.verdict != "differ":
@@ -114,21 +115,8 @@ def without_violation(
     failed: Sequence[tuple[str, Outcome]],
     models: tuple[str, str],
     run_families: RunFamilies,
-) -> tuple[Scene, tuple[Runs, Runs], str] | None:
-    """Return scene and families one level finer, where stepped models violate an invariant at their steps.
-
-    Parameters
-    ----------
-    scene, models, run_families
-        As of `settle`.
-    failed
-        Each run that did not succeed, by its model; at least one.
-
-    Returns
-    -------
-    scene, runs, warning
-        None if a model failed otherwise, or fails again.
-    """
+) -> tuple[Scene, tuple[Runs, Runs], tuple[str]] | None:
+    """Return scene, runs, warning one level finer, if all that failed are five bodies by an invariant."""
     if any(outcome.status != VIOLATED or not too_slow(scene, model) for model, outcome in failed):
         return None
     closer = _finer(scene, models, 1)
@@ -137,7 +125,11 @@ def without_violation(
         return None
     step = scene.data["solver"]["exudyn"]["step"]
     messages = "; ".join(outcome.message for _, outcome in failed)
-    return closer, runs, f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
+    return (
+        closer,
+        runs,
+        (f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}",),
+    )
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
@@ -151,18 +143,6 @@ def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
         return None
     small = closer.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
     return None if small and level > ENOUGH else closer
-
-
-def _judged(closer: Scene, runs: tuple[Runs, Runs], first: SceneComparison, level: int) -> Settled:
-    comparison = compare(
-        *runs,
-        scene=closer,
-        labels=first.labels,
-        command=first.command,
-        tier=first.tier,
-        only=list(first.channels),
-    )
-    return Settled(replace(comparison, name=first.name, warnings=first.warnings, refined=level), runs, closer)
 
 
 def _converged(levels: Sequence[Settled], models: Sequence[str]) -> bool:

@@ -30,35 +30,26 @@ from comparison.tables.times import Shift
 T = TypeVar("T")
 
 SUSPICIOUS = 10.0
-"""An underestimation of the uncertainty by more than this factor is reported as suspicious. By chance alone a
-factor of 6 has been observed, for five runs whose errors spread over decades.
-"""
+"""Factor of underestimation of u that is reported as suspicious; by chance alone 6 has been observed."""
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)
-_RANK = {"unexcited": 0, "agree": 1, "indeterminate": 2, "differ": 3, "cannot compare": 4}
+_VERDICTS = ("unexcited", "agree", "indeterminate", "differ", "cannot compare")
 
 
 class Basis(Enum):
     """What the verdict of a channel rests on."""
 
-    RANGE = auto()
-    """Unexcited: its range in both is below the channel's floor."""
-    NO_LIMIT = auto()
-    """Indeterminate: there is neither an uncertainty nor a tolerance."""
-    COVERAGE = auto()
-    """Indeterminate: too few samples are predictable."""
-    NOTHING_JUDGED = auto()
-    """Indeterminate: no predictable sample is non-zero."""
-    FEW_JUDGED = auto()
-    """Indeterminate: too few predictable samples are non-zero."""
-    FEW_OUTSIDE = auto()
-    """Indeterminate: too many samples are outside to agree, too few to differ."""
-    SAMPLES = auto()
-    """Agree or differ, by the share of the judged samples within their threshold."""
-    GATE = auto()
-    """Agree or differ, by limits of metrics."""
-    LARGEST = auto()
-    """Differ, although too little is predictable: even the largest u of all times explains too little."""
+    RANGE = auto()  # unexcited: its range in both is below the channel's floor
+    # Indeterminate
+    NO_LIMIT = auto()  # neither an uncertainty nor a tolerance
+    COVERAGE = auto()  # too few samples are predictable
+    NOTHING_JUDGED = auto()  # no predictable sample is non-zero
+    FEW_JUDGED = auto()  # too few predictable samples are non-zero
+    FEW_OUTSIDE = auto()  # too many samples are outside to agree, too few to differ
+    # Agree or differ
+    SAMPLES = auto()  # by the share of the judged samples within their threshold
+    GATE = auto()  # by limits of metrics
+    LARGEST = auto()  # differ, although too little is predictable: even the largest u explains too little
 
 
 METRICS = {
@@ -92,40 +83,32 @@ class Check:
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Comparison of one channel of two runs at ``n`` common times; arrays have shape (n,)."""
+    """Comparison of one channel of two runs at ``n`` common times; arrays have shape (n,).
+
+    ``worst`` is the sample with the largest |a - b| / threshold of those that decide, of which ``outside``
+    are outside; ``explained`` the share of the judged samples within. Unknown numbers are nan.
+    """
 
     definition: Channel
     scale: float
-    time: Array
-    """s."""
+    time: Array  # s
     a: Array
     b: Array
-    u_a: Array | None
+    u_a: Array | None  # numerical uncertainties of a and b
     u_b: Array | None
-    """Numerical uncertainties of a and b; None if unknown."""
-    tolerance: float | None
-    """Allowed |a - b| in the channel's unit, where there is no uncertainty."""
-    predictable: BoolArray
-    """u <= alpha * scale; all True where u is None."""
+    tolerance: float | None  # allowed |a - b| in the channel's unit, where there is no uncertainty
+    predictable: BoolArray  # u <= alpha * scale; all True where u is None
     limits: Thresholds
-    verdict: str
-    """"agree", "differ", "indeterminate" or "unexcited"."""
+    verdict: str  # "agree", "differ", "indeterminate" or "unexcited"
     basis: Basis
     explained: float = nan
-    """Share of the judged samples within their threshold; nan if there is none of either."""
     outside: int = 0
-    """Number of samples outside their threshold, of those that decide."""
     worst: int | None = None
-    """Index of the sample with the largest |a - b| / threshold, of those that decide."""
     worst_threshold: float = nan
-    """Threshold there."""
-    time_tolerance: float = 0.0
-    """s, by which either may be early or late; zero where there is an uncertainty."""
+    time_tolerance: float = 0.0  # s, by which either may be early or late; 0 where there is an uncertainty
     checks: tuple[Check, ...] = ()
-    """Of the metrics that a gate limits."""
-    coverage_error: float = nan
+    coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
-    """Estimated errors of coverage and RMS by sampling, see `comparison.verdict.compare`; nan: unknown."""
 
     @property
     def channel(self) -> str:
@@ -185,9 +168,7 @@ class ChannelComparison:
     @property
     def beyond(self) -> BoolArray:
         """Judged samples outside their threshold, shape (n,)."""
-        if self.threshold is None:
-            return np.zeros(self.time.shape, dtype=np.bool_)
-        return self.judged & (self.size > self.threshold)
+        return self.judged & (self.size > (np.inf if self.threshold is None else self.threshold))
 
     @property
     def coverage(self) -> float:
@@ -196,18 +177,21 @@ class ChannelComparison:
 
     @property
     def worst_time(self) -> float:
-        """Time of the worst sample, s; nan without one."""
-        return nan if self.worst is None else float(self.time[self.worst])
+        """Time of the worst sample, s."""
+        return self._at_worst(self.time)
 
     @property
     def worst_difference(self) -> float:
-        """Difference at the worst sample; nan without one."""
-        return nan if self.worst is None else float(self.difference[self.worst])
+        """Difference at the worst sample."""
+        return self._at_worst(self.difference)
 
     @property
     def worst_size(self) -> float:
-        """What was held against the threshold at the worst sample; nan without one."""
-        return nan if self.worst is None else float(self.size[self.worst])
+        """What was held against the threshold at the worst sample."""
+        return self._at_worst(self.size)
+
+    def _at_worst(self, values: Array) -> float:
+        return nan if self.worst is None else float(values[self.worst])
 
     @cached_property
     def max_difference(self) -> float:
@@ -225,23 +209,23 @@ class ChannelComparison:
         return scaled(self.max_difference, self.scale)
 
     @property
-    def largest_predictable(self) -> float:
-        """Largest |a - b| of the predictable samples; nan without one."""
-        part = self.difference[self.predictable]
-        return float(np.max(np.abs(part))) if part.size else nan
-
-    @property
     def rms_scaled(self) -> float:
         """`rms_difference` over the scale."""
         return scaled(self.rms_difference, self.scale)
+
+    @property
+    def largest_predictable(self) -> float:
+        """Largest |a - b| of the predictable samples."""
+        part = self.difference[self.predictable]
+        return float(np.max(np.abs(part))) if part.size else nan
 
     @cached_property
     def ratio(self) -> float:
         """The |a - b| / threshold that the required share of the judged samples stays within.
 
         The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
-        agrees, nan unless it agrees or differs by its samples. The share is 99 %, or 100 % of a tolerance.
-        Where the largest u of all times decides, all non-zero samples count.
+        agrees, nan unless it agrees or differs by its samples. Where the largest u of all times decides, all
+        non-zero samples count.
         """
         if self.verdict not in ("agree", "differ") or self.threshold is None or self.basis is Basis.GATE:
             return nan
@@ -257,7 +241,7 @@ class ChannelComparison:
 
     @property
     def largest_ratio(self) -> float:
-        """The largest |a - b| / threshold of the samples that decide; nan without one."""
+        """The largest |a - b| / threshold of the samples that decide."""
         if self.worst_size == 0.0:
             return 0.0
         return self.worst_size / self.worst_threshold if self.worst_threshold else inf
@@ -270,10 +254,7 @@ class ChannelComparison:
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
-        """Measures of b against a, for information only; empty for unexcited (constant) channels.
-
-        See `comparison.metrics.signals.information`. They cost more than the verdict.
-        """
+        """`comparison.metrics.signals.information` of b against a; none of unexcited channels."""
         if self.verdict == "unexcited":
             return {}
         return information(self.time, self.a, self.b, position=self.definition.rate is not None)
@@ -283,16 +264,8 @@ class ChannelComparison:
 class Refinement:
     """What a level finer changes in one model.
 
-    Attributes
-    ----------
-    label
-        The model.
-    settings
-        The settings that it changes, as they are now; first the one whose ratio is ``factor``.
-    factor, order
-        Ratio of that setting between two levels, and order at which the error should follow it.
-    observed
-        Order that the three levels show, nan if unknown: `comparison.accuracy.uncertainty.observed_order`.
+    ``settings`` that it changes, as they are now, first the one whose ratio is ``factor``; ``order`` at which
+    the error should follow it, and the one that three levels show.
     """
 
     label: str
@@ -309,79 +282,63 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Attribution of the difference of a scene at one tier; unknown values are nan or empty."""
+    """Attribution of the difference of a scene at one tier; unknown values are nan or empty.
+
+    Attributes ---------- explained Share of the judged samples of all excited channels together that are
+    within k u. cause "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models".
+    remaining, channels Remaining share of the difference with the run of "a", "b" or "both" refined; the same
+    by channel. still_moves "a", "b": share of the samples outside the band near which refinement moves the
+    run by as much. unpredictable, unpredictable_from Why the samples of the indeterminate channels are not
+    predictable: share by the u of "a" alone, of "b" alone, of "each" by itself, of the two only "together";
+    and that of "neighbours" whose spread suffices. First of the most frequent of these, s. outside_from,
+    outside_in First judged sample outside the band or the tolerance, s, and its channel. refinements Of both
+    models, where both can be refined. strict_helps Whether the model that limits the coverage runs coarser
+    than at "strict".
+    """
 
     explained: float = nan
-    """Share of the judged samples of all excited channels together that are within k u."""
     cause: str = ""
-    """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
     remaining: dict[str, float] = field(default_factory=dict)
-    """Remaining share of the difference with the run of "a", "b" or "both" refined."""
     channels: dict[str, dict[str, float]] = field(default_factory=dict)
-    """The same by channel."""
     still_moves: dict[str, float] = field(default_factory=dict)
-    """"a", "b": share of the samples outside the band near which refinement moves the run by as much."""
     unpredictable: dict[str, float] = field(default_factory=dict)
-    """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
-    alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
     unpredictable_from: float = nan
-    """First of the most frequent of these, s."""
     outside_from: float = nan
-    """First judged sample outside the band or the tolerance, s; of the channels that differ, if any does."""
     outside_in: str = ""
-    """Its channel."""
     refinements: tuple[Refinement, ...] = ()
-    """Of both models, where both can be refined."""
     strict_helps: bool = False
-    """Whether the model that limits the coverage runs coarser than at "strict"."""
 
 
 class Doubt(Enum):
     """Why a difference could not be confirmed."""
 
     TOLERANCE = auto()
-    """The verdict uses a tolerance, to which ensembles do not apply."""
-    RIGID = auto()
-    """No joint has clearance, so no start can be moved."""
-    SLOW = auto()
-    """Both models are too slow for an ensemble."""
-    NO_STARTS = auto()
-    """No runs from moved starts beyond those of the uncertainty are there."""
+    RIGID = auto()  # no start can be moved
+    SLOW = auto()  # both models are
+    NO_STARTS = auto()  # no recorded runs beyond those of the uncertainty
     FEW_RUNS = auto()
-    """Too few runs from moved starts succeeded."""
 
 
 @dataclass(frozen=True)
 class Confirmation:
-    """Result of ensembles of runs from moved starts for a verdict "differ"; unknown values are nan or empty.
+    """What ensembles of runs from moved starts say of a verdict "differ".
 
-    See `comparison.verdict.confirmation`.
+    ``outcome``: "confirmed", "unconfirmed" by a doubt, or "underestimated": the uncertainty was too small.
     """
 
     outcome: str
-    """"confirmed"; "unconfirmed", see `doubt`; "underestimated": the difference is numerical, the uncertainty
-    was too small, and the comparison holds the corrected one.
-    """
     doubt: Doubt | None = None
-    members: tuple[int, int] = (0, 0)
-    """Runs in the ensemble of each model."""
-    shifts: tuple[float, float] = (nan, nan)
-    """Standard deviation of the starts of either ensemble, m."""
-    farther: tuple[int, int] = (0, 0)
-    """How many of these lie as far from the centre of the others as the other model's run, or farther."""
-    excess: float = nan
-    """Distance of a model's run from the other's ensemble, over that of the farthest run left out of it: the
-    smaller of both."""
-    factor: float = nan
-    """Factor by which the uncertainty was underestimated."""
-    since: float = nan
-    """First sample at which the difference exceeded k u, s."""
-    clustered: bool = False
-    """Whether an ensemble splits into clusters farther apart than they are wide, and than the uncertainty."""
-    parting: Parting | None = None
-    """First contact that occurs in some runs only and separates them."""
-    parted: tuple[str, str] = ("", "")
-    """Labels of the models whose runs it separates; twice the same within one ensemble."""
+    members: tuple[int, int] = (0, 0)  # runs in the ensemble of each model
+    shifts: tuple[float, float] = (nan, nan)  # standard deviation of their starts, m
+    farther: tuple[int, int] = (0, 0)  # how many of them are as far out as the other model's run
+    excess: float = (
+        nan  # the least distance of a run from the other's ensemble over that of its farthest member
+    )
+    factor: float = nan  # by which the uncertainty was underestimated
+    since: float = nan  # first sample at which the difference exceeded k u, s
+    clustered: bool = False  # clusters farther apart than they are wide, and than the uncertainty
+    parting: Parting | None = None  # first contact that occurs in some runs only and separates them
+    parted: tuple[str, str] = ("", "")  # models whose runs it separates; twice the same of one ensemble
 
     @property
     def fewest(self) -> int:
@@ -398,69 +355,44 @@ class Confirmation:
 class SceneComparison:
     """Comparison of all channels of one scene at one tier, with the data to interpret and reproduce it."""
 
-    name: str
-    title: str
-    description: str
     labels: tuple[str, str]
-    verdict: str
-    """"agree", "differ", "indeterminate" or "cannot compare"."""
+    verdict: str  # "agree", "differ", "indeterminate" or "cannot compare"
     time: Array
-    period: float | None
-    """Period of a crank cycle, s. None if it is neither recorded nor stated."""
     channels: dict[str, ChannelComparison]
+    name: str = "compare"
+    title: str = "Two tables"
+    description: str = ""
+    period: float | None = None  # of a crank cycle, s; None if it is neither recorded nor stated
     events: tuple[pd.DataFrame | None, pd.DataFrame | None] = (None, None)
     warnings: tuple[str, ...] = ()
-    pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())
-    """Contacts of either base run whose forces are resolved in time, for drawings."""
-    provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Of every run used: "reference", "reference finer", "reference perturbed", "exudyn", ..."""
+    pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())  # contacts of the base runs, for drawings
+    provenance: dict[str, dict[str, Any]] = field(default_factory=dict)  # of every run: "exudyn finer", ...
     scene: dict[str, Any] | None = None
-    """The scene mapping."""
-    command: str = ""
-    """Command that reproduces this comparison."""
-    closer_command: str = ""
-    """The same where it may be decided: at finer settings; of tables, by a tolerance. Empty without one."""
-    ran: Scene | None = None
-    """The scene at the settings of this tier, whose command repeats a run; None for tables."""
-    error: str = ""
-    """Why nothing could be compared: one line."""
-    failed: Job | None = None
-    """The run that did not succeed, where one is why nothing could be compared."""
+    command: str = ""  # that reproduces this comparison
+    closer_command: str = ""  # at finer settings, by which it may be decided; of tables, by a tolerance
+    ran: Scene | None = None  # at the settings of this tier; None for tables
+    error: str = ""  # why nothing could be compared: one line, without the scene
+    failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
-    refined: int = 0
-    """How many levels finer than the scene's settings the models ran, see `comparison.verdict.refinement`."""
-    unsettled: bool = False
-    """Whether "indeterminate" because refinement still moves the models by as much as they differ."""
-    allowed_shift: float = nan
-    """Time shift that the tolerance allows, s, where the verdict is "differ" because it is exceeded."""
+    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
+    unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
+    allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)
-    tight: SceneComparison | None = None
-    """The same scene at the tight tier, where it was run."""
-    shift: Shift | None = None
-    """Estimated time shift between the two; None where nothing was compared."""
-    reliability: ReliabilityComparison | None = None
-    """Of the slider's motion; independent of all verdicts. None: not requested."""
-    confirmation: Confirmation | None = None
-    """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
-    coverage_error: float = nan
-    """Estimated error of the coverage by sampling; nan where unknown."""
+    tight: SceneComparison | None = None  # the same scene at the tight tier
+    shift: Shift | None = None  # estimated time shift between the two
+    reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
+    confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
+    coverage_error: float = nan  # estimate, by sampling
 
     @property
     def decisive(self) -> ChannelComparison | None:
-        """The channel nearest to its limit; of a scene that differs the one farthest beyond. See `decisive`.
-
-        None where no sample decides: the scene differs by a time shift, or by limits of metrics alone.
-        """
-        if self.verdict == "differ":
-            return decisive(self._with_verdict("differ"))
-        return decisive(self.channels.values())
+        """The channel nearest to its limit, or farthest beyond; None where no sample decides."""
+        differs = self.verdict == "differ"
+        return decisive(self._with_verdict("differ") if differs else self.channels.values())
 
     @property
     def worst_channel(self) -> ChannelComparison | None:
-        """The channel that decides: where indeterminate that with the least coverage, else `decisive`.
-
-        Where a scene differs by limits of metrics alone the first that does.
-        """
+        """The channel that decides: where indeterminate that with the least coverage, else `decisive`."""
         same = self._with_verdict(self.verdict)
         if self.verdict == "indeterminate" and same:
             return min(same, key=lambda channel: channel.coverage)
@@ -470,10 +402,19 @@ class SceneComparison:
         return [channel for channel in self.channels.values() if channel.verdict == verdict]
 
     @property
+    def excited(self) -> dict[str, ChannelComparison]:
+        """The channels in which something happens."""
+        return {name: c for name, c in self.channels.items() if c.verdict != "unexcited"}
+
+    @property
+    def known(self) -> bool:
+        """Whether there are uncertainties."""
+        return any(channel.u is not None for channel in self.channels.values())
+
+    @property
     def coverage(self) -> float:
         """Share of predictable samples (`scene_coverage`); nan where no table carries uncertainties."""
-        known = any(channel.u is not None for channel in self.channels.values())
-        return scene_coverage(self.channels) if known else nan
+        return scene_coverage(self.channels) if self.known else nan
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:
@@ -482,10 +423,7 @@ class SceneComparison:
 
     @property
     def situations(self) -> tuple[Mapping[str, float] | None, Mapping[str, float] | None]:
-        """Time shares of the paper's four contact situations in both results.
-
-        None without events, without corners, or where a contact is a side's.
-        """
+        """Time shares of the paper's four contact situations in both results."""
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
@@ -530,10 +468,7 @@ class SceneComparison:
 
 
 def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
-    """Return the channel with the largest ratio, of equal ones that with the largest maximum.
-
-    The one whose difference is nearest to its limit or farthest beyond. None if none agrees or differs.
-    """
+    """Return the channel with the largest ratio, of equal ones with the largest maximum; None without any."""
     judged = [channel for channel in channels if not isnan(channel.ratio)]
     return max(judged, key=lambda channel: (channel.ratio, channel.largest_ratio), default=None)
 
@@ -541,14 +476,13 @@ def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
 def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     """Return a scene's share of predictable samples: the mean over its excited channels; nan without one.
 
-    The one number for a scene, which its verdict holds against the floor. A channel without a sample to judge
-    covers nothing, however many samples are predictably zero: a corner that touches only where nothing can be
-    predicted.
+    A channel without a sample to judge covers nothing, however many samples are predictably zero: a corner
+    that touches only where nothing can be predicted.
     """
-    excited = [channel for channel in channels.values() if channel.verdict != "unexcited"]
     judged = [
         0.0 if isnan(channel.explained) and channel.basis is not Basis.GATE else channel.coverage
-        for channel in excited
+        for channel in channels.values()
+        if channel.verdict != "unexcited"
     ]
     return sum(judged) / len(judged) if judged else nan
 
@@ -558,16 +492,12 @@ def no_comparison(
 ) -> SceneComparison:
     """Return the comparison of a scene whose runs cannot be compared: without channels, and why."""
     return SceneComparison(
-        name=scene.name,
-        title=scene.title,
-        description=scene.description,
-        labels=labels,
-        verdict="cannot compare",
-        time=np.empty(0),
-        period=scene.period,
-        channels={},
+        labels,
+        "cannot compare",
+        np.empty(0),
+        {},
+        **described(scene),
         warnings=scene.warnings,
-        scene=scene.data,
         command=command,
         ran=scene,
         error=error,
@@ -576,9 +506,15 @@ def no_comparison(
     )
 
 
+def described(scene: Scene) -> dict[str, Any]:
+    """Return what a comparison takes over from its scene."""
+    names = ("name", "title", "description", "period")
+    return {name: getattr(scene, name) for name in names} | {"scene": scene.data}
+
+
 def rank(verdict: str) -> int:
-    """Return the severity of a verdict; an unknown one is the worst."""
-    return _RANK.get(verdict, len(_RANK))
+    """Return the severity of a verdict."""
+    return _VERDICTS.index(verdict)
 
 
 def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int:

@@ -13,25 +13,16 @@ Pair = tuple[str, str]
 class Standing:
     """Position of the models of a scene to each other.
 
-    Attributes
-    ----------
-    outcome
-        "agree": all pairs; "outlier": one model differs from all others, which agree; "differ": pairs differ
-        and there is no outlier; "undecided": a pair is indeterminate; "cannot compare": fewer than two models
-        can be compared.
-    outlier
-        The model that differs from all others; else empty.
-    compared, left_out
-        Models that can be compared with another one, and those that cannot.
-    verdicts
-        Of the pairs of those that can be compared.
+    ``outcome``: "agree", all pairs; "outlier", one model differs from all others, which agree; "differ"
+    without an outlier; "undecided", a pair is indeterminate; "cannot compare", fewer than two models can be
+    compared.
     """
 
     outcome: str
     outlier: str
     compared: tuple[str, ...]
-    left_out: tuple[str, ...]
-    verdicts: Mapping[Pair, str]
+    left_out: tuple[str, ...]  # cannot be compared with any other model
+    verdicts: Mapping[Pair, str]  # of the pairs of those compared
 
 
 def pairs(models: Sequence[str]) -> list[Pair]:
@@ -40,19 +31,17 @@ def pairs(models: Sequence[str]) -> list[Pair]:
 
 
 def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
-    """Judge the verdicts of all `pairs` of three or more models.
-
-    A model that cannot be compared with any other is left out of the judgement.
-    """
-    compared = tuple(
-        model
-        for model in models
-        if any(model in pair and verdict != "cannot compare" for pair, verdict in verdicts.items())
-    )
-    left_out = tuple(model for model in models if model not in compared)
+    """Judge the verdicts of all `pairs` of three or more models."""
+    comparable = {
+        model for pair, verdict in verdicts.items() if verdict != "cannot compare" for model in pair
+    }
+    compared = tuple(model for model in models if model in comparable)
+    left_out = tuple(model for model in models if model not in comparable)
     counted = {pair: verdicts[pair] for pair in pairs(compared)}
-    outlier = next((model for model in compared if _is_outlier(model, compared, counted)), "")
-    values = set(counted.values())
+    outlier, values = "", set(counted.values())
+    for model in compared if len(compared) > 2 else ():  # of two neither is one
+        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in counted.items()):
+            outlier = model
     if not compared:
         outcome = "cannot compare"
     elif values == {"agree"}:
@@ -62,10 +51,3 @@ def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
     else:
         outcome = "differ" if values <= {"agree", "differ"} else "undecided"
     return Standing(outcome, outlier, compared, left_out, counted)
-
-
-def _is_outlier(model: str, compared: Sequence[str], verdicts: Mapping[Pair, str]) -> bool:
-    """Return whether a model differs from all others, which agree; of two models neither is an outlier."""
-    return len(compared) > 2 and all(
-        verdict == ("differ" if model in pair else "agree") for pair, verdict in verdicts.items()
-    )

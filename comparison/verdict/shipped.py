@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from comparison.scene import Scene
 from comparison.verdict.results import SceneComparison
@@ -19,8 +18,7 @@ _HEAD = """\
 """
 
 
-@dataclass(frozen=True)
-class Departure:
+class Departure(NamedTuple):
     """A verdict that is not the one on record."""
 
     scene: str
@@ -30,15 +28,7 @@ class Departure:
 
 
 def as_toml(scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], made: Mapping[str, str]) -> str:
-    """Return what is recorded of the scenes.
-
-    Parameters
-    ----------
-    scenes, comparisons
-        In the same order.
-    made
-        ``"machine"``, with its versions, and ``"date"``.
-    """
+    """Return what is recorded of scenes and their comparisons, made with which machine on which date."""
     # A string of JSON is one of TOML too.
     lines = [_HEAD, "[made]", *(f"{key} = {json.dumps(value)}" for key, value in made.items())]
     for scene, comparison in zip(scenes, comparisons, strict=True):
@@ -55,17 +45,7 @@ def verdicts_record() -> dict[str, Any]:
 def departures(
     scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], record: Mapping[str, Any]
 ) -> list[Departure]:
-    """Return the verdicts that are not those on record.
-
-    A scene counts only as it is shipped: its hash is the one on record.
-
-    Parameters
-    ----------
-    scenes, comparisons
-        In the same order, at the scenes' own settings.
-    record
-        See `verdicts_record`.
-    """
+    """Return the verdicts that are not those on record, of scenes that are as they are shipped."""
     return [
         Departure(scene.name, tier.tier, tier.verdict, known[tier.tier])
         for scene, comparison in zip(scenes, comparisons, strict=True)

@@ -1,8 +1,4 @@
-"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
-
-A verdict "differ" is confirmed by ensembles, and any but "agree" of five bodies by finer runs
-(`comparison.verdict.refinement`), once all scenes are judged; where the models agree no run is added.
-"""
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ from functools import cached_property
 from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
 from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Outcome, Progress, describe, run_all
+from comparison.execution.run import Job, Outcome, Progress, failure, run_all
 from comparison.models import MODELS
 from comparison.reliability.difference import (
     FailedRun,
@@ -29,32 +25,19 @@ from comparison.verdict.confirmation import Run
 from comparison.verdict.refinement import RunFamilies, settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
-Outcomes = dict[tuple[str, str], Outcome]
-"""By model and name of the run in its family."""
+Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Results of a scene.
+    """Results of a scene: the comparison, its runs if all succeeded, else what there is of one that did not.
 
-    Attributes
-    ----------
-    comparison
-        At the standard tier, and in its ``tight`` at the tight one. The verdict is "cannot compare", and
-        there are no channels, where a run did not succeed.
-    runs
-        Model -> its runs at the standard tier, where all of them succeeded.
-    crashed
-        Whether a run crashed.
-    partial
-        Table of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"):
-        up to where the model stopped, or complete where the run violated an invariant.
-    tracebacks
-        Of the run that crashed with an exception, by the same names.
+    That is, by tier, model and run ("tight exudyn finer"), the table up to where the model stopped or, where
+    it violated an invariant, complete.
     """
 
-    comparison: SceneComparison
-    runs: dict[str, Runs] = field(default_factory=dict)
+    comparison: SceneComparison  # at the standard tier; that at the tight one is in its ``tight``
+    runs: dict[str, Runs] = field(default_factory=dict)  # by model, at the standard tier
     crashed: bool = False
     partial: dict[str, Table] = field(default_factory=dict)
     tracebacks: dict[str, str] = field(default_factory=dict)
@@ -81,20 +64,6 @@ class _Plan:
         }
         return [families(self.scene, self.models), dense, ideal]
 
-    def compare(self, scene: Scene, runs: tuple[Runs, Runs], *warnings: str) -> SceneComparison:
-        """Compare runs at the settings of a scene."""
-        return compare(
-            *runs,
-            scene=scene,
-            tolerance=scene.tolerance,
-            time_tolerance=scene.time_tolerance,
-            gate=scene.gate,
-            labels=self.models,
-            command=self.command,
-            warnings=warnings,
-            tier=self.tier,
-        )
-
 
 def validate(
     scenes: Sequence[Scene],
@@ -109,18 +78,16 @@ def validate(
 
     Parameters
     ----------
-    scenes
-        Scenes to run.
     models
         Built-in or installed models. A model with neither a tolerance nor a step in its settings cannot be
         refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
-        Worker processes.
+        Worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     accuracy
         For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
         scenes' settings.
     tiers
-        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.levels`.
+        "standard", or both; the tight tier is for the built-in models only.
     on_progress
         Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 
@@ -130,41 +97,37 @@ def validate(
         If the accuracy is out of reach.
     EngineError
         If a model is not known.
-
-    Notes
-    -----
-    Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
-
-    def run_jobs(jobs: dict[tuple[str, str], Job]) -> Outcomes:
-        return dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
 
     def run(starts: Sequence[Scene], model: str) -> list[Table]:
         members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
         return [outcome.table for outcome in members if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        outcomes = run_jobs(families(scene, models))
-        if _failed(outcomes):
-            return None
-        runs = sorted_runs(scene, models, outcomes)
-        return runs[models[0]], runs[models[1]]
+        jobs = families(scene, models)
+        outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+        return None if _failed(outcomes) else sorted_runs(scene, models, outcomes)
 
     plans = [plan for scene in scenes for plan in _plans(scene, models, accuracy, tiers)]
-    parts = [part for plan in plans for part in plan.jobs]
-    outcomes = iter(run_all([job for part in parts for job in part.values()], n_jobs, on_progress))
-    finished = iter([{which: next(outcomes) for which in part} for part in parts])
+    jobs = [job for plan in plans for part in plan.jobs for job in part.values()]
+    outcomes = iter(run_all(jobs, n_jobs, on_progress))
     results: list[Validation] = []
     for plan in plans:
-        own, dense, ideal = next(finished), next(finished), next(finished)
+        own, dense, ideal = ({which: next(outcomes) for which in part} for part in plan.jobs)
         result = _settled(plan, own, run, run_families)
         if result.runs:
             reliability = _reliability(plan, dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
-        if plan.tier == "standard":
-            results.append(result)
-        else:
-            results[-1] = _with_tight(results[-1], result)
+        if plan.tier == "tight":
+            usual = results.pop()
+            result = Validation(
+                replace(usual.comparison, tight=result.comparison),
+                usual.runs,
+                usual.crashed or result.crashed,
+                usual.partial | result.partial,
+                usual.tracebacks | result.tracebacks,
+            )
+        results.append(result)
     return results
 
 
@@ -205,25 +168,38 @@ def _failed(outcomes: Outcomes) -> Outcomes:
 
 def _settled(plan: _Plan, outcomes: Outcomes, run: Run, run_families: RunFamilies) -> Validation:
     """Compare the runs; confirm a difference, withdraw it, or refine the runs until the verdict stands."""
-    scene, models, level = plan.scene, plan.models, 0
-    failed = _failed(outcomes)
-    if failed:
-        finer = without_violation(
-            scene, [(model, outcome) for (model, _), outcome in failed.items()], models, run_families
-        )
+    scene, models = plan.scene, plan.models
+    warnings: tuple[str, ...] = ()
+    if failed := _failed(outcomes):
+        of_models = [(model, outcome) for (model, _), outcome in failed.items()]
+        finer = without_violation(scene, of_models, models, run_families)
         if finer is None:
             return _failure(plan, failed)
-        (scene, pair, warning), level = finer, 1
-        comparison = plan.compare(scene, pair, warning)
+        scene, pair, warnings = finer
     else:
-        runs = sorted_runs(scene, models, outcomes)
-        pair = runs[models[0]], runs[models[1]]
-        try:
-            comparison = plan.compare(scene, pair)
-        except TableError as error:
-            return Validation(_refused(plan, f"scene {scene.name!r}: {error}"))
+        pair = sorted_runs(scene, models, outcomes)
+    try:
+        comparison = compare(
+            *pair,
+            scene=scene,
+            tolerance=scene.tolerance,
+            time_tolerance=scene.time_tolerance,
+            gate=scene.gate,
+            labels=models,
+            command=plan.command,
+            warnings=warnings,
+            tier=plan.tier,
+        )
+    except TableError as error:
+        return Validation(_refused(plan, str(error)))
     settled = settle(
-        comparison, pair, scene=scene, models=models, run=run, run_families=run_families, level=level
+        comparison,
+        pair,
+        scene=scene,
+        models=models,
+        run=run,
+        run_families=run_families,
+        level=1 if failed else 0,
     )
     comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer_command)
     return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
@@ -239,7 +215,7 @@ def _failure(plan: _Plan, failed: Outcomes) -> Validation:
     """Report a run that did not succeed: of several the first that crashed, if one did."""
     which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
     name, outcome, job = " ".join((plan.tier, *which)), failed[which], plan.jobs[0][which]
-    refusal = _refused(plan, describe(job, outcome), None if outcome.status == "bad input" else job)
+    refusal = _refused(plan, failure(job.model, outcome), None if outcome.status == "bad input" else job)
     return Validation(
         refusal,
         crashed=outcome.status == "crashed",
@@ -248,22 +224,9 @@ def _failure(plan: _Plan, failed: Outcomes) -> Validation:
     )
 
 
-def _with_tight(usual: Validation, closer: Validation) -> Validation:
-    return replace(
-        usual,
-        comparison=replace(usual.comparison, tight=closer.comparison),
-        crashed=usual.crashed or closer.crashed,
-        partial=usual.partial | closer.partial,
-        tracebacks=usual.tracebacks | closer.tracebacks,
-    )
-
-
 def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
-    """Compare the reliabilities of both models; a failed run for it is only reported.
-
-    None where an installed model does not run the ideal mechanism at all: it refuses it, or lacks channels.
-    """
-    scene, (a, b) = plan.scene, plan.models
+    """Compare the reliabilities of both models; a failed run for it is only reported."""
+    scene = plan.scene
     unable = ("bad input", "unusable")
     if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
         return None
@@ -272,14 +235,9 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
             failed = FailedRun(jobs[which], outcome, ideal=outcomes is ideal)
             return ReliabilityComparison(scene.reliability, missing=failed)
     runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
+    limits = thresholds(plan.tier)
     try:
-        quantities = compare_reliability(
-            (runs[a], runs[b]),
-            (ideals[a], ideals[b]),
-            scene.period,
-            scene.reliability,
-            thresholds(plan.tier).k,
-        )
+        quantities = compare_reliability(runs, ideals, scene.period, scene.reliability, limits.k)
     except TableError as error:
         return ReliabilityComparison(scene.reliability, missing=error)
     return ReliabilityComparison(scene.reliability, quantities)

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 from comparison.accuracy.measured import SETTINGS, Caution, Expected
 from comparison.accuracy.plan import Plan
 from comparison.execution.run import Outcome
+from comparison.models import key_of
 from comparison.scene import Scene
 from comparison.tables import channels
 
 if TYPE_CHECKING:  # they load scipy, which a single run does not need
     from comparison.accuracy.refine import AccurateRun, Cost, Estimate
-    from comparison.accuracy.work_precision import Timed, WorkPrecision
-
-HEADINGS = ("setting", "error (m)", "time (s)", "front")
-"""Of `settings_table`."""
+    from comparison.accuracy.work_precision import Candidate, WorkPrecision
 
 
 def cautions(expected: Expected) -> list[str]:
@@ -98,21 +96,25 @@ def accuracy_line(run: AccurateRun) -> str:
     if run.wanted is None:
         parts = ", ".join(f"{estimate.held(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
         return f"estimated error of slider_x: at most {parts} of the run{_divergence(scene, estimate)}{cost}"
-    where = _where(estimate, run.wanted, scene.period)
+    until, where = estimate.until(run.wanted), "nowhere"
+    if until == inf:
+        where = "on all of the run"
+    elif run.coverage > 0.0:
+        gap = f"{until:.4g} s ({until / scene.period:.2f} cycles)"
+        where = f"on {run.coverage:.1%} of the run, without a gap up to {gap}"
     if run.kept:
         line = f"slider_x is within {run.wanted:g} m {where}"
         if run.coverage < 1.0:
             line += f"; elsewhere within {estimate.held(1.0):.2g} m{_divergence(scene, estimate)}"
         return line + cost
-    reasons = {
+    reason = {
         Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
         Limit.STOPPED: f"Finer settings have no result: {_stopped(run.stopped)}",
         Limit.FINEST: f"No finer setting is measured{_divergence(scene, estimate)}",
-    }
-    assert run.limit is not None
+    }[run.limit or Limit.FINEST]
     return (
         f"{run.wanted:g} m is not reachable: it holds {where}; {estimate.held(FLOOR):.2g} m is reached on "
-        f"{FLOOR:.0%} of the run. {reasons[run.limit]}{cost}"
+        f"{FLOOR:.0%} of the run. {reason}{cost}"
     )
 
 
@@ -122,16 +124,6 @@ def _setting(scene: Scene, model: str) -> str:
     key = "tolerance" if model == "reference" or solver.get("formulation") == "tree" else "step"
     key = key if key in solver else "tolerance"
     return f"solver.{model}.{key} = {solver[key]:g}" if key in solver else f"the settings of {model}"
-
-
-def _where(estimate: Estimate, wanted: float, period: float) -> str:
-    """Return on which part of the run a wanted error, m, holds."""
-    until, coverage = estimate.until(wanted), estimate.coverage(wanted)
-    if until == inf:
-        return "on all of the run"
-    if coverage == 0.0:
-        return "nowhere"
-    return f"on {coverage:.1%} of the run, without a gap up to {until:.4g} s ({until / period:.2f} cycles)"
 
 
 def _divergence(scene: Scene, estimate: Estimate) -> str:
@@ -157,7 +149,7 @@ def settings_basis(result: WorkPrecision) -> str:
 
     if result.exact is None or result.confirming is None:
         return "no two runs have a result: errors are unknown"
-    exact, other = _title(result.exact), _title(result.confirming)
+    exact, other = _title(result.exact.candidate), _title(result.confirming.candidate)
     within = f"{other} and neighbouring starts are" if result.neighbours else f"{other} is"
     distance, part = result.resolution / SAFETY_FACTOR, result.coverage(result.resolution)
     where = f"{within} within {distance:.1g} m of it: {part:.1%} of the run"
@@ -168,22 +160,26 @@ def settings_basis(result: WorkPrecision) -> str:
 def settings_table(result: WorkPrecision) -> list[tuple[str, str, str, str]]:
     """Return the headings, and a row for each setting, by formulation from coarse to fine."""
     order = list(SETTINGS)
-    rows = [HEADINGS]
+    rows = [("setting", "error (m)", "time (s)", "front")]
     for row in sorted(
         result.rows, key=lambda row: (order.index(row.candidate.formulation), -row.candidate.setting)
     ):
-        error, mark = result.error(row), "*" if row in result.front else ""
+        title, error, mark = _title(row.candidate), result.error(row), "*" if row in result.front else ""
         if row.x is None:
-            rows.append((_title(row), "", "", row.status))
+            rows.append((title, "", "", row.status))
         else:
-            rows.append((_title(row), "" if isnan(error) else f"{error:.1e}", f"{row.seconds:.3g}", mark))
+            rows.append((title, "" if isnan(error) else f"{error:.1e}", f"{row.seconds:.3g}", mark))
     return rows
 
 
 def settings_commands(result: WorkPrecision) -> list[tuple[str, str]]:
     """Return the errors that were seen to hold, with their part of the run, and the cheapest command."""
+    from comparison.accuracy.work_precision import DECADES
+
+    cheapest = {error: row for error in DECADES if (row := result.cheapest(error)) is not None}
     lines = []
-    for row, errors in result.recommended.items():
+    for row in dict.fromkeys(cheapest.values()):
+        errors = [error for error, best in cheapest.items() if best is row]
         ends = (errors[0], errors[-1])
         span = " to ".join(dict.fromkeys(f"{error:.0e}" for error in ends))
         part = " to ".join(dict.fromkeys(f"{result.coverage(error):.0%}" for error in ends))
@@ -193,8 +189,6 @@ def settings_commands(result: WorkPrecision) -> list[tuple[str, str]]:
     return lines
 
 
-def _title(row: Timed) -> str:
-    """Return model, formulation and setting."""
-    candidate = row.candidate
-    key = candidate.key.rpartition(".")[2]
+def _title(candidate: Candidate) -> str:
+    key = key_of(candidate.formulation).rpartition(".")[2]
     return f"{candidate.model} {candidate.formulation}, {key} {candidate.setting:g}"

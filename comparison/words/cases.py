@@ -21,38 +21,23 @@ _STATUS: dict[str, Status] = {
 
 @dataclass(frozen=True)
 class Case:
-    """Result of one check.
+    """Result of one check; "skipped" if no conclusion is possible, "error" if there was nothing to check."""
 
-    Attributes
-    ----------
-    suite
-        The scene.
-    group
-        What was checked, within the scene: a tier, or a model and its tier.
-    name
-        The channel, or another checked item.
-    status
-        "skipped" if no conclusion is possible, "error" if there was nothing to check.
-    message
-        One line.
-    """
-
-    suite: str
-    group: str
-    name: str
+    suite: str  # the scene
+    group: str  # a tier, or a model and its tier
+    name: str  # the channel, or another checked item
     status: Status
     message: str = ""
 
 
 def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     """Return the verdict of each scene and tier, followed by those of its channels."""
-    cases = []
-    for comparison in comparisons:
-        for tier in comparison.tiers:
-            findings = [("verdict", tier.verdict, why(tier))]
-            findings += [(name, channel.verdict, reason(channel)) for name, channel in tier.channels.items()]
-            cases += [
-                Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {text}")
-                for name, verdict, text in findings
-            ]
-    return cases
+    return [
+        Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {text}")
+        for comparison in comparisons
+        for tier in comparison.tiers
+        for name, verdict, text in [
+            ("verdict", tier.verdict, why(tier)),
+            *((name, channel.verdict, reason(channel)) for name, channel in tier.channels.items()),
+        ]
+    ]

@@ -25,6 +25,7 @@ _CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a
 # difference it is 65 % at the standard tier, whose band is not much narrower.
 _SUSPECT = 0.9
 _MOST = 0.5  # of the samples that are not predictable
+_ORDINALS = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"]
 
 
 def describe(
@@ -34,19 +35,7 @@ def describe(
     period: float | None,
     scene: Mapping[str, Any] | None,
 ) -> str:
-    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner".
-
-    Parameters
-    ----------
-    time
-        Since the start, s.
-    events
-        Label of a model -> its event table. Where the models are in different contacts, both are named.
-    period
-        Of a crank cycle, s; None: cycle and angle are not reported.
-    scene
-        The scene mapping, for the crank's angle at the start and its sense of rotation; without it from zero.
-    """
+    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner"."""
     where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
     if period is not None:
         cycles = time / period
@@ -60,28 +49,20 @@ def describe(
 
 
 def contact(time: float, events: pd.DataFrame) -> str:
-    """Describe the contacts at an instant, or the last ones before it, numbered by corner.
+    """Describe the contacts at an instant (s), or the last ones before it, numbered by corner.
 
     Two corners of one side often touch at one instant: of the last contacts, all that overlap the one that
     ended last are listed.
-
-    Parameters
-    ----------
-    time
-        Of the instant, s.
-    events
-        One row per contact: ``corner``, ``start`` and ``end`` in s.
     """
     numbered = events.sort_values("start", kind="stable")
     numbered = numbered.assign(count=numbered.groupby("corner").cumcount() + 1)
     begun = numbered[numbered["start"] <= time]
     if begun.empty:
         return "before the first contact"
-    current = begun[begun["end"] >= time]
-    word = "after" if current.empty else "during"
+    current, word = begun[begun["end"] >= time], "during"
     if current.empty:
         last = begun["end"].to_numpy().argmax()
-        current = begun[begun["end"] >= begun["start"].to_numpy()[last]]
+        current, word = begun[begun["end"] >= begun["start"].to_numpy()[last]], "after"
     order = list(CONTACTS)
     named = sorted(zip(current["corner"], current["count"], strict=True), key=lambda row: order.index(row[0]))
     return f"{word} " + " and ".join(
@@ -94,9 +75,8 @@ def _place(place: str) -> str:
 
 
 def _ordinal(count: int) -> str:
-    words = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
-    if count <= len(words):
-        return words[count - 1]
+    if count <= len(_ORDINALS):
+        return _ORDINALS[count - 1]
     ending = {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th") if count % 100 not in {11, 12, 13} else "th"
     return f"{count}{ending}"
 
@@ -113,32 +93,23 @@ def confirmation(scene: SceneComparison) -> str:
     if result is None:
         return ""
     since = "" if isnan(result.since) else f" from {result.since:.4g} s on"
-    if result.outcome == "unconfirmed":
-        return f"differ (unconfirmed, {result.fewest} runs){since}: {_doubt(result)}"
-    if result.outcome == "confirmed":
-        return _confirmed(result, labels, since)
-    return _underestimated(result, labels, since)
-
-
-def _doubt(result: Confirmation) -> str:
-    return {
-        Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
-        Doubt.RIGID: "no joint has clearance, so no start can be moved",
-        Doubt.SLOW: "both models are too slow for an ensemble",
-        Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
-        Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
-        None: "",
-    }[result.doubt]
-
-
-def _confirmed(result: Confirmation, labels: tuple[str, str], since: str) -> str:
+    if result.doubt is not None:
+        doubt = {
+            Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
+            Doubt.RIGID: "no joint has clearance, so no start can be moved",
+            Doubt.SLOW: "both models are too slow for an ensemble",
+            Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
+            Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
+        }[result.doubt]
+        return f"differ (unconfirmed, {result.fewest} runs){since}: {doubt}"
+    if result.outcome == "underestimated":
+        return _underestimated(result, labels, since)
     outside = "each model's run is outside those of the other"
     if 0 in result.members:
         host, guest = labels if result.members[0] else labels[::-1]
         outside = f"the {guest} run is outside those of {host}"
-    runs = " and ".join(
-        f"{count} {label}" for count, label in zip(result.members, labels, strict=True) if count
-    )
+    counts = zip(result.members, labels, strict=True)
+    runs = " and ".join(f"{count} {label}" for count, label in counts if count)
     text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
@@ -146,11 +117,10 @@ def _confirmed(result: Confirmation, labels: tuple[str, str], since: str) -> str
 
 
 def _underestimated(result: Confirmation, labels: tuple[str, str], since: str) -> str:
+    counts = zip(result.farther, result.members, labels, labels[::-1], strict=True)
     inside = " and ".join(
         f"{count} of {members} {host} runs from moved starts are as far out as the {guest} run"
-        for count, members, host, guest in zip(
-            result.farther, result.members, labels, labels[::-1], strict=True
-        )
+        for count, members, host, guest in counts
         if count
     )
     text = (
@@ -175,8 +145,8 @@ def parting(result: Confirmation) -> str:
     if result.parted[0] == result.parted[1]:  # two parts of one ensemble
         counts = [(sum(having), sum(sizes), result.parted[0])]
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    start = result.parting.start
-    return f"the contact of the {_place(result.parting.corner)} at {start:.6g} s, which occurs in {occurs}"
+    place, start = _place(result.parting.corner), result.parting.start
+    return f"the contact of the {place} at {start:.6g} s, which occurs in {occurs}"
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:
@@ -184,8 +154,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
     result = scene.attribution
     outside = f"{result.outside_in} at {instant_of(result.outside_from, scene)}" if result.outside_in else ""
     if isnan(result.explained):
-        known = any(channel.u is not None for channel in scene.channels.values())
-        return [f"first outside the {'band' if known else 'tolerance'}: {outside}"] if outside else []
+        return [f"first outside the {'band' if scene.known else 'tolerance'}: {outside}"] if outside else []
     lines = [f"{plain_percent(result.explained)} of the judged samples explained"]
     if result.cause:
         lines.append(_cause(result))
@@ -198,7 +167,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         if result.still_moves.get(key, 0.0) >= _SUSPECT
     ]
     if result.unpredictable:
-        lines.append(_unpredictable(result, scene.labels) + _advice(result))
+        lines.append(_unpredictable(result, scene.labels))
     return lines
 
 
@@ -247,7 +216,7 @@ def _effect(remaining: float, gain: float, what: str = "it") -> str:
 
 
 def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
-    """State whose uncertainty makes samples of the indeterminate channels unpredictable."""
+    """State whose uncertainty makes samples of the indeterminate channels unpredictable, and the remedy."""
     whose = {
         "a": f"the uncertainty of {labels[0]} alone",
         "b": f"the uncertainty of {labels[1]} alone",
@@ -257,21 +226,16 @@ def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
     shares = sorted(((result.unpredictable[key], words) for key, words in whose.items()), reverse=True)
     (chief, words), *others = [item for item in shares if item[0] >= 0.005]
     rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""
-    return (
+    text = (
         f"of the samples that are not predictable in the indeterminate channels, {words} makes "
         f"{chief:.0%} so, from {result.unpredictable_from:.4g} s on{rest}"
     )
-
-
-def _advice(result: Attribution) -> str:
-    """State whether finer settings can help: not where neighbouring trajectories diverge too far."""
     neighbours = result.unpredictable["neighbours"]
     if neighbours >= _MOST:
-        return (
-            f"; for {neighbours:.0%} of them the spread of neighbouring starts suffices, whatever the setting"
-        )
+        what = "the spread of neighbouring starts suffices, whatever the setting"
+        return f"{text}; for {neighbours:.0%} of them {what}"
     # The tight tier has its own settings, independent of --accuracy.
-    return "; try --accuracy strict" if result.strict_helps else ""
+    return f"{text}; try --accuracy strict" if result.strict_helps else text
 
 
 def plain_percent(share: float) -> str:

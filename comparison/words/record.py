@@ -33,8 +33,26 @@ _NUMBERS = (
 )
 
 
+_OF_MODEL = (
+    "reliability",
+    "low",
+    "high",
+    "capped",
+    "mean",
+    "deviation",
+    "within",
+    "within_low",
+    "within_high",
+)
+
+
 def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     """Return all results without curves, for JSON; undefined numbers are nan (written as null)."""
+    labels, decisive, impacts = comparison.labels, comparison.decisive, comparison.impacts
+    attribution = None
+    if comparison.channels:
+        attribution = asdict(comparison.attribution)
+        attribution["sentences"] = differences.attribution_lines(comparison)
     return {
         "name": comparison.name,
         "tier": comparison.tier,
@@ -42,29 +60,22 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "title": comparison.title,
         "verdict": comparison.verdict,
         "reason": words.scene_reason(comparison),
-        "decisive_channel": None if comparison.decisive is None else comparison.decisive.channel,
-        "ratio": None if comparison.decisive is None else comparison.decisive.ratio,
+        "decisive_channel": decisive and decisive.channel,
+        "ratio": decisive and decisive.ratio,
         "warnings": list(comparison.warnings),
-        "labels": list(comparison.labels),
+        "labels": list(labels),
         "samples": int(comparison.time.size),
-        "time_shift": None if comparison.shift is None else vars(comparison.shift),
+        "time_shift": comparison.shift and vars(comparison.shift),
         "command": comparison.command,
-        "situations": dict(zip(comparison.labels, comparison.situations, strict=True)),
-        "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
+        "situations": dict(zip(labels, comparison.situations, strict=True)),
+        "crank_pin_contact": dict(zip(labels, comparison.pin_contact, strict=True)),
         "confirmation": confirmation_record(comparison),
-        "attribution": asdict(comparison.attribution)
-        | {"sentences": differences.attribution_lines(comparison)}
-        if comparison.channels
-        else None,
-        "impacts": None
-        if comparison.impacts is None
-        else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
-        "reliability": None
-        if comparison.reliability is None
-        else _reliability(comparison.reliability, comparison.labels),
+        "attribution": attribution,
+        "impacts": impacts and {part: _impacts(found) for part, found in impacts.items()},
+        "reliability": comparison.reliability and _reliability(comparison.reliability, labels),
         "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
         "provenance": comparison.provenance,
-        "tight": None if comparison.tight is None else as_mapping(comparison.tight),
+        "tight": comparison.tight and as_mapping(comparison.tight),
     }
 
 
@@ -81,13 +92,12 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
 
 
 def _channel(channel: ChannelComparison) -> dict[str, Any]:
-    numbers = {name: getattr(channel, name) for name in _NUMBERS}
     return {
         "verdict": channel.verdict,
         "reason": words.reason(channel),
         "unit": channel.unit,
         "scale": channel.scale,
-        **numbers,
+        **{name: getattr(channel, name) for name in _NUMBERS},
         "information": dict(channel.metrics),
         "gate": [asdict(check) | {"met": check.met} for check in channel.checks],
     }
@@ -111,15 +121,7 @@ def _quantity(name: str, difference: Difference, labels: tuple[str, str]) -> dic
             "smallest": model.minimum,
             "smallest_interval": list(model.interval),
             "smallest_at_deg": float(model.angle[model.worst]),
-            "reliability": model.reliability.tolist(),
-            "low": model.low.tolist(),
-            "high": model.high.tolist(),
-            "at_cap": model.capped.tolist(),
-            "mean": model.mean.tolist(),
-            "deviation": model.deviation.tolist(),
-            "within": model.within.tolist(),
-            "within_low": model.within_low.tolist(),
-            "within_high": model.within_high.tolist(),
+            **{"at_cap" if key == "capped" else key: getattr(model, key).tolist() for key in _OF_MODEL},
         }
         for label, model in zip(labels, (difference.a, difference.b), strict=True)
     }

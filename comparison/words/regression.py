@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from comparison.execution.run import describe
 from comparison.regression.check import (
     COUNTERS_ELSEWHERE,
@@ -63,11 +61,8 @@ def notes(gate: Gate) -> list[str]:
             f"{excused.neighbours} runs from neighbouring starts do here; "
             f"{'its' if one else 'their'} thresholds are too small"
         )
-    remarks += [
-        f"scene {name!r}: its numbers are not those that the baseline was made with"
-        for name in gate.rewritten
-    ]
-    return remarks
+    changed = "its numbers are not those that the baseline was made with"
+    return remarks + [f"scene {name!r}: {changed}" for name in gate.rewritten]
 
 
 def summary(gate: Gate) -> str:
@@ -92,7 +87,11 @@ def _deviation(check: Check) -> str:
         case RunFailed(job, outcome):
             return describe(job, outcome)
         case Changed(values):
-            return _values(name.removesuffix("s"), values)
+            what = {"settings": "setting", "counters": "counter"}[name]
+            return "; ".join(
+                f"the {what} {key} is {_or_missing(now)}, in the baseline {_or_missing(before)}"
+                for key, (now, before) in values.items()
+            )
         case Excited(extent):
             channel = channels()[name]
             return (
@@ -110,27 +109,15 @@ def _deviation(check: Check) -> str:
             )
         case Lack.PREDICTABLE:
             return f"{name} has no predictable sample at which something happens"
-        case lack:
-            return _lack(name, has_record=lack is Lack.PRESENT)
+        case Lack.PRESENT if name == "run":
+            return "the baseline has this run, the scene does not any more"
+        case Lack.PRESENT:
+            return f"the channel {name} is in the baseline and not in the run"
+    return {
+        "scene": "there is no baseline of it; sixbar gate SCENE --update makes one",
+        "run": "there is no baseline of this run; sixbar gate --update makes one",
+    }.get(name, f"the channel {name} has no baseline; sixbar gate --update makes one")
 
 
-def _values(what: str, values: Mapping[str, tuple[object, object]]) -> str:
-    """Return which settings or counters have which values now and in the baseline."""
-    shown = {name: ["missing" if value is None else value for value in pair] for name, pair in values.items()}
-    return "; ".join(
-        f"the {what} {name} is {now}, in the baseline {before}" for name, (now, before) in shown.items()
-    )
-
-
-def _lack(name: str, *, has_record: bool) -> str:
-    if name == "scene":
-        return "there is no baseline of it; sixbar gate SCENE --update makes one"
-    if name == "run":
-        return (
-            "the baseline has this run, the scene does not any more"
-            if has_record
-            else "there is no baseline of this run; sixbar gate --update makes one"
-        )
-    if has_record:
-        return f"the channel {name} is in the baseline and not in the run"
-    return f"the channel {name} has no baseline; sixbar gate --update makes one"
+def _or_missing(value: object) -> object:
+    return "missing" if value is None else value

@@ -17,7 +17,7 @@ from comparison.verdict.results import (
     decisive,
     rank,
 )
-from comparison.verdict.several import Pair, Standing
+from comparison.verdict.several import Standing
 from comparison.verdict.shipped import Departure
 from comparison.words.differences import attribution_lines, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
@@ -37,43 +37,41 @@ _TIMES = ("", "once", "twice", "three times", "four times")
 
 def reason(channel: ChannelComparison) -> str:
     """Return why the verdict of a channel is what it is."""
-    limits, basis = channel.limits, channel.basis
-    if basis is Basis.RANGE:
-        floor = _value(channel.definition.floor, channel.unit)
-        return f"its range in both, {_value(channel.extent, channel.unit, 2)}, is below {floor}"
-    if basis is Basis.NO_LIMIT:
-        return "there is neither an uncertainty nor a tolerance"
-    if basis is Basis.COVERAGE:
-        return (
-            f"{channel.coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
-        )
-    if basis is Basis.NOTHING_JUDGED:
-        return "no predictable sample is non-zero"
-    if basis is Basis.LARGEST:
-        return (
-            f"at t = {_worst_instant(channel)} s the difference is "
-            f"{_value(channel.worst_difference, channel.unit)}, {limits.k:g} times the largest uncertainty "
-            f"of all times {_value(channel.worst_threshold, channel.unit, 2)}"
-        )
+    limits, basis, count = channel.limits, channel.basis, int(channel.judged.sum())
     if basis is Basis.GATE:
         return _gate(channel)
-    count = int(channel.judged.sum())
-    if basis is Basis.FEW_JUDGED:
-        return f"{count} predictable samples are non-zero, required: at least {limits.least_judged}"
-    if basis is Basis.FEW_OUTSIDE:
+    if basis is Basis.LARGEST or basis is Basis.SAMPLES:
+        return _by_samples(channel, count)
+    extent, floor = (_value(channel.extent, channel.unit, 2), _value(channel.definition.floor, channel.unit))
+    coverage, outside = f"{channel.coverage:.1%} of the samples", f"{channel.outside} of {count}"
+    return {
+        Basis.RANGE: f"its range in both, {extent}, is below {floor}",
+        Basis.NO_LIMIT: "there is neither an uncertainty nor a tolerance",
+        Basis.COVERAGE: f"{coverage} are predictable, required: at least {limits.coverage:.0%}",
+        Basis.NOTHING_JUDGED: "no predictable sample is non-zero",
+        Basis.FEW_JUDGED: f"{count} predictable samples are non-zero, required: at least "
+        f"{limits.least_judged}",
+        Basis.FEW_OUTSIDE: f"{outside} predictable samples are outside their threshold: too many to agree, "
+        f"fewer than the {limits.least_outside} that show a difference",
+    }[basis]
+
+
+def _by_samples(channel: ChannelComparison, count: int) -> str:
+    assert channel.worst is not None
+    limits, fixed, late = channel.limits, channel.u is None, channel.time_tolerance
+    at = instant(channel.worst_time, *channel.time[max(0, channel.worst - 1) : channel.worst + 2])
+    difference = _value(channel.worst_size if late else channel.worst_difference, channel.unit)
+    threshold = _value(channel.worst_threshold, channel.unit, 2)
+    if channel.basis is Basis.LARGEST:
         return (
-            f"{channel.outside} of {count} predictable samples are outside their threshold: too many to "
-            f"agree, fewer than the {limits.least_outside} that show a difference"
+            f"at t = {at} s the difference is {difference}, {limits.k:g} times the largest uncertainty "
+            f"of all times {threshold}"
         )
-    fixed = channel.u is None
-    worst = channel.worst_size if channel.time_tolerance else channel.worst_difference
-    late = f" within {channel.time_tolerance:g} s" if channel.time_tolerance else ""
     text = (
         f"{channel.outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
         f"{'the tolerance' if fixed else 'their threshold'}"
-        f"{', at worst' if channel.outside else ', the nearest'} at t = {_worst_instant(channel)} s: the "
-        f"difference{late} is {_value(worst, channel.unit)}, the threshold "
-        f"{_value(channel.worst_threshold, channel.unit, 2)}"
+        f"{', at worst' if channel.outside else ', the nearest'} at t = {at} s: the difference"
+        f"{f' within {late:g} s' if late else ''} is {difference}, the threshold {threshold}"
     )
     if fixed and channel.worst_threshold == 0.0:
         text += "; the channel is constant in the first table, so its scale is zero unless one is given"
@@ -108,11 +106,6 @@ def threshold_name(channel: ChannelComparison) -> str:
     return "" if channel.tolerance is None else "tolerance"
 
 
-def _worst_instant(channel: ChannelComparison) -> str:
-    assert channel.worst is not None
-    return instant(channel.worst_time, *channel.time[max(0, channel.worst - 1) : channel.worst + 2])
-
-
 def _value(value: float, unit: str, digits: int = 3) -> str:
     """Return value and unit; of a channel of another mechanism the unit may be unknown."""
     return f"{value:.{digits}g} {unit}".rstrip()
@@ -121,44 +114,39 @@ def _value(value: float, unit: str, digits: int = 3) -> str:
 def scene_reason(scene: SceneComparison) -> str:
     """Return why the verdict of a scene is what it is."""
     if scene.error:
-        return scene.error
+        return f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift) and scene.shift is not None:
-        return f"{shift(scene.shift, scene.labels)} The tolerance allows {scene.allowed_shift:.2g} s"
+        return f"{shift_line(scene)} The tolerance allows {scene.allowed_shift:.2g} s"
+    excited = list(scene.excited.values())
+    differing, unsettled, agreeing = (
+        [channel for channel in excited if channel.verdict == verdict]
+        for verdict in ("differ", "indeterminate", "agree")
+    )
+    differ = f"{len(differing)} of {len(excited)} channels differ, most of all {_named(differing)}"
     if scene.unsettled:
         return (
             "the models differ, but refinement still moves five bodies by as much at a step of "
-            f"{_step(scene):g} s: what they converge to is unknown. {_channels_differ(scene)}"
+            f"{_step(scene):g} s: what they converge to is unknown. {differ}"
         )
-    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
     if not excited:
         return "no channel is excited: nothing was compared"
     if scene.verdict == "differ":
-        return _channels_differ(scene)
-    unsettled = [channel for channel in excited if channel.verdict == "indeterminate"]
+        return differ
     if scene.verdict == "indeterminate":
         if not unsettled:
             return "too few samples are predictable"
         worst = min(unsettled, key=lambda channel: channel.coverage)
-        reasons = {reason(channel) for channel in unsettled}
-        which = "" if len(reasons) == 1 else f", most of all {worst.channel}"
+        which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
         return f"{len(unsettled)} of {len(excited)} channels are indeterminate{which}: {reason(worst)}"
-    agreeing = [channel for channel in excited if channel.verdict == "agree"]
     text = f"{len(agreeing)} of {len(excited)} excited channels agree"
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_named(agreeing)}"
     elif agreeing:  # by the limits of a gate
         text += f": {reason(agreeing[0])}"
-    known = any(channel.u is not None for channel in excited)
-    text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if known else ""
+    text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.known else ""
     if unsettled:
         text += f"; indeterminate: {', '.join(f'{c.channel} ({reason(c)})' for c in unsettled)}"
     return text
-
-
-def _channels_differ(scene: SceneComparison) -> str:
-    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    differing = [channel for channel in excited if channel.verdict == "differ"]
-    return f"{len(differing)} of {len(excited)} channels differ, most of all {_named(differing)}"
 
 
 def _named(channels: Sequence[ChannelComparison]) -> str:
@@ -215,10 +203,7 @@ def shift_line(scene: SceneComparison) -> str:
 
 
 def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
-    """Return why a verdict at one tier is what it is: what each sentence is about, and the sentence.
-
-    The reason, finer runs, the confirmation of a difference, the attribution, the reliability of the motion.
-    """
+    """Return why a verdict at one tier is what it is: what each sentence is about, and the sentence."""
     lines = [
         ("reason", scene_reason(scene)),
         ("runs", finer_runs(scene)),
@@ -241,18 +226,12 @@ def overall_verdict(scenes: Sequence[SceneComparison]) -> str:
 
 
 def headline(scenes: Sequence[SceneComparison]) -> str:
-    """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree.".
-
-    Where some were also compared at the tight tier: "At the standard tier all 8 agree; at the tight tier of 8
-    scenes 1 differs and 7 agree.". A second one follows where an uncertainty had been underestimated.
-    """
+    """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree.", by tier if there are two."""
     closer = [scene.tight for scene in scenes if scene.tight is not None]
     text = _counted(scenes)
     text = f"At the standard tier {text}; at the tight tier {_counted(closer)}" if closer else text
-    corrected = sum(
-        judged.confirmation is not None and judged.confirmation.outcome == "underestimated"
-        for judged in (*scenes, *closer)
-    )
+    made = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
+    corrected = sum(confirmation.outcome == "underestimated" for confirmation in made)
     rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
     return f"{text[0].upper()}{text[1:]}." + (f" {rest} on a corrected uncertainty." if corrected else "")
 
@@ -266,13 +245,12 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
         "indeterminate": ("is indeterminate", "are indeterminate"),
         "agree": ("agrees", "agree"),
     }
-    count = Counter(scene.verdict for scene in scenes)
-    ordered = sorted(count.items(), key=lambda item: -rank(item[0]))
     if len(scenes) == 1:
-        if scenes[0].scene is None:  # of other programs
-            return f"the two tables {words[scenes[0].verdict][1]}"
-        return f"the scene {scenes[0].name} {words[scenes[0].verdict][0]}"
-    parts = [f"{count} {words[verdict][count > 1]}" for verdict, count in ordered]
+        one, several = words[scenes[0].verdict]
+        # Tables of other programs have no scene.
+        return f"the two tables {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
+    count = Counter(scene.verdict for scene in scenes)
+    parts = [f"{count[verdict]} {words[verdict][count[verdict] > 1]}" for verdict in words if count[verdict]]
     return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} scenes {listed(parts)}"
 
 
@@ -286,50 +264,38 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
 
 
 def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
-    """Return which verdicts are not those on record; nothing where all are.
-
-    Parameters
-    ----------
-    changed
-        Of these.
-    made
-        Machine and date of the record.
-    """
+    """Return which verdicts are not those on record, made with which machine when; nothing where all are."""
     if not changed:
         return ""
-    verdicts = [
-        f"{departure.scene}, {departure.tier}: {departure.verdict}, not {departure.recorded}"
-        for departure in changed
-    ]
+    verdicts = [f"{scene}, {tier}: {verdict}, not {recorded}" for scene, tier, verdict, recorded in changed]
     return f"not the verdicts on record (on {made['machine']}; {made['date']}): {'; '.join(verdicts)}"
 
 
 def standing(result: Standing) -> str:
     """Return the position of three or more models to each other as a sentence."""
-    text = _standing(result)
+    models, of = (
+        result.compared,
+        {
+            verdict: [listed(pair) for pair, found in result.verdicts.items() if found == verdict]
+            for verdict in ("differ", "indeterminate", "cannot compare", "agree")
+        },
+    )
+    others = [model for model in models if model != result.outlier]
+    parts = [f"{pair} differ" for pair in of["differ"]]
+    parts += [f"{pair}: {verdict}" for verdict in ("indeterminate", "cannot compare") for pair in of[verdict]]
+    parts += [f"{pair} agree" for pair in of["agree"]]
+    if result.outcome == "cannot compare":
+        text = "no two models can be compared"
+    elif result.outcome == "agree":
+        text = f"{listed(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
+    elif result.outcome == "outlier":
+        text = f"{result.outlier} is the outlier: it differs from {listed(others)}, which agree"
+    else:
+        head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
+        text = f"{head}: {'; '.join(parts)}"
     if result.left_out:
         text += f"; {listed(result.left_out)} cannot be compared"
     return f"{text[0].upper()}{text[1:]}."
-
-
-def _standing(result: Standing) -> str:
-    models = result.compared
-    if result.outcome == "cannot compare":
-        return "no two models can be compared"
-    if result.outcome == "agree":
-        return f"{listed(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
-    if result.outcome == "outlier":
-        others = [model for model in models if model != result.outlier]
-        return f"{result.outlier} is the outlier: it differs from {listed(others)}, which agree"
-    pairs: dict[str, list[Pair]] = {}
-    for pair, verdict in result.verdicts.items():
-        pairs.setdefault(verdict, []).append(pair)
-    parts = [f"{listed(pair)} differ" for pair in pairs.get("differ", [])]
-    for verdict in ("indeterminate", "cannot compare"):
-        parts += [f"{listed(pair)}: {verdict}" for pair in pairs.get(verdict, [])]
-    parts += [f"{listed(pair)} agree" for pair in pairs.get("agree", [])]
-    head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
-    return f"{head}: {'; '.join(parts)}"
 
 
 def standings(results: Sequence[Standing]) -> str:

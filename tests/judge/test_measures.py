@@ -6,17 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import second_measures
-from judged_runs import CASES, compared, random_scene
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.iso18571 import rating
 from comparison.metrics.signals import rms, sprague_geers, tube_share
 from comparison.tables.align import resample
-from comparison.tables.channels import Channel
-from comparison.tables.table import Table
 from comparison.tables.times import estimate
-from comparison.verdict.compare import compare
 
 
 def noise(seed: int, size: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -51,22 +46,6 @@ def test_the_rating_of_random_signals(seed):
     found = rating(first[12:-12], np.roll(other, late)[12:-12])
     expected = second_measures.iso18571(first[12:-12], np.roll(other, late)[12:-12])
     assert found._asdict() == pytest.approx(expected, abs=1e-12)
-
-
-@pytest.mark.parametrize("seed", [2, 3])
-@pytest.mark.parametrize("name", ["slider_y", "slider_omega"])
-def test_measures_of_random_scenes(seed, name):
-    channel = compared(random_scene(seed)).channels[name]
-    time, a, b = channel.time, channel.a, channel.b
-    if name == "slider_y":  # a position: its zero is arbitrary
-        middle = (a.sum() + b.sum()) / (2 * a.size)
-        a, b = a - middle, b - middle
-    expected = second_measures.sprague_geers(time, a, b)
-    found = [channel.metrics[f"sprague_geers_{key}"] for key in ("magnitude", "phase", "combined")]
-    assert found == pytest.approx(expected, abs=1e-7)  # the arc cosine's
-    assert channel.metrics["tube_share"] == second_measures.tube_share(time, a, b)
-    expected = second_measures.iso18571(a[:300], b[:300])
-    assert rating(a[:300], b[:300])._asdict() == pytest.approx(expected, abs=1e-12)
 
 
 # Alignment and shift
@@ -109,18 +88,6 @@ def test_interpolation_between_events(seed):
 RATES = {"slider_x": "slider_vx", "slider_y": "slider_vy", "slider_angle": "slider_omega"}
 
 
-@pytest.mark.parametrize(("seed", "fault"), CASES)
-def test_the_shift_of_random_scenes(seed, fault):
-    """Both find the same minimum, and another seed's crank turns no faster: within the stated uncertainty."""
-    judged = random_scene(seed, fault=fault)
-    shift = compared(judged).shift
-    sides = [{name: run.base.values(name) for name in (*RATES, *RATES.values())} for run in judged[2:]]
-    assert shift is not None
-    reach = max(10 * shift.uncertainty, 2 * abs(shift.value))
-    other = second_measures.shift_between(judged.a.base.time, *sides, RATES, reach)
-    assert abs(other - shift.value) <= shift.uncertainty
-
-
 def test_the_shift_of_random_signals():
     """It is that of the second way, and off by as much as is stated: by more once in 20 times."""
     shares = []
@@ -144,25 +111,3 @@ def test_the_shift_of_random_signals():
     # (of a thousand such draws 0.32 was measured).
     assert np.sum(np.array(shares) <= 1) >= 53
     assert 0.17 < np.median(shares) < 0.5
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_a_tolerance_allows_a_shift_in_which_the_motion_crosses_its_tolerance_at_its_largest_rate(seed):
-    """Of a wave of frequency w a share T of its range is crossed in T / w, whatever its size and sign."""
-    rng = np.random.default_rng(seed)
-    time, w, size = np.arange(4001) * 1e-3, rng.uniform(3, 20), 10 ** rng.uniform(-3, 3)
-    tolerance, sign = 10 ** rng.uniform(-3, -1.5), rng.choice([-1, 1])
-    own = Channel("height", "height", "m", "", "own", "range", 1e-12 * size, 0.0, rate="climb")
-    known = {"height": own, "climb": Channel("climb", "climb", "m/s", "", "own", "range", 1e-12 * size, 0.0)}
-
-    def table(late: float) -> Runs:
-        height, climb = size * np.sin(w * (time - late)), size * w * np.cos(w * (time - late))
-        return Runs(Table(pd.DataFrame({"time": time, "height": height, "climb": climb}), own=known))
-
-    for times, verdict in ((0.98, "agree"), (1.02, "differ")):
-        late = sign * times * tolerance / w
-        # A shift moves samples by its share of the range at most, half of what is allowed for the shift.
-        result = compare(table(0.0), table(late), tolerance=tolerance)
-        assert {channel.verdict for channel in result.channels.values()} == {"agree"}
-        assert result.verdict == verdict
-        assert result.shift.value == pytest.approx(late, rel=1e-6)

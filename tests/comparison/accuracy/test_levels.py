@@ -9,7 +9,6 @@ from comparison.accuracy.levels import (
     AccuracyError,
     coarser,
     finer,
-    recorded_refinement,
     refinement,
     solver_values,
     tight,
@@ -90,29 +89,16 @@ def test_a_level_changes_what_controls_the_error_of_its_own_model():
         assert refinement(model, scene) == factor_and_order
 
 
-def test_a_recorded_formulation_that_is_no_name_is_refined_as_the_model_usually_is():
-    """Beside a table there may be anything."""
-    for formulation in (["full"], {"a": 1}, None, 3):
-        assert recorded_refinement("exudyn", {"formulation": formulation}) == recorded_refinement(
-            "exudyn", {}
-        )
-
-
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_joints(name):
     scene = load_scene(name)
     solver = tight(scene, MODELS).data["solver"]
     assert solver["reference"]["tolerance"] == 1e-12
-    if name == "ideal":
-        assert solver["exudyn"] == scene.data["solver"]["exudyn"]
-    else:
-        # The tree's largest step, also where the scene gives one for five bodies
-        tree = solver["exudyn"]
-        assert (tree["formulation"], tree["step"], tree["tolerance"]) == ("tree", 1e-4, 1e-11)
-
-
-@pytest.mark.parametrize("group", ["joints", "energy"])
-def test_forces_of_joints_need_five_bodies_and_models_of_others_have_no_tight_settings(group):
-    scene = load_scene("crank-pin", {"output.groups": [group]})
-    assert tight(scene, MODELS).data["solver"]["exudyn"] == scene.data["solver"]["exudyn"]
+    # The tree's largest step, also where the scene gives one for five bodies
+    tree = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
+    assert solver["exudyn"] == scene.data["solver"]["exudyn"] | (tree if name != "ideal" else {})
+    # Forces of joints need five bodies, and models of others have no tight settings.
+    for group in ("joints", "energy"):
+        forces = scene.with_values({"output.groups": [group]})
+        assert tight(forces, MODELS).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
     assert tight(scene, ("reference", "other")) is None

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from importlib.resources import files
-from math import isfinite, isnan
+from math import isnan
 
 import pytest
 
-from comparison.accuracy.levels import NAMES, solver_values
+from comparison.accuracy.levels import solver_values
 from comparison.accuracy.measured import SETTINGS, Caution, expected, front, is_measured, physics
-from comparison.accuracy.plan import plan
 from comparison.scene import load_scene, shipped_scenes
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
@@ -24,19 +23,6 @@ def test_every_shipped_scene_is_there_as_it_is_now():
         scene = load_scene(name)
         assert FILE[name]["physics"] == physics(scene), f"{name} has changed: measure it again"
         assert FILE[name]["cycles"] == min(1.0, scene.data["drive"]["cycles"])
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_every_name_of_an_accuracy_has_a_measured_error_and_time(name):
-    formulations = {"reference": ["minimal"], "exudyn": ["full"] if name == "ideal" else ["full", "tree"]}
-    for model, formulation in ((m, f) for m in MODELS for f in formulations[m]):
-        scene = load_scene(name, {f"solver.{model}.formulation": formulation})
-        for accuracy in NAMES:
-            values = solver_values(model, accuracy, scene)
-            assert set(values.values()) <= {row["setting"] for row in FILE[name][model][formulation]["rows"]}
-            bound = expected(scene.with_values(values), model)
-            assert isfinite(bound.seconds)
-            assert isfinite(bound.error) or bound.failed
 
 
 @pytest.mark.parametrize("name", FILE)
@@ -128,16 +114,3 @@ def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
         assert isnan(bound.error)
         assert bound.failed == "step-too-small"
     assert solver_values("exudyn", 1.0, load_scene("wedge")) == {"solver.exudyn.step": 4e-6}
-
-
-@pytest.mark.parametrize(
-    ("changes", "materials"),
-    [
-        ({}, "(hertz-corners; 210 GPa, Poisson's ratio 0.28)"),
-        ({"contact.youngs_modulus.slider": 69e9}, "(hertz-corners; 69 on 210 GPa, Poisson's ratio 0.28)"),
-    ],
-)
-def test_the_plan_has_the_materials_of_both_partners(changes, materials):
-    for model in MODELS:
-        contacts = plan(load_scene("150rpm-0.2mm", changes), model).contacts
-        assert contacts == (f"four corners of the slider {materials}",)

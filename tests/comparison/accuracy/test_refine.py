@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparison.accuracy.levels import AccuracyError
 from comparison.accuracy.refine import FLOOR, Limit, accurate_run
 from comparison.execution.run import RunError
 from comparison.scene import SceneError, load_scene
@@ -80,26 +79,23 @@ def test_where_neighbouring_trajectories_diverge_at_once_nothing_is_reached():
     assert len(result.tried) > 1  # finer settings were tried first
 
 
-def test_a_setting_that_is_never_good_enough():
-    result = refined(1e-11, error=1e4)
-    assert (result.kept, result.limit, result.coverage) == (False, Limit.FINEST, 0.0)
-    assert tolerance(result.level) == 1e-12
+@pytest.mark.parametrize(
+    ("wanted", "known", "limit", "taken"),
+    [
+        (1e-11, {"error": 1e4}, Limit.FINEST, 1e-12),
+        # Where finer settings stop the best of the others is taken, here with 1e-10 as its finer run
+        (1e-9, {"error": 1e4, "fails": lambda t: "chatter" if t < 0.9e-10 else ""}, Limit.STOPPED, 1e-9),
+        # A setting too coarse for the scene is passed over
+        (1e-6, {"fails": lambda t: "bad input" if t > 0.9e-9 else ""}, None, 1e-10),
+    ],
+)
+def test_what_keeps_an_error_from_being_reached(wanted, known, limit, taken):
+    result = refined(wanted, **known)
+    assert (result.kept, result.limit) == (limit is None, limit)
+    assert tolerance(result.level) == pytest.approx(taken)
     assert error(result).max() <= result.estimate.held(1.0)
-
-
-def test_where_finer_settings_stop_the_best_of_the_others_is_taken():
-    result = refined(1e-9, error=1e4, fails=lambda tolerance: "chatter" if tolerance < 0.9e-10 else "")
-    assert (result.kept, result.limit) == (False, Limit.STOPPED)
-    assert result.stopped.status == "chatter"
-    assert tolerance(result.level) == 1e-9  # with 1e-10 as its finer run
-    assert error(result).max() <= result.estimate.held(1.0)
-
-
-def test_a_setting_too_coarse_for_the_scene_is_passed_over():
-    result = refined(1e-6, fails=lambda tolerance: "bad input" if tolerance > 0.9e-9 else "")
-    assert result.kept
-    assert tolerance(result.level) < 1e-9
-    assert error(result).max() <= 1e-6
+    if limit is Limit.STOPPED:
+        assert result.stopped.status == "chatter"
 
 
 def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
@@ -122,12 +118,6 @@ def test_without_a_finer_run_the_error_is_unknown_and_the_table_is_there():
 def test_no_run_at_all_is_an_error(status, kind):
     with pytest.raises(kind, match="as told"):
         refined(1e-6, fails=lambda _: status)
-
-
-@pytest.mark.parametrize("accuracy", ["precise", "-1", 0.0, "nan"])
-def test_nonsense_is_refused(accuracy):
-    with pytest.raises(AccuracyError, match="must be draft, standard, strict or a positive number"):
-        refined(accuracy)
 
 
 def test_what_was_wanted_and_reached_is_recorded():

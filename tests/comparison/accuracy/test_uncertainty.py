@@ -14,7 +14,6 @@ from comparison.accuracy.uncertainty import (
     TIME_ROUND_OFF,
     Levels,
     Runs,
-    combined,
     model_uncertainty,
     observed_order,
     perturbed_scenes,
@@ -26,55 +25,43 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 
+PHASE = np.linspace(0, 4 * np.pi, 400)
+TRUTH, SHAPE = np.sin(PHASE), np.cos(3 * PHASE)
+
 
 @pytest.mark.parametrize("order", [1, 2, 4])
 def test_it_covers_the_error_of_a_method_of_known_order(order):
-    phase = np.linspace(0, 4 * np.pi, 400)
-    truth = np.sin(phase)
-    base, finer = (truth + h**order * np.cos(3 * phase) for h in (1e-2, 0.5e-2))
+    base, finer = (TRUTH + h**order * SHAPE for h in (1e-2, 0.5e-2))
     u = uncertainty(Levels(base, finer), 4, 1e-15)
-    assert np.all(np.abs(base - truth) <= u)
+    assert np.all(np.abs(base - TRUTH) <= u)
     # And not by more than the factor of safety: where the error peaks, S_h - S_h/2 is (1 - 2^-p) of it.
-    peak = np.abs(base - truth).argmax()
+    peak = np.abs(base - TRUTH).argmax()
     assert u[peak] == pytest.approx(SAFETY_FACTOR * (1 - 0.5**order) * 1e-2**order, rel=1e-6)
 
 
 @pytest.mark.parametrize(("factor", "order"), [(2.0, 2.0), (10.0, 1.0)])
 def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, order):
-    phase = np.linspace(0, 4 * np.pi, 400)
-    truth, shape = np.sin(phase), np.cos(3 * phase)
-    coarser, base, finer = (truth + 1e-4 * h**order * shape for h in (factor, 1.0, 1.0 / factor))
+    coarser, base, finer = (TRUTH + 1e-4 * h**order * SHAPE for h in (factor, 1.0, 1.0 / factor))
     u = uncertainty(Levels(base, finer, coarser, (), factor, order), 4, 1e-15)
     # The levels differ by the exact order, so the extrapolated error is the error: 1e-4 where it peaks.
-    assert u[200 + np.abs(shape[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
-    assert np.all(np.abs(base - truth) <= u)
+    assert u[200 + np.abs(SHAPE[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
+    assert np.all(np.abs(base - TRUTH) <= u)
+    # Two with the same error by chance are covered by a third: of second order 4 - 1 times that of the base.
+    assert np.all(uncertainty(Levels(base, base, base + 3e-3), 3, 1e-15) >= 2e-3)
 
 
-def test_a_third_level_covers_two_with_the_same_error_by_chance():
-    base, error = np.zeros(60), 1e-3
-    coarser = base + 3.0 * error  # of a second-order method: 4 - 1 times the error of the base
-    assert np.all(uncertainty(Levels(base, base, coarser), 3, 1e-15) >= 2.0 * error)
-    assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
-
-
-def test_a_distance_counts_within_the_window_and_not_outside():
-    base, finer = np.zeros(50), np.zeros(50)
-    finer[20] = 1.0
-    u = uncertainty(Levels(base, finer), 3, 1e-9)
-    np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(17, 24))
-    np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
-
-
-def test_of_finer_and_perturbed_runs_the_farther_counts_at_each_sample():
-    base, early = np.zeros(30), np.arange(30) < 10
-    perturbed = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
-    u = uncertainty(Levels(base, base + 0.1, perturbed=(perturbed[0] * ~early,)), 2, 0.0)
-    assert u[[5, 25]] == pytest.approx([SAFETY_FACTOR * 0.1, SAFETY_FACTOR * 0.5])
-    u = uncertainty(Levels(base, base, perturbed=perturbed), 2, 0.0)
-    assert u[[5, 25]] == pytest.approx([SAFETY_FACTOR * 2.0, SAFETY_FACTOR * 3.0])
-    # With a coarser run they are perturbed runs of that one, which is 1 away from the base itself.
-    u = uncertainty(Levels(base, base, base + 1.0, tuple(run + 1.0 for run in perturbed), 2.0, 2.0), 2, 0.0)
-    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
+def test_the_farther_of_finer_and_perturbed_runs_counts_within_the_window_and_not_outside():
+    zero, early = np.zeros(50), np.arange(50) < 20
+    finer = np.where(np.arange(50) == 30, 1.0, 0.0)
+    u = uncertainty(Levels(zero, finer), 3, 1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(27, 34))
+    np.testing.assert_array_equal(u[27:34], SAFETY_FACTOR)
+    perturbed = (np.where(early, 2.0, 0.5), np.where(early, 0.5, 3.0))
+    # With a coarser run they are perturbed runs of that one, here 1 away from the base itself.
+    for coarser in (None, zero + 1.0):
+        of = tuple(run if coarser is None else coarser + run for run in perturbed)
+        u = uncertainty(Levels(zero, zero + 0.1, coarser, of), 2, 0.0)
+        assert u[[5, 45]] == pytest.approx([SAFETY_FACTOR * 2.0, SAFETY_FACTOR * 3.0])
 
 
 def test_identical_runs_leave_the_round_off():
@@ -94,28 +81,16 @@ def test_it_scales_with_the_unit(unit, seed):
     np.testing.assert_allclose(uncertainty(scaled, 3, 1e-3 * unit), u * unit, 1e-9)
 
 
-def test_two_models_add_in_squares():
-    u = combined(np.array([3e-200, 3.0]), np.array([4e-200, 4.0]))
-    np.testing.assert_allclose(u, [5e-200, 5.0], rtol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("interval", "samples"), [(0.4e-3, 10), (0.4 / 1000, 10), (0.41e-3, 10), (0.39e-3, 11), (1.0, 1)]
-)
-def test_the_window_is_a_hundredth_of_a_cycle_rounded_up(interval, samples):
-    assert window_samples(0.4, interval) == samples
-
-
-def test_the_window_of_a_model_spans_a_hundredth_of_the_period_where_samples_are_dense():
+def test_the_window_is_a_hundredth_of_a_cycle_also_where_samples_are_dense():
+    for interval, samples in ((0.4e-3, 10), (0.4 / 1000, 10), (0.41e-3, 10), (0.39e-3, 11), (1.0, 1)):
+        assert window_samples(0.4, interval) == samples
     time = np.concatenate([np.arange(0, 0.1, 1e-3), np.arange(0.1, 1.01, 1e-2)])
     base, finer = (Table(pd.DataFrame({"time": time, "slider_x": np.zeros(time.size)})) for _ in range(2))
     finer.frame.loc[50, "slider_x"] = 1.0
-    u = model_uncertainty(Runs(base, finer), "slider_x", 1.0)
-    outside = time[u >= SAFETY_FACTOR]
+    outside = time[model_uncertainty(Runs(base, finer), "slider_x", 1.0) >= SAFETY_FACTOR]
     assert outside[[0, -1]] == pytest.approx([time[50] - 0.01, time[50] + 0.01])
     assert model_uncertainty(Runs(base), "slider_x", 1.0) is None
-    halved = model_uncertainty(Runs(base, finer), "slider_x", 1.0, every=2)
-    assert halved.size == time[::2].size
+    assert model_uncertainty(Runs(base, finer), "slider_x", 1.0, every=2).size == time[::2].size
     # Of more runs from moved starts none is outside.
     far = Table(base.frame.assign(slider_x=5.0))
     assert model_uncertainty(Runs(base, finer), "slider_x", 1.0, [far]).min() > 5.0
@@ -135,19 +110,15 @@ def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away():
         twice = back[name].data["initial"]["slider_angle"]
         assert twice == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
     assert perturbed_scenes(load_scene("ideal")) == {}
-
-
-@pytest.mark.parametrize("clearance", [1e-9, 1e-7, 1e-3])
-def test_a_start_moved_by_less_than_x_is_rounded_would_be_the_same_start(clearance):
-    """A run's x is that of the guide and the offset: of presses with nanometres a billionth is lost in it."""
-    scene = load_scene(
-        "150rpm-0.2mm", {"clearance.slider": clearance, "initial.slider_offset": 0.5 * clearance}
-    )
-
-    def x(scene):
-        return scene.data["mechanism"]["guide_x"] + scene.data["initial"]["slider_offset"]
-
-    assert all(x(perturbed) != x(scene) for perturbed in perturbed_scenes(scene).values())
+    # A run's x is that of the guide and the offset: of nanometres a billionth would be lost in it.
+    for clearance in (1e-9, 1e-7):
+        small = {"clearance.slider": clearance, "initial.slider_offset": 0.5 * clearance}
+        own = load_scene("150rpm-0.2mm", small)
+        x, *others = (
+            of.data["mechanism"]["guide_x"] + of.data["initial"]["slider_offset"]
+            for of in (own, *perturbed_scenes(own).values())
+        )
+        assert x not in others
 
 
 def test_where_only_the_pin_has_clearance_its_perturbed_run_rotates_the_crank_by_a_billionth_of_it():
@@ -161,31 +132,19 @@ def test_where_only_the_pin_has_clearance_its_perturbed_run_rotates_the_crank_by
     assert both.data["initial"]["slider_angle"] > 0
 
 
-def three_levels(make_table, power, factor=2.0):
-    """Levels whose errors follow the setting to this power."""
-    coarse, base, fine = (make_table(error=1e-6 * factor ** (-power * n)) for n in range(3))
-    return Runs(base=base, finer=fine, coarser=coarse, refinement=(factor, 2.0))
-
-
 @pytest.mark.parametrize("power", [1.0, 2.0, 4.0])
 @pytest.mark.parametrize("factor", [2.0, 10.0])
-def test_the_power_of_the_error_is_observed(make_table, power, factor):
-    runs = three_levels(make_table, power, factor)
-    judged = {"slider_x": (np.arange(runs.base.time.size) > 5, 2e-4)}
+def test_the_power_of_the_error_is_observed(make_table, scene, power, factor):
+    coarser, base, finer = (make_table(error=1e-6 * factor ** (-power * n)) for n in range(3))
+    runs = Runs(base=base, finer=finer, coarser=coarser, refinement=(factor, 2.0))
+    judged = {"slider_x": (np.arange(base.time.size) > 5, 2e-4)}
     # Differences of 1e-14 of channels of size 1 are known to a hundredth; errors are exact multiples.
-    assert observed_order(runs, judged) == pytest.approx((power, 2.0), abs=0.02)
-    for base, finer, coarser in (
-        (runs.base, runs.finer, None),
-        (runs.base, runs.base, runs.coarser),
-        (runs.base, runs.finer, runs.base),
-    ):
-        assert np.isnan(observed_order(Runs(base=base, finer=finer, coarser=coarser), judged).observed)
+    assert observed_order(runs, judged) == pytest.approx(power, abs=0.02)
+    result = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
+    for refinement in result.attribution.refinements:
+        assert (refinement.observed, refinement.order) == pytest.approx((power, 2.0), abs=0.02)
+    for levels in ((base, finer, None), (base, base, coarser), (base, finer, base)):
+        unknown = Runs(**dict(zip(("base", "finer", "coarser"), levels, strict=True)))
+        assert np.isnan(observed_order(unknown, judged))
     interpolated = {"slider_x": (np.ones(3, dtype=bool), 2e-4)}
-    assert np.isnan(observed_order(runs, interpolated).observed)
-
-
-def test_a_comparison_holds_the_orders_of_both_models(make_table, scene):
-    a, b = three_levels(make_table, 1.0), three_levels(make_table, 2.0)
-    first, second = compare(a, b, scene=scene, labels=("reference", "exudyn")).attribution.refinements
-    assert (first.observed, first.order) == pytest.approx((1.0, 2.0), abs=0.02)
-    assert (second.observed, second.order) == pytest.approx((2.0, 2.0), abs=0.02)
+    assert np.isnan(observed_order(runs, interpolated))

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, narrow, wide
 
-from comparison.accuracy.uncertainty import Runs
+from comparison.accuracy.uncertainty import Runs, movable, perturbation
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import (
-    MEMBERS,
-    OTHER_MEMBERS,
-    confirm,
-)
+from comparison.verdict.confirmation import confirm, moved_starts, scaled_member, starting_error
 from comparison.verdict.results import EXIT_CODES
 from comparison.words import differences as words
+from comparison.words.record import as_mapping
+from comparison.words.verdicts import reasons, scene_reason
+
+SINCE = pytest.approx(LATE * 0.8, abs=0.01)
 
 
 def test_where_models_agree_nothing_is_run(fake):
     model = fake(wide)
     before, after = model.confirmed()
-    assert before.verdict == "agree"
-    assert after is before
-    assert model.asked == []
-    assert after.confirmation is None
+    assert (before.verdict, after, model.asked) == ("agree", before, [])
+    assert as_mapping(after)["confirmation"] is None
 
 
 @pytest.mark.parametrize("size", [3.0, 300.0])
@@ -34,53 +35,49 @@ def test_a_true_difference_is_confirmed_even_a_tiny_one(fake, size):
     model = fake(narrow, bias=(0.0, size * u))
     before, after = model.confirmed()
     assert before.verdict == "differ"
-    assert model.asked == [("reference", MEMBERS["reference"]), ("exudyn", OTHER_MEMBERS)]
+    assert model.asked == [("reference", 99), ("exudyn", 30)]
     found = after.confirmation
     assert (after.verdict, found.outcome, found.farther) == ("differ", "confirmed", (0, 0))
-    assert found.members == (99, 30)
     # By construction the farthest of 99 normal draws is some 3 standard deviations out, i.e. about 2 u.
     assert found.excess > 1.0
-    assert found.since == pytest.approx(LATE * 0.8, abs=0.01)
+    assert (found.members, found.since) == ((99, 30), SINCE)
     assert words.confirmation(after).startswith("difference confirmed from 0.48")
     assert "by 99 reference and 30 exudyn runs" in words.confirmation(after)
 
 
 def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     before, after = fake(wide).confirmed(b=3e-6)
-    assert before.verdict == "differ"
-    found = after.confirmation
-    assert (after.verdict, found.outcome) == ("agree", "underestimated")
-    assert EXIT_CODES[after.verdict] == 0
+    found, said = after.confirmation, words.confirmation(after)
+    assert (before.verdict, after.verdict, found.outcome) == ("differ", "agree", "underestimated")
     assert min(found.farther) > 0
     # The farthest of 99 draws over four decades is close to their end, 1e-4; u is some 2e-7.
     assert 1e-4 / 2.5e-7 / 2 < found.factor < 2 * 1e-4 / 1.5e-7
-    assert found.since == pytest.approx(LATE * 0.8, abs=0.01)
-    assert "no difference of models, the uncertainty was underestimated by a factor" in words.confirmation(
-        after
-    )
+    assert found.since == SINCE
+    assert "no difference of models, the uncertainty was underestimated by a factor" in said
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
-    late = x.time > LATE * 0.8 + 0.02
+    late, early = x.time > LATE * 0.8 + 0.02, x.time < LATE * 0.8 - 0.02
     assert np.all(x.u[late] > 10 * old.u[late])
-    early = x.time < LATE * 0.8 - 0.02
     np.testing.assert_array_equal(x.u[early], old.u[early])
+    # It stands on the console and in the numbers.
+    assert reasons(after)[:2] == [("reason", scene_reason(after)), ("confirmation", said)]
+    record = as_mapping(after)["confirmation"]
+    assert (record["outcome"], record["members"], record["sentence"]) == (found.outcome, (99, 30), said)
 
 
-def test_what_the_ensemble_makes_unpredictable_is_lost_and_below_the_floor_nobody_can_tell(fake):
-    def draw(rng: np.random.Generator) -> float:
-        return float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-6.0, 0.0))
-
-    # Predictable at the standard tier is u <= 0.01 of scale, over at least half of the samples; errors of
-    # up to 1 come late enough to leave that, or too early.
-    for late, verdict in ((0.6, "agree"), (0.3, "indeterminate")):
-        before, after = fake(draw, late=late).confirmed(b=1e-4)
-        assert before.verdict == "differ"
-        assert (after.verdict, after.confirmation.outcome) == (verdict, "underestimated")
-        x = after.channels["slider_x"]
-        # But where the sine passes zero, for there the error of this fake does, too.
-        assert x.predictable[x.time > late * 0.8 + 0.02].mean() < 0.15
-        assert x.predictable[x.time < late * 0.8 - 0.02].all()
-    assert EXIT_CODES[after.verdict] == 3
+@pytest.mark.parametrize(("late", "verdict"), [(0.6, "agree"), (0.3, "indeterminate")])
+def test_what_the_ensemble_makes_unpredictable_is_lost_and_below_the_floor_nobody_can_tell(
+    fake, late, verdict
+):
+    """Predictable is u <= 0.01 of scale, over half of the samples: errors of up to 1 leave that, or not."""
+    draws = fake(lambda rng: float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-6.0, 0.0)), late=late)
+    before, after = draws.confirmed(b=1e-4)
+    assert before.verdict == "differ"
+    assert (after.verdict, after.confirmation.outcome) == (verdict, "underestimated")
+    x = after.channels["slider_x"]
+    # But where the sine passes zero, for there the error of this fake does, too.
+    assert x.predictable[x.time > late * 0.8 + 0.02].mean() < 0.15
+    assert x.predictable[x.time < late * 0.8 - 0.02].all()
 
 
 def test_an_ensemble_in_clusters_names_the_contact_that_decides(fake):
@@ -93,8 +90,9 @@ def test_an_ensemble_in_clusters_names_the_contact_that_decides(fake):
     assert found.clustered
     assert found.suspicious
     assert words.parting(found).startswith("the contact of the upper left corner at 0.3 s, which occurs in ")
-    assert words.parting(found) in words.confirmation(after)
-    assert "indicates a discontinuous event" in words.confirmation(after)
+    assert f"indicates a discontinuous event, possibly an intermittent fault: {words.parting(found)}" in (
+        words.confirmation(after)
+    )
 
 
 def test_an_intermittent_fault_of_the_judged_run_is_marked_although_its_ensemble_explains_it(fake):
@@ -102,19 +100,15 @@ def test_an_intermittent_fault_of_the_judged_run_is_marked_although_its_ensemble
     model = fake(narrow, bias=(1e-4, 1e-4), extra=lambda late: late > 5e-5)
     before, after = model.confirmed(a=-1e-4)
     assert before.verdict == "differ"
-    found = after.confirmation
-    assert found.outcome == "underestimated"
-    assert found.suspicious
-    assert (
-        "the contact of the upper left corner at 0.3 s, which occurs in 99 of 100 reference runs"
-        in words.confirmation(after)
+    assert (after.confirmation.outcome, after.confirmation.suspicious) == ("underestimated", True)
+    assert "contact of the upper left corner at 0.3 s, which occurs in 99 of 100 reference runs" in (
+        words.confirmation(after)
     )
 
 
-@pytest.mark.parametrize("count", [0, 12, 18])
+@pytest.mark.parametrize("count", [0, 18])
 def test_too_few_members_leave_the_difference_unconfirmed(fake, count):
-    model = fake(narrow, bias=(0.0, 1e-3), succeed=count)
-    _, after = model.confirmed()
+    _, after = fake(narrow, bias=(0.0, 1e-3), succeed=count).confirmed()
     found = after.confirmation
     assert (after.verdict, found.outcome, found.members) == ("differ", "unconfirmed", (count, count))
     assert words.confirmation(after).startswith(f"differ (unconfirmed, {count} runs) from 0.48")
@@ -124,11 +118,13 @@ def test_too_few_members_leave_the_difference_unconfirmed(fake, count):
 def test_one_large_ensemble_suffices_to_take_back_but_not_to_confirm(fake):
     class Failing(Fake):
         def run(self, starts, model):
-            return super().run(starts, model)[: None if model == "reference" else 5]
+            tables = super().run(starts, model)
+            # A third model may choose its times: such runs are no members.
+            return tables if model == "reference" else [*tables[:5], Table(tables[5].frame.iloc[::2])]
 
     same = fake(wide)
-    failing = Failing(same.signals, same.scene, wide)
-    assert failing.confirmed(b=3e-6)[1].confirmation.outcome == "underestimated"
+    taken_back = Failing(same.signals, same.scene, wide).confirmed(b=3e-6)[1].confirmation
+    assert (taken_back.outcome, taken_back.members) == ("underestimated", (99, 5))
     apart = Failing(same.signals, same.scene, narrow, bias=(0.0, 1e-3))
     assert apart.confirmed()[1].confirmation.outcome == "unconfirmed"
 
@@ -148,23 +144,77 @@ def test_without_a_start_to_move_or_with_a_tolerance_nothing_is_run(fake, make_t
     model = fake(narrow)
     a, b = Runs(make_table()), Runs(make_table(stretch=1e-2))
     judged = compare(a, b, scene=scene, tolerance=1e-4, labels=MODELS)
-    assert judged.verdict == "differ"
     after = confirm(judged, (a, b), scene=scene, models=MODELS, run=model.run)
-    assert after.verdict == "differ"
     assert words.confirmation(after).endswith("the verdict uses a tolerance, to which ensembles do not apply")
-    still = load_scene("ideal", COARSE)
-    rigid = fake(narrow, of=still, bias=(0.0, 1e-3))
+    rigid = fake(narrow, of=load_scene("ideal", COARSE), bias=(0.0, 1e-3))
     _, after = rigid.confirmed()
-    assert after.verdict == "differ"
-    assert "no joint has clearance" in words.confirmation(after)
+    assert (after.verdict, "no joint has clearance" in words.confirmation(after)) == ("differ", True)
     assert model.asked == rigid.asked == []
 
 
-def test_runs_on_other_times_are_no_members(fake):
-    class Elsewhere(Fake):
-        def run(self, starts, model):
-            return [Table(table.frame.iloc[::2]) for table in super().run(starts, model)]
+def test_models_that_are_one_are_hardly_ever_distinguished(fake, small):
+    """Bases and members drawn alike: whatever is confirmed is a false alarm, once in 100 by the ranks."""
+    outcomes = []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        moved = small.with_values({"initial.slider_offset": 1e-5 * (1 + seed / 100)})
+        before, after = fake(wide, of=moved).confirmed(a=wide(rng), b=wide(rng))
+        if before.verdict == "differ":
+            outcomes.append(after.confirmation.outcome)
+    assert len(outcomes) >= 15
+    assert outcomes.count("confirmed") <= 1
+    assert set(outcomes) <= {"confirmed", "underestimated"}
 
-    usual = fake(narrow)
-    _, after = Elsewhere(usual.signals, usual.scene, narrow, bias=(0.0, 1e-3)).confirmed()
-    assert after.confirmation.members == (0, 0)
+
+# Starts
+
+
+def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table, small, scene):
+    clearance = scene.data["clearance"]["slider"]
+    samples = make_table().time.size
+
+    def worth(error: float, response: float, before: int = samples):
+        """Of a run with an error, whose perturbed runs have moved by so many times what their starts had."""
+        apart = response * perturbation(scene) / clearance
+        tables = (make_table(stretch=size) for size in (0.0, error, apart, -apart))
+        base, finer, one, other = tables
+        return starting_error(Runs(base, finer, one, other_perturbed=other), scene, before)
+
+    # x moves by the clearance times the error at a sine's peak, as its perturbed runs do by their response: a
+    # constant ratio. The angle times the length is twice that, and its response as well.
+    for response in (10.0, 1000.0):
+        found = worth(1e-5, response)
+        assert found.shift == pytest.approx(1e-5 * clearance / response, rel=1e-3)
+        assert found.share[-1] == pytest.approx(1.0, rel=1e-3)
+    assert worth(1e-12, 1000.0).shift == worth(1e-5, 10.0, 0).shift == perturbation(scene)
+    starts, others = (moved_starts(small, model, 1e-9) for model in MODELS)
+    assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
+    assert len({s.hash for s in (*starts, *others)}) == 129
+    offsets, angles = (
+        np.array([s.data["initial"][key] for s in starts]) for key in ("slider_offset", "slider_angle")
+    )
+    length = small.data["mechanism"]["slider"]["length"]
+    for moved in (offsets - small.data["initial"]["slider_offset"], angles * length):
+        assert moved.std() == pytest.approx(1e-9, rel=0.3)
+    assert abs(np.corrcoef(offsets, angles)[0, 1]) < 0.3
+    pin = load_scene("crank-pin")
+    assert movable(pin) == "crank_pin"
+    assert len({s.data["mechanism"]["crank_angle_deg"] for s in moved_starts(pin, "exudyn", 1e-9)}) == 30
+
+
+def test_members_deviate_by_no_more_than_the_error_that_has_arisen(make_table, scene):
+    """A model that is exact until the middle of the run: until there its ensemble is as narrow as can be."""
+    base, far = make_table(), make_table(stretch=1e-3)
+    late = base.time >= base.time[-1] / 2.0
+    erring = replace(base, frame=pd.concat([base.frame[~late], make_table(stretch=1e-5).frame[late]]))
+    apart = 10.0 * perturbation(scene) / scene.data["clearance"]["slider"]
+    one, other = make_table(stretch=apart), make_table(stretch=-apart)
+    error = starting_error(Runs(base, erring, one, other_perturbed=other), scene, base.time.size)
+    np.testing.assert_array_equal(error.until[~late], perturbation(scene))
+    assert np.all(np.diff(error.until) >= 0.0)
+    assert error.share[-1] == 1.0
+    member = scaled_member(far, base, error.share)
+    x, of_base, full = (table.values("slider_x") for table in (member, base, far))
+    np.testing.assert_allclose(x - of_base, (full - of_base) * error.share, atol=1e-15)
+    np.testing.assert_array_equal(member.time, base.time)
+    assert member.channels == base.channels

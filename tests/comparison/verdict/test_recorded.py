@@ -1,59 +1,132 @@
-"""The verdicts on record: written, read, and what is said where a scene's is another one."""
+"""Runs from files: the uncertainty and the verdict of `sixbar validate`, and what is missing is said."""
 
 from __future__ import annotations
 
-import tomllib
+import json
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
+from comparison.accuracy.uncertainty import Runs
+from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.verdict.compare import Runs, compare
-from comparison.verdict.shipped import as_toml
-from comparison.verdict.shipped import departures as departed
-from comparison.words import verdicts as words
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, write
+from comparison.verdict.confirmation import ENOUGH
+from comparison.verdict.recorded import Recorded, compare_recorded
+from comparison.verdict.validate import validate
+from comparison.words.differences import confirmation
+from comparison.words.verdicts import scene_reason
 
-MADE = {"machine": 'A "x", numpy 2', "date": "2030-01-01"}
+pytestmark = pytest.mark.usefixtures("elsewhere")
+KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}
 
 
-def departures(scenes, comparisons, record) -> str:
-    return words.departures(departed(scenes, comparisons, record), record["made"])
-
-
-@pytest.fixture
-def found(scene, make_table):
-    """The comparison of a scene at both tiers."""
-    sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
-    usual, tight = (
-        compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
-        for tier in ("standard", "tight")
+@pytest.mark.usefixtures("fake_models")
+@pytest.mark.parametrize("case", ["alike", "differ"])
+def test_files_of_a_validation_give_its_uncertainty_and_verdict_bit_for_bit(
+    scene_file, gravity, tmp_path, capsys, case
+):
+    scene = load_scene(scene_file("own", gravity.differ if case == "differ" else 9.81))
+    (run,) = validate([scene], tiers=["standard"])
+    expected, programs, bases, further = run.comparison, [], [], []
+    for side, (model, runs) in zip("ab", run.runs.items(), strict=True):
+        bases.append(str(write(runs.base, tmp_path / f"{model}.csv")))
+        paths = {kind: str(write(getattr(runs, kind), tmp_path / f"{model}-{kind}.csv")) for kind in KINDS}
+        further += [word for kind, path in paths.items() for word in (f"--{KINDS[kind]}-{side}", path)]
+        finer, coarser, *perturbed = (read(Path(path)) for path in paths.values())
+        programs.append(Recorded(read(Path(bases[-1])), finer, coarser, perturbed))
+    result = compare_recorded(*programs, scene=scene, labels=("reference", "exudyn"))
+    for name, channel in expected.channels.items():
+        found = result.channels[name]
+        for part in ("u_a", "u_b", "u", "difference", "predictable"):
+            assert getattr(found, part).tobytes() == getattr(channel, part).tobytes(), (name, part)
+        for part in ("verdict", "coverage", "explained", "scale", "basis", "worst_time"):
+            np.testing.assert_equal(getattr(found, part), getattr(channel, part), err_msg=f"{name} {part}")
+    reason = scene_reason(expected)
+    assert (result.verdict, result.coverage, scene_reason(result)) == (
+        expected.verdict,
+        expected.coverage,
+        reason,
     )
-    return replace(usual, tight=tight)
+    capsys.readouterr()
+    # The command line finds the scene beside the tables.
+    assert main(["compare", *bases, *further, "--json"]) == (case == "differ")
+    out, err = capsys.readouterr()
+    numbers = json.loads(out)
+    explained = pytest.approx(expected.attribution.explained, rel=1e-15)
+    assert (numbers["reason"], numbers["attribution"]["explained"]) == (reason, explained)
+    if case == "differ":  # `validate` ran ensembles; from files there is none
+        assert expected.confirmation.outcome == "confirmed"
+        assert numbers["confirmation"]["outcome"] == "unconfirmed"
+        assert "differ (unconfirmed, 0 runs)" in err
 
 
-def test_the_same_verdicts_are_not_reported(scene, found):
-    record = tomllib.loads(as_toml([scene], [found], MADE))
-    assert record["made"] == MADE
-    assert departures([scene], [found], record) == ""
+TIME = np.arange(401) * 2e-3
 
 
-def test_another_verdict_is_reported_in_one_line_with_what_is_on_record(scene, found):
-    record = tomllib.loads(as_toml([scene], [found], MADE))
-    now = replace(found, tight=replace(found.tight, verdict="differ"))
-    assert departures([scene, scene], [found, now], record) == (
-        f'not the verdicts on record (on A "x", numpy 2; 2030-01-01): {scene.name}, tight: differ, not agree'
+def runs(error: float, wave: float = 0.0, count: int = 2, spread: float = 1e-9) -> Recorded:
+    """Runs of a method of second order; perturbed ones lie around the base."""
+    rng = np.random.default_rng(1)
+
+    def table(size: float, offset: float = 0.0) -> Table:
+        y = 0.1 * np.cos(9 * TIME) * (1 + size + wave) + offset
+        return Table(pd.DataFrame({"time": TIME, "slider_y": y}))
+
+    perturbed = [table(4 * error, spread), table(4 * error, -spread)][:count]
+    ensemble = [table(error, spread * rng.standard_normal()) for _ in range(count - 2)]
+    return Recorded(table(error), table(error / 4), table(4 * error), [*perturbed, *ensemble])
+
+
+def verdict(a: Recorded, b: Recorded, **options):
+    return compare_recorded(a, b, scene=None, labels=("a", "b"), **options)
+
+
+def test_without_a_scene_the_period_sets_the_window():
+    usual, wide = (verdict(runs(1e-6), runs(2e-6), **of) for of in ({}, {"period": 100.0}))
+    assert usual.verdict == "agree"
+    # A window of the whole span takes the largest error everywhere.
+    assert np.ptp(wide.channels["slider_y"].u) == 0.0 < np.ptp(usual.channels["slider_y"].u)
+
+
+def test_the_refinement_of_a_program_is_assumed_aloud_or_stated():
+    result, other = (
+        verdict(runs(1e-6), replace(runs(1e-6), refinement=(2.0, order))) for order in (2.0, 4.0)
     )
+    assert result.warnings == ("a: factor 2 between its settings and order 2 of its error are assumed",)
+    # Of fourth order the three levels do not show it: a factor of safety of 3 instead of 1.25 * 4 / 3.
+    assert (other.channels["slider_y"].u_b >= 1.7 * result.channels["slider_y"].u_b).all()
 
 
-def test_a_changed_scene_or_one_that_is_not_shipped_is_not_compared(scene, found):
-    record = tomllib.loads(as_toml([scene], [found], MADE))
-    now = replace(found, verdict="differ")
-    assert departures([scene], [now], record) != ""
-    changed = scene.variant({"contact.youngs_modulus": 1e9})  # under the name on record
-    other = load_scene("wedge")
-    assert departures([changed, other], [now, now], record) == ""
+def test_a_difference_stays_unconfirmed_without_enough_runs_and_is_confirmed_by_them():
+    for count, outcome in ((2, "unconfirmed"), (2 + ENOUGH - 1, "unconfirmed"), (2 + ENOUGH, "confirmed")):
+        result = verdict(runs(1e-7, count=count), runs(1e-7, wave=1e-3, count=count))
+        assert (result.verdict, result.confirmation.outcome) == ("differ", outcome)
+        assert result.confirmation.members == (count - 2, count - 2)
+    assert "no runs from moved starts" in confirmation(verdict(runs(1e-7), runs(1e-7, wave=1e-3)))
 
 
-def test_a_tier_that_is_not_on_record_is_not_compared(scene, found):
-    record = tomllib.loads(as_toml([scene], [replace(found, tight=None)], MADE))
-    assert departures([scene], [found], record) == ""
+def test_an_ensemble_that_spreads_as_far_withdraws_the_difference():
+    a, b = (
+        replace(of, perturbed=[of.base, of.base, *of.perturbed[2:]])
+        for of in (runs(1e-7, count=42, spread=1e-4), runs(1e-7, wave=1e-4, count=42, spread=1e-4))
+    )
+    result = verdict(a, b)
+    assert (result.verdict, result.confirmation.outcome) == ("agree", "underestimated")
+
+
+def test_runs_that_make_no_uncertainty_are_refused():
+    whole = runs(1e-6)
+    with pytest.raises(TableError, match=r"^b has no finer run, the other one has"):
+        verdict(whole, Recorded(whole.base))
+    with pytest.raises(TableError, match=r"^b: coarser and perturbed runs count only beside a finer one"):
+        verdict(whole, Recorded(whole.base, None, whole.coarser))
+    lean = Recorded(whole.base, whole.finer)
+    assert "leaves out how neighbouring motions diverge" in verdict(lean, whole).warnings[0]
+    assert Runs(whole.base).refinement == lean.runs.refinement
+    other = replace(whole, finer=Table(whole.finer.frame.iloc[::2].reset_index(drop=True)))
+    with pytest.raises(TableError, match=r"^b finer: its times differ from those of b$"):
+        verdict(whole, other)

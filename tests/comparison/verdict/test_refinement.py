@@ -1,0 +1,135 @@
+"""A verdict of five bodies other than "agree" is judged with ever finer runs, until it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fake_ensemble import COARSE, MODELS, Fake, narrow
+
+from comparison.scene import Scene, load_scene
+from comparison.verdict.compare import compare
+from comparison.verdict.refinement import ENOUGH, MOST, Settled, settle
+from comparison.words.verdicts import finer_runs, scene_reason
+
+STEP = 2e-6
+"""s, of the shipped scenes."""
+FAULT = 3e-6
+"""Of the second model's amplitude: outside the uncertainty of its runs, which is some 3e-7 of it."""
+
+
+class Levels:
+    """Families of two models, the second of which errs as a function of its step."""
+
+    def __init__(self, fake: Fake, error: Callable[[float], float], tree: float = 0.0) -> None:
+        self.fake, self.error, self.tree = fake, error, tree
+        self.asked: list[tuple[float, float]] = []
+        """Step of five bodies, in halves of the scene's own, and the reference's tolerance."""
+        self.trees = 0
+        """How often the third opinion was asked."""
+
+    def families(self, scene: Scene):
+        solver = scene.data["solver"]
+        if solver["exudyn"]["formulation"] == "tree":
+            self.trees += 1
+            return self.fake.family(0), self.fake.family(1, self.tree)
+        step = solver["exudyn"]["step"]
+        self.asked.append((step, solver["reference"]["tolerance"]))
+        return self.fake.family(0), self.fake.family(1, self.error(step))
+
+    def run(self, starts, model: str):
+        return replace(self.fake, bias=(0.0, self.tree)).run(starts, model)
+
+    def settled(self, families=None) -> Settled:
+        scene, families = self.fake.scene, families or self.families
+        runs = self.families(scene)
+        before = compare(*runs, scene=scene, labels=MODELS)
+        return settle(before, runs, scene=scene, models=MODELS, run=self.run, run_families=families)
+
+
+@pytest.fixture
+def levels(fake):
+    def make(error, tree: float = 0.0, step: float = STEP) -> Levels:
+        scene = load_scene("150rpm-0.2mm", COARSE | {"solver.exudyn.step": step})
+        return Levels(Fake(fake(narrow).signals, scene, narrow), error, tree)
+
+    return make
+
+
+MEASURED = {1: 1.3e-5, 2: 7.5e-6, 4: 7.7e-6, 8: 1.2e-7, 16: 3.0e-8}
+"""Ten times the errors at 0.4 mm of clearance, where two steps show one wrong sequence of contacts."""
+WANDERING = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
+
+
+@pytest.mark.parametrize(
+    ("errors", "tree", "verdict", "refined", "trees"),
+    [
+        # What vanishes with the step was numerical
+        ({1: FAULT, 2: 0.0}, 0.0, "agree", 1, 0),
+        # What outlasts two refinements is a difference of models
+        (dict.fromkeys(MEASURED, FAULT), FAULT, "differ", ENOUGH, 1),
+        # Two steps that err alike prove nothing
+        (MEASURED, 0.0, "agree", 3, 0),
+        # Runs that converge to nothing are indeterminate, unless the tree, which does converge, is apart too
+        (WANDERING, 0.0, "indeterminate", MOST, 1),
+        (WANDERING, FAULT, "differ", MOST, 1),
+        # Against the tree five bodies must stay apart at all levels; where they do not, the tree was right
+        (dict.fromkeys(MEASURED, FAULT), 0.0, "differ", MOST, 1),
+        (dict.fromkeys(MEASURED, FAULT) | {16: 0.0}, 0.0, "agree", MOST, 1),
+    ],
+)
+def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, refined, trees):
+    model = levels(lambda step: errors[round(STEP / step)], tree)
+    found = model.settled()
+    result = found.comparison
+    assert (result.verdict, result.refined, model.trees) == (verdict, refined, trees)
+    steps, tolerances = zip(*model.asked, strict=True)
+    assert steps == pytest.approx([STEP / 2**n for n in range(refined + 1)])
+    # The reference is refined to its strict tolerance.
+    assert tolerances == pytest.approx([1e-10, 1e-11, 1e-12, 1e-12, 1e-12][: refined + 1], rel=1e-9)
+    # Comparison, runs and scene belong together.
+    assert found.scene.data["solver"]["exudyn"]["step"] == pytest.approx(STEP / 2**refined)
+    np.testing.assert_array_equal(result.channels["slider_x"].b, found.runs[1].base.values("slider_x"))
+    assert f"halved {('', 'once', 'twice', 'three times', 'four times')[refined]}, to" in finer_runs(result)
+    if verdict == "differ":
+        assert (result.confirmation.outcome, result.confirmation.members) == ("confirmed", (99, 0))
+    elif not trees:
+        assert model.fake.asked == []  # no ensemble is needed to withdraw it
+    assert ("converge to is unknown" in scene_reason(result)) == (verdict == "indeterminate")
+
+
+@pytest.mark.parametrize(("limit", "verdict"), [(0.3, "agree"), (0.0, "indeterminate")])
+def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels, limit, verdict):
+    model = levels(lambda _: 0.0)
+    usual = model.families
+
+    def families(scene: Scene):
+        """Runs as far apart as their scale until the step is small enough."""
+        first, second = usual(scene)
+        far = scene.data["solver"]["exudyn"]["step"] > limit * STEP
+        return first, replace(second, finer=model.fake.table(0.0, float(far)))
+
+    model.families = families
+    found = model.settled()
+    assert (found.comparison.verdict, found.comparison.refined) == (verdict, ENOUGH)
+    assert len(model.asked) == 1 + ENOUGH
+
+
+@pytest.mark.parametrize(("step", "refined"), [(2e-6, MOST), (8e-7, 2), (1e-7, 2)])
+def test_a_small_step_is_not_refined_to_the_end(levels, step, refined):
+    model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
+    found = model.settled()
+    assert (found.comparison.verdict, found.comparison.refined) == ("indeterminate", refined)
+
+
+def test_without_a_finer_run_the_ensembles_decide_and_for_models_that_have_their_own(levels, fake):
+    found = levels(lambda _: FAULT).settled(families=lambda _: None)
+    assert (found.comparison.verdict, found.comparison.refined) == ("differ", 0)
+    assert found.comparison.confirmation.outcome == "confirmed"
+    model = fake(narrow, bias=(0.0, FAULT))
+    runs = model.family(0), model.family(1)
+    before = compare(*runs, scene=model.scene, labels=MODELS)
+    found = settle(before, runs, scene=model.scene, models=MODELS, run=model.run, run_families=pytest.fail)
+    assert (found.comparison.verdict, found.comparison.refined) == ("differ", 0)

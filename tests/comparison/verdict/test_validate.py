@@ -1,0 +1,192 @@
+"""The main job in Python, with fakes; verdicts on record; three models; and once, slowly, the two models."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import pytest
+
+from comparison.accuracy.levels import AccuracyError, finer
+from comparison.execution.run import VIOLATED, Outcome, run_all
+from comparison.scene import load_scene
+from comparison.verdict import validate as judge
+from comparison.verdict.compare import Runs, compare
+from comparison.verdict.refinement import Settled
+from comparison.verdict.several import pairs, standing
+from comparison.verdict.shipped import as_toml, departures
+from comparison.verdict.validate import validate
+from comparison.words import verdicts as words
+from comparison.words.reliability import missing
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene_none(scene, fake_models):
+    ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
+    with_clearance, without = validate([scene, ideal], n_jobs=2)
+    assert [len(of.runs["exudyn"].perturbed_runs) for of in (with_clearance, without)] == [2, 0]
+    # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
+    # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
+    # mechanism runs at two levels; by the reference the ideal scene's are these already.
+    # All but those of the ideal mechanism run once more with the samples of the reliability.
+    assert len(fake_models.read_text().splitlines()) == 2 * ((10 + 6) + (5 + 4)) + 2 + (4 + 2)
+    kinds = ("finer", "coarser", "perturbed", "other perturbed")
+    of = {kind: with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"] for kind in kinds}
+    assert [of[kind]["solver"]["exudyn"]["step"] for kind in kinds] == [1e-6, 4e-6, 4e-6, 4e-6]
+    assert [of[kind]["initial"] == scene.data["initial"] for kind in kinds] == [True, True, False, False]
+    assert of["finer"]["solver"]["reference"]["tolerance"] == 1e-10
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
+    (result,) = validate([scene], accuracy="strict")
+    solver = result.comparison.scene["solver"]
+    assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-12, 5e-7)
+    command = "sixbar validate 150rpm-0.2mm --set output.samples_per_cycle=200 --accuracy strict"
+    # Strict it is already.
+    assert (result.comparison.command, result.comparison.closer_command) == (command, "")
+    with pytest.raises(AccuracyError, match="out of reach of the exudyn model"):
+        validate([scene], accuracy=1e-10)
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_reported(
+    scene, gravity, monkeypatch
+):
+    # Accelerations are there whether or not the scene asks for them.
+    bare = scene.with_values({"output.groups": []})
+    differing = scene.with_values({"environment.gravity": gravity.differ})
+    agreeing, apart = (result.comparison for result in validate([bare, differing], n_jobs=2))
+    # One in a thousand of the motion across the guide is seen in the channels, hardly in the reliability.
+    assert (agreeing.verdict, apart.verdict) == ("agree", "differ")
+    for comparison in (agreeing, apart, agreeing.tight, apart.tight):
+        assert list(comparison.reliability.quantities) == ["displacement", "velocity", "acceleration"]
+    assert agreeing.reliability.verdict == "agree"
+    usual, fails = judge.ideal_scenes, {"environment.gravity": gravity.fail}
+    monkeypatch.setattr(
+        judge,
+        "ideal_scenes",
+        lambda *of: {kind: ideal.with_values(fails) for kind, ideal in usual(*of).items()},
+    )
+    (result,) = validate([scene], tiers=("standard",))
+    assert (result.comparison.verdict, result.crashed) == ("agree", False)
+    assert result.comparison.reliability.quantities == {}
+    assert "newton-failed; try a smaller step" in missing(result.comparison.reliability)
+    assert dict(words.reasons(result.comparison))["reliability"].startswith("not available: ")
+
+
+@pytest.mark.usefixtures("fake_models")
+@pytest.mark.parametrize(
+    ("steps", "verdict", "refined"),
+    [
+        # A coarser run is there for the uncertainty of the base run, and may violate an invariant.
+        ([4e-6], "agree", 0),
+        # The remedy of a violation is a smaller step: that is tried, once.
+        ([2e-6, 4e-6], "agree", 1),
+        ([2e-6, 1e-6], "cannot compare", 0),
+    ],
+)
+def test_where_five_bodies_violate_an_invariant_they_run_at_half_the_step(
+    scene, steps, verdict, refined, monkeypatch
+):
+    def violated(jobs, *arguments):
+        return [
+            Outcome(VIOLATED, "lower the step", partial=outcome.table)
+            if job.model == "exudyn" and job.scene.data["solver"]["exudyn"]["step"] in steps
+            else outcome
+            for job, outcome in zip(jobs, run_all(jobs, *arguments), strict=True)
+        ]
+
+    monkeypatch.setattr(judge, "run_all", violated)
+    (result,) = validate([scene], tiers=("standard",))
+    found = result.comparison
+    assert (found.verdict, found.refined) == (verdict, refined)
+    assert ("lower the step" in words.scene_reason(found)) == (verdict == "cannot compare")
+    assert any("lower the step" in warning for warning in found.warnings) == bool(refined)
+    if verdict == "cannot compare":  # what there is of the run that is named
+        assert list(result.partial) == ["standard exudyn base"]
+        assert words.scene_reason(found).startswith(f"scene {scene.name!r}: the exudyn run did not succeed: ")
+        assert not found.error.startswith("scene")
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_a_verdict_is_settled_with_finer_runs_of_both_models_or_none(scene, gravity, monkeypatch):
+    given = []
+
+    def settle(result, runs, *, scene, run_families, **__):
+        closer = finer("exudyn", finer("reference", scene))
+        fails = closer.with_values({"environment.gravity": gravity.fail})
+        given.extend([run_families(closer), run_families(fails)])
+        return Settled(result, runs, scene)
+
+    monkeypatch.setattr(judge, "settle", settle)
+    validate([scene], tiers=("standard",))
+    families, failed = given
+    assert failed is None
+    first, second = (of.base.provenance["scene"]["solver"] for of in families)
+    assert (first["reference"]["tolerance"], second["exudyn"]["step"]) == (1e-11, 1e-6)
+    assert all(of.finer and of.coarser and len(of.perturbed_runs) == 2 for of in families)
+
+
+# The verdicts on record
+
+
+def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, make_table):
+    sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
+    usual, tight = (compare(*sides, scene=scene, tier=tier) for tier in ("standard", "tight"))
+    found = replace(usual, tight=tight)
+    made = {"machine": 'A "x", numpy 2', "date": "2030-01-01"}
+    record = tomllib.loads(as_toml([scene], [found], made))
+
+    def said(scenes, comparisons, record=record) -> str:
+        return words.departures(departures(scenes, comparisons, record), record["made"])
+
+    assert (record["made"], said([scene], [found])) == (made, "")
+    now = replace(found, tight=replace(tight, verdict="differ"))
+    assert said([scene, scene], [found, now]) == (
+        f'not the verdicts on record (on A "x", numpy 2; 2030-01-01): {scene.name}, tight: differ, not agree'
+    )
+    # Neither a changed scene under the name on record, nor one that is not shipped, nor another tier.
+    changed = scene.variant({"contact.youngs_modulus": 1e9})
+    assert said([changed, load_scene("wedge")], [now, now]) == ""
+    assert said([scene], [now], tomllib.loads(as_toml([scene], [usual], made))) == ""
+
+
+# Three or more models
+
+THREE = ("one", "two", "three")
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "outcome", "said"),
+    [
+        (
+            ("differ", "differ", "agree"),
+            "outlier",
+            "One is the outlier: it differs from two and three, which",
+        ),
+        (("differ", "agree", "differ"), "outlier", "Two is the outlier"),
+        (("agree", "differ", "differ"), "outlier", "Three is the outlier"),
+        (("agree", "agree", "agree"), "agree", "All 3 agree."),
+        # Near the threshold agreement is not transitive.
+        (("agree", "agree", "differ"), "differ", "two and three differ"),
+        (("differ", "differ", "differ"), "differ", "one and three differ"),
+        (("indeterminate", "differ", "differ"), "undecided", "one and two: indeterminate"),
+        (("agree", "agree", "indeterminate"), "undecided", "two and three: indeterminate"),
+        (("agree", "cannot compare", "cannot compare"), "agree", "; three cannot be compared."),
+        (("differ", "cannot compare", "cannot compare"), "differ", "one and two differ"),
+        (("agree", "agree", "cannot compare"), "undecided", "two and three: cannot compare"),
+        (("cannot compare",) * 3, "cannot compare", "one, two and three cannot be compared"),
+    ],
+)
+def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, said):
+    found = standing(THREE, dict(zip(pairs(THREE), verdicts, strict=True)))
+    assert (found.outcome, bool(found.outlier)) == (outcome, outcome == "outlier")
+    assert said in words.standing(found)
+
+
+def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
+    models = (*THREE, "four")
+    verdicts = {pair: "differ" if "four" in pair else "agree" for pair in pairs(models)}
+    assert standing(models, verdicts).outlier == "four"
+    assert standing(models, verdicts | {("one", "two"): "differ"}).outlier == ""

@@ -1,0 +1,251 @@
+"""Sentences: an instant, what is expected of a run and which error it has, and the verdict card."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from bouncing_press import make_scene
+
+from comparison.accuracy.measured import expected
+from comparison.accuracy.plan import plan
+from comparison.accuracy.refine import Limit, accurate_run, expected_cost
+from comparison.cli.main import app
+from comparison.execution.run import Job
+from comparison.formatting import number, quantity
+from comparison.scene import load_scene
+from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
+from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
+from comparison.words.cards import card
+from comparison.words.differences import contact, describe
+from tests.helpers.known_error import USUAL, KnownError, growing
+
+PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
+OWN = USUAL.with_values({"clearance.slider": 2.1e-4})
+EVENTS = pd.DataFrame(
+    [
+        ("ul", 0.010, 0.011),
+        ("ll", 0.010, 0.012),
+        ("ur", 0.020, 0.021),
+        ("ll", 0.030, 0.031),
+        ("pin", 0.040, 0.050),
+        ("ll", 0.045, 0.046),
+    ],
+    columns=["corner", "start", "end"],
+)
+BOTH = "the first contact of the lower left corner and the first contact of the upper left corner"
+
+
+@pytest.mark.parametrize(
+    ("time", "words"),
+    [
+        (0.005, "before the first contact"),
+        (0.0105, f"during {BOTH}"),
+        (0.0115, "during the first contact of the lower left corner"),
+        (0.015, f"after {BOTH}"),  # both may have made what is seen
+        (0.025, "after the first contact of the upper right corner"),
+        (0.0455, "during the third contact of the lower left corner and the first contact of the crank pin"),
+        (0.050, "during the first contact of the crank pin"),
+    ],
+)
+def test_the_contact_in_progress_or_the_last_one_counted_by_corner(time, words):
+    assert contact(time, EVENTS) == words
+    assert contact(time, EVENTS.iloc[::-1]) == words  # whatever the order of the rows
+
+
+def test_many_contacts_are_counted_in_figures():
+    times = pd.Series(range(1, 123), dtype=float)
+    events = pd.DataFrame({"corner": "lr", "start": times, "end": times + 0.5})
+    counts = "first tenth 11th 12th 13th 21st 22nd 103rd 111th 122nd"
+    numbers = (1, 10, 11, 12, 13, 21, 22, 103, 111, 122)
+    assert " ".join(contact(n + 0.1, events).split()[2] for n in numbers) == counts
+
+
+def test_both_models_are_named_only_where_they_are_in_different_contacts():
+    one, other = EVENTS, EVENTS.assign(corner="lr")
+    same = "0.0201 s, during the first contact of the upper right corner"
+    for events, words in (
+        ({"a": one, "b": one.copy()}, same),
+        ({"a": None, "b": one}, same),
+        ({"a": one, "b": other}, f"{same} (a), during the third contact of the lower right corner (b)"),
+        ({"a": None, "b": None}, "0.0201 s"),
+    ):
+        assert describe(0.0201, events, period=None, scene=None) == words
+
+
+@pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332), (None, 18)])
+def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
+    # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
+    start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
+    scene = None if speed is None else load_scene("150rpm-0.2mm", start).data
+    assert describe(0.42, {}, period=0.4, scene=scene) == f"0.42 s (cycle 2, crank at {angle}°)"
+
+
+# Accuracy
+
+
+def test_cautions_and_the_measured_part_of_the_run_are_stated():
+    other = "measured on 150rpm-0.2mm; this scene may magnify errors: estimate them by --check"
+    for scene, model, caution in (
+        (OWN, "reference", other),
+        (OWN, "exudyn", other),
+        (USUAL.with_values({"solver.reference.method": "Radau"}), "reference", "with another method"),
+        (load_scene("crank-pin"), "reference", "for y use a named accuracy"),
+    ):
+        assert caution in expectation(expected(scene, model))
+        assert any(caution in text for text in plan_lines(plan(scene, model)) if "  caution  " in text)
+    failed = expectation(replace(expected(OWN, "reference"), error=np.nan, failed="chatter"))
+    assert "expected: nothing recorded" in failed
+    assert "no result at this setting: chatter; measured on" in failed
+    assert "slider_x over the first cycle, and" in expectation(expected(load_scene("69GPa"), "reference"))
+    both = expectation(expected(load_scene("both-clearances"), "exudyn"))
+    assert "slider_x over the first 0.06 cycles, and" in both
+    assert unmeasured(expected(USUAL, "reference")) == unmeasured(expected(USUAL, "mine")) == ""
+    error = expected(OWN, "reference").error
+    assert f"on this scene (on 150rpm-0.2mm it is {error:.2g} m)" in unmeasured(expected(OWN, "reference"))
+
+
+def test_the_plan_has_the_materials_of_both_partners():
+    for changes, moduli in (({}, "210"), ({"contact.youngs_modulus.slider": 69e9}, "69 on 210")):
+        (text,) = plan(load_scene("150rpm-0.2mm", changes), "exudyn").contacts
+        assert text == f"four corners of the slider (hertz-corners; {moduli} GPa, Poisson's ratio 0.28)"
+
+
+def test_the_expected_cost_is_that_of_the_whole_family():
+    text = cost_before(expected_cost(OWN, "reference", 1e-8))
+    head = (
+        r"begins at solver\.reference\.tolerance = 1e-10, with 4 further runs: some (\S+) s of processor time"
+    )
+    (seconds,) = re.fullmatch(f"{head}, more if it has to be refined", text).groups()
+    assert 4 < float(seconds) / expected(OWN, "reference").seconds < 6
+    assert cost_before(expected_cost(OWN, "reference", "draft")).endswith(" s of processor time")
+    unknown = OWN.with_values({"solver.exudyn.formulation": "tree", "joints.slider": "ideal"})
+    assert "no time recorded, more if" in cost_before(expected_cost(unknown, "exudyn", 1e-8))
+
+
+def coarse(tolerance):
+    return "chatter" if tolerance < 0.9e-10 else ""
+
+
+@pytest.mark.parametrize(
+    ("wanted", "known", "said"),
+    [
+        (1e-8, {}, r"is within 1e-08 m on all of the run \(solver.reference.tolerance = 1e-10; 5 runs,"),
+        # Half of two cycles, and the window of u before it
+        (1e-8, {"magnification": growing},
+         r"is within 1e-08 m on 49\.5% of the run, without a gap up to 0\.396 s \(0\.99 cycles\); .*"
+         r"since trajectories from starts 2e-13 m apart diverge by up to 2\.1e-05 m"),
+        (1e-8, {"magnification": lambda phase: np.where(phase < 0.1, 1.0, 1e9)},
+         r"1e-08 m is not reachable: it holds on 9\.5% of the run, without a gap up to 0\.076 s \(0\.19 "
+         r"cycles\); .* m is reached on 25% of the run\. No setting does better, since trajectories from "),
+        (1e-9, {"error": 1e4, "fails": coarse},
+         "it holds nowhere; .*Finer settings have no result: chatter, as told"),
+        (1e-11, {"error": 1e4}, "No finer setting is measured"),
+        ("draft", {}, "estimated error of slider_x: at most "),
+        (1e-6, {"fails": lambda t: "" if t == 1e-8 else "chatter"}, "the error is unknown: chatter, as told"),
+    ],
+)  # fmt: skip
+def test_one_line_has_what_was_reached_until_when_and_why_not_more(wanted, known, said):
+    assert re.search(said, accuracy_line(accurate_run(OWN, "reference", wanted, run=KnownError(**known))))
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_the_page_has_every_reason_and_its_python_runs(capsys):
+    text = PAGE.read_text("utf-8")
+    assert [limit for limit in Limit if f"`{limit}`" not in text] == []
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(block, {"__name__": "__main__"})  # our own text
+    kept, coverage, largest, _ = capsys.readouterr().out.split()
+    assert kept == "True"
+    assert 0.5 < float(coverage) <= 1.0
+    assert float(largest) > 0.0
+
+
+# Cards
+
+
+@pytest.fixture(scope="module")
+def scene() -> SceneComparison:
+    """Two crank cycles of a made-up press on which both models agree."""
+    return make_scene()
+
+
+@pytest.fixture
+def differing() -> SceneComparison:
+    """The same with the second model's normal forces 3 % too large."""
+    return make_scene(
+        "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
+    )
+
+
+def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(differing: SceneComparison):
+    starts = np.array([0.231, 0.235, 0.24, 0.244, 0.249])
+    contacts = pd.DataFrame({"corner": "ll", "start": starts, "end": starts + 1e-4})
+    of = replace(
+        differing,
+        attribution=Attribution(outside_from=0.25, outside_in="corner_ll_normal"),
+        confirmation=Confirmation("confirmed", members=(99, 30)),
+        events=(contacts, None),
+    )
+    said, worst = card(of).sentence, of.worst_channel
+    size, limit = abs(worst.worst_difference), worst.worst_threshold
+    assert (
+        f"|E|/2u (99%) is {number(worst.ratio, 2)}, the maximum {number(size / limit, 2)}: "
+        f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)}; " in said
+    )
+    assert "the trajectories diverge at 0.25 s (cycle 1" in said
+    assert "just after chatter (5 contacts in the 20\u00a0ms before)" in said
+    assert said.endswith("confirmed by at least 30 runs.")
+    assert said.count(". ") == 0  # one sentence
+    assert "chatter" not in card(replace(of, events=(contacts.iloc[1:], None))).sentence
+
+
+def test_a_corrected_uncertainty_and_an_undecided_verdict_say_so(scene: SceneComparison):
+    corrected = replace(scene, confirmation=Confirmation("underestimated", members=(99, 30), factor=6.4))
+    assert "had been underestimated 6.4 times and is corrected" in card(corrected).sentence
+    undecided = card(replace(scene, verdict="indeterminate")).sentence
+    assert undecided.startswith("Not decided: ")
+    assert "at least 50% are required" in undecided
+    assert card(scene).commands == ()  # agreement asks for nothing
+
+
+def test_a_crashed_run_is_its_reason_and_how_to_repeat_it(scene: SceneComparison):
+    reason = "the exudyn run did not succeed: crashed; exit code 3"
+    finer = load_scene("ideal", {"drive.cycles": 0.5}).variant({"solver.exudyn.step": 1e-6})
+    found = card(
+        replace(scene, verdict="cannot compare", channels={}, error=reason, failed=Job(finer, "exudyn"))
+    )
+    assert found.sentence == f"scene {scene.name!r}: {reason}."
+    assert found.commands == (
+        "sixbar run ideal --set drive.cycles=0.5 --set solver.exudyn.step=1e-06 "
+        f"--model exudyn --out {scene.name}-exudyn.csv",
+    )
+
+
+@pytest.mark.parametrize(("formulation", "third"), [("full", "multiplier"), ("tree", "full")])
+def test_what_to_do_about_a_difference_are_commands_that_exist(
+    differing: SceneComparison, formulation: str, third: str
+):
+    ran = load_scene("150rpm-0.2mm", {"clearance.slider": 4e-4, "solver.exudyn.formulation": formulation})
+    first, second, last = commands = card(replace(differing, ran=ran)).commands
+    # The file's own formulation, to which the third opinion returns, needs no --set.
+    assert (f"formulation={third}" in first) == (third != "full")
+    assert all("--set clearance.slider=0.0004" in command for command in (first, second))
+    assert last == f"sixbar compare {shlex.split(second)[-1]} {shlex.split(first)[-1]}"
+    known = {command.name or command.callback.__name__ for command in app.registered_commands}
+    assert all(command.split()[0] == "sixbar" and command.split()[1] in known for command in commands)
+
+
+def test_the_known_orders_of_both_models_are_shown(scene: SceneComparison):
+    changes = (
+        Refinement("reference", {"tolerance": 1e-10}, 10.0, 1.0),
+        Refinement("exudyn", {"step": 2e-6}, 2.0, 2.0, observed=1.98),
+    )
+    ordered = replace(scene, attribution=replace(scene.attribution, refinements=changes))
+    unknown = replace(scene, attribution=Attribution())
+    assert [card(each).order for each in (unknown, ordered)] == ["", "exudyn 2.0 (expected 2)"]
