@@ -1,8 +1,7 @@
 """Baseline file: recorded results of each model, as a text file of few numbers.
 
-It holds three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's
-settings, and its tree at the tight tier (`comparison.accuracy.levels`). Of each: settings, counters, and for
-every channel some checkpoints, see `comparison.regression.record`.
+Three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's settings, and its
+tree at the tight tier. Of each: settings, counters, and some checkpoints (`comparison.regression.record`).
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from comparison.files import contents, replacing
+from comparison.files import contents, write_text
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -24,7 +23,6 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=0, strict=True)]
 Rate = Count | Finite | list[Finite]
 Rates = dict[str, Rate | dict[str, Rate]]
-Setting = str | bool | int | float
 
 HEADER = """\
 # What the models gave when this file was made. `sixbar gate` compares; `sixbar gate --update` makes it anew.
@@ -41,19 +39,17 @@ class _Part(BaseModel):
 
 
 class Checkpoint(NamedTuple):
-    """A value at a predictable sample."""
+    """A value at a predictable sample (time in s), and how far another run of the model may be from it."""
 
     time: Finite
-    """s"""
     value: Finite
     threshold: Positive
-    """How far another run of the same model may be from the value; both in the channel's unit."""
 
 
 class RunRecord(_Part):
     """One run of a model."""
 
-    settings: dict[str, Setting]
+    settings: dict[str, str | bool | int | float]
     """The scene's ``[solver]`` of this model, with the formulation that it chose."""
     counters: dict[str, Count]
     """Of the work, and the number of contacts."""
@@ -67,23 +63,19 @@ class RunRecord(_Part):
 
 
 class SceneRecord(_Part):
-    """A scene and the runs of it, each by its tier."""
+    """A scene, the hash of its numbers without the solvers' settings, and its runs by their tier."""
 
     source: str
     """A shipped name, or the path of a file as seen from the baseline's folder."""
     hash: str
-    """Of the scene's numbers without the solvers' settings."""
     reference: dict[Literal["standard", "tight"], RunRecord] = {}
     exudyn: dict[Literal["standard", "tight"], RunRecord] = {}
 
     @property
     def runs(self) -> dict[tuple[str, str], RunRecord]:
         """(Model, tier) -> run."""
-        return {
-            (model, tier): run
-            for model, tiers in (("reference", self.reference), ("exudyn", self.exudyn))
-            for tier, run in tiers.items()
-        }
+        models = {"reference": self.reference, "exudyn": self.exudyn}
+        return {(model, tier): run for model, tiers in models.items() for tier, run in tiers.items()}
 
 
 class Detection(_Part):
@@ -94,24 +86,17 @@ class Detection(_Part):
 
 
 class Baseline(_Part):
-    """The whole file."""
+    """The whole file; ``thresholds`` is what stood in ``thresholds.toml``."""
 
     platform: str
     versions: dict[str, str]
     thresholds: dict[str, Any]
-    """What stood in ``thresholds.toml``."""
     detection: Detection | None = None
     scenes: Annotated[dict[str, SceneRecord], Field(min_length=1)]
 
 
 def read(path: Path) -> Baseline:
-    """Read a baseline.
-
-    Raises
-    ------
-    BaselineError
-        If there is none, or it is not what `write` writes: where, value, rule.
-    """
+    """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
     try:
         content = tomllib.loads(contents(path))
         written = content.pop("checksum", None)
@@ -119,14 +104,8 @@ def read(path: Path) -> Baseline:
     except FileNotFoundError as error:
         message = "there is no such baseline; sixbar gate --update makes one"
         raise BaselineError(f"{path}: {message}") from error
-    except OSError as error:
-        raise BaselineError(f"{path}: {error.strerror or error}") from error
-    except ValidationError as error:
-        raise BaselineError(f"{path}: {explain(error)}") from error
-    except ValueError as error:  # not UTF-8, not TOML
-        raise BaselineError(f"{path}: is not TOML text: {' '.join(str(error).split())}") from error
-    except RecursionError as error:
-        raise BaselineError(f"{path}: is nested too deeply") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise BaselineError(f"{path}: {explain(error, 'TOML')}") from error
     if written != checksum(baseline):
         fault = "has no checksum" if written is None else "was changed since: its checksum does not match"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
@@ -138,8 +117,14 @@ def checksum(baseline: Baseline) -> str:
     return digest(baseline.model_dump(mode="json"))
 
 
-def explain(error: ValidationError) -> str:
-    """Say where the first error is, its value and the rule."""
+def explain(error: Exception, kind: str) -> str:
+    """Say in one line why a file of this kind cannot be read; of a bad value where it is, and the rule."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    if isinstance(error, RecursionError):
+        return "is nested too deeply"
+    if not isinstance(error, ValidationError):
+        return f"is not {kind} text: {' '.join(str(error).split())}"
     first = error.errors()[0]
     where = ".".join(str(step) for step in first["loc"]) or "the file"
     if first["type"] == "missing":
@@ -150,9 +135,7 @@ def explain(error: ValidationError) -> str:
 
 def write(baseline: Baseline, path: Path) -> Path:
     """Write a baseline under a temporary name first; equal ones give the same bytes."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as part:
-        part.write_text("\n".join(_lines(baseline)) + "\n", "utf-8")
+    write_text("\n".join(_lines(baseline)) + "\n", path)
     return path
 
 
@@ -162,19 +145,12 @@ def physics_hash(scene: Scene) -> str:
 
 
 def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
-    """Load the scenes of a baseline that lies in a folder; the second list names those that no longer exist.
-
-    Raises
-    ------
-    SceneError
-        If one is there but cannot be used.
-    """
+    """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
     scenes, gone = [], []
     for name, scene in baseline.scenes.items():
-        path = folder / scene.source
         if scene.source in shipped_scenes():
             scenes.append(load_scene(scene.source))
-        elif path.is_file():
+        elif (path := folder / scene.source).is_file():
             scenes.append(load_scene(path))
         else:
             gone.append(name)
@@ -191,23 +167,21 @@ def source(scene: Scene, folder: Path) -> str:
 def _lines(baseline: Baseline) -> Iterator[str]:
     yield HEADER
     yield f"checksum = {_value(checksum(baseline))}"
-    yield f"platform = {_value(baseline.platform)}"
-    yield f"versions = {_value(baseline.versions)}"
-    yield f"thresholds = {_value(baseline.thresholds)}"
+    for key in ("platform", "versions", "thresholds"):
+        yield f"{key} = {_value(getattr(baseline, key))}"
     if baseline.detection is not None:
         yield "\n[detection]"
         for name, rates in baseline.detection.model_dump().items():
             yield f"{name} = {_value(rates)}"
     for name, scene in baseline.scenes.items():
-        yield f"\n[scenes.{_value(name)}]"
-        yield f"source = {_value(scene.source)}"
-        yield f"hash = {_value(scene.hash)}"
+        section = f"scenes.{_value(name)}"
+        yield f"\n[{section}]\nsource = {_value(scene.source)}\nhash = {_value(scene.hash)}"
         for (model, tier), run in scene.runs.items():
-            yield f"\n[scenes.{_value(name)}.{model}.{tier}]"
+            yield f"\n[{section}.{model}.{tier}]"
             for key in ("settings", "counters", "spread", "unexcited", "unpredictable"):
                 if (value := getattr(run, key)) or key in ("settings", "counters"):
                     yield f"{key} = {_value(value)}"
-            yield f"\n[scenes.{_value(name)}.{model}.{tier}.channels]"
+            yield f"\n[{section}.{model}.{tier}.channels]"
             for channel, checkpoints in run.channels.items():
                 yield f"{channel} = ["
                 yield from (f"  {_value(list(checkpoint))}," for checkpoint in checkpoints)
@@ -217,12 +191,10 @@ def _lines(baseline: Baseline) -> Iterator[str]:
 def _value(value: object) -> str:
     """Return a value as TOML in one line."""
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{_key(key)} = {_value(part)}' for key, part in value.items())} }}"
+        keys = {key: key.replace("_", "").replace("-", "") for key in value}
+        bare = {key: key if text.isalnum() and key.isascii() else _value(key) for key, text in keys.items()}
+        return f"{{ {', '.join(f'{bare[key]} = {_value(part)}' for key, part in value.items())} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
     # JSON's texts, numbers and truth values are TOML's, which escapes one character more.
     return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")
-
-
-def _key(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _value(key)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -38,60 +38,48 @@ SPREAD_FACTOR = 2.0
 """Or by so many times what they differ between starts next to each other: the steps of the strict reference
 at 90 rpm do by 6 % if the start moves by 2e-15 m, which is what rounding does."""
 
-Status = Literal["passed", "failed", "skipped", "error"]
-
 
 class Lack(Enum):
     """What is missing for a comparison."""
 
-    THRESHOLDS = auto()
-    """The thresholds of the verdicts that the baseline was made with."""
-    RECORD = auto()
-    """A record of what is there now."""
-    PRESENT = auto()
-    """What the baseline has."""
-    PREDICTABLE = auto()
-    """A predictable sample at which something happens."""
+    THRESHOLDS = auto()  # those of the verdicts that the baseline was made with
+    RECORD = auto()  # of what is there now
+    PRESENT = auto()  # what the baseline has
+    PREDICTABLE = auto()  # a sample that is, at which something happens
 
 
-@dataclass(frozen=True)
-class SceneGone:
+class SceneGone(NamedTuple):
     """A scene of the baseline is neither a shipped one nor a file any more."""
 
     source: str
 
 
-@dataclass(frozen=True)
-class RunFailed:
+class RunFailed(NamedTuple):
     """The run did not succeed."""
 
     job: Job
     outcome: Outcome
 
 
-@dataclass(frozen=True)
-class Changed:
+class Changed(NamedTuple):
     """Settings or counters have other values: name -> now and in the baseline, None where it has none."""
 
     values: dict[str, tuple[object, object]]
 
 
-@dataclass(frozen=True)
-class Excited:
+class Excited(NamedTuple):
     """A channel in which nothing happened now does: its range, in its unit."""
 
     extent: float
 
 
-@dataclass(frozen=True)
-class NoSample:
+class NoSample(NamedTuple):
     """There is no sample at a checkpoint's time, s."""
 
     time: float
 
 
-@dataclass(frozen=True)
-class Moved:
+class Moved(NamedTuple):
     """Values are outside the thresholds of ``off`` of ``points`` checkpoints, most of all at this one."""
 
     value: float
@@ -103,20 +91,11 @@ class Moved:
 Deviation = Lack | SceneGone | RunFailed | Changed | Excited | NoSample | Moved
 
 
-@dataclass(frozen=True)
-class Check:
-    """One check.
+class Check(NamedTuple):
+    """One check of a scene; the deviation is None where there is none.
 
-    Attributes
-    ----------
-    scene
-        Its name.
-    run
-        Model and tier, None for a check of the scene as a whole.
-    name
-        The channel, "settings", "counters", "run", "scene" or "thresholds".
-    deviation
-        From the baseline; None: there is none.
+    ``run`` is None for the scene as a whole; ``name`` is the channel, "settings", "counters", "run", "scene"
+    or "thresholds".
     """
 
     scene: str
@@ -125,7 +104,7 @@ class Check:
     deviation: Deviation | None
 
     @property
-    def status(self) -> Status:
+    def status(self) -> Literal["passed", "failed", "skipped", "error"]:
         """What the deviation means.
 
         "failed" is a regression, "error" a run whose process died or whose model raised what it should not,
@@ -138,8 +117,7 @@ class Check:
         return "skipped" if self.deviation is Lack.PREDICTABLE else "failed"
 
 
-@dataclass(frozen=True)
-class Excused:
+class Excused(NamedTuple):
     """So many channels of a run deviate no more than so many neighbours of it do."""
 
     scene: str
@@ -150,27 +128,17 @@ class Excused:
 
 @dataclass(frozen=True)
 class Gate:
-    """Results of the gate.
-
-    Attributes
-    ----------
-    checks
-        All of them.
-    platform
-        There and here, where they differ.
-    versions
-        Library -> there and here, None without it, where they differ.
-    excused
-        Runs with thresholds too small.
-    rewritten
-        Scenes whose numbers are not those of the baseline.
-    """
+    """Results of the gate."""
 
     checks: list[Check]
     platform: tuple[str, str] | None
+    """There and here, where they differ."""
     versions: dict[str, tuple[str | None, str | None]]
+    """Library -> there and here, None without it, where they differ."""
     excused: list[Excused]
+    """Runs with thresholds too small."""
     rewritten: list[str]
+    """Scenes whose numbers are not those of the baseline."""
 
     @property
     def regressions(self) -> list[Check]:
@@ -191,67 +159,55 @@ def gate(
     n_jobs: int = 1,
     on_progress: Progress | None = None,
 ) -> Gate:
-    """Run scenes and compare them with the baseline.
-
-    Parameters
-    ----------
-    baseline, scenes
-        What to compare.
-    gone
-        Scenes of the baseline that no longer exist.
-    n_jobs
-        Worker processes; the result does not depend on it.
-    on_progress
-        Called with the finished share, 0 to 1.
-    """
-    planned = [
-        (scene.name, which, job)
+    """Run scenes and compare them with the baseline, of which other scenes are gone."""
+    planned = {
+        (scene.name, which): job
         for scene in scenes
         if scene.name in baseline.scenes
         for which, job in gated_runs(scene).items()
-    ]
-    outcomes = run_all([job for *_, job in planned], n_jobs, on_progress)
-    present: dict[str, dict[Which, tuple[Job, Outcome]]] = {}
-    for (name, which, job), outcome in zip(planned, outcomes, strict=True):
-        present.setdefault(name, {})[which] = (job, outcome)
+    }
+    outcomes = run_all(list(planned.values()), n_jobs, on_progress)
+    present = dict(zip(planned, zip(planned.values(), outcomes, strict=True), strict=True))
+    known = {
+        (scene.name, which): record
+        for scene in scenes
+        if scene.name in baseline.scenes
+        for which, record in baseline.scenes[scene.name].runs.items()
+    }
     platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
     there, here = baseline.versions, versions()
     names = [name for name in {**there, **here} if there.get(name) != here.get(name)]
     changed = {name: (there.get(name), here.get(name)) for name in names}
-    exact = platform is None and not changed
-    records, excused = _confirmed({name: baseline.scenes[name].runs for name in present}, present, n_jobs)
+    records, excused = _confirmed(known, present, n_jobs)
     # The verdicts are judged by the numbers whose error rates the baseline holds.
     same = thresholds_record() == baseline.thresholds
     checks = [Check("thresholds", None, "thresholds", None if same else Lack.THRESHOLDS)]
     checks += [Check(name, None, "scene", SceneGone(baseline.scenes[name].source)) for name in gone]
     rewritten = []
     for scene in scenes:
-        if scene.name not in present:
+        if scene.name not in baseline.scenes:
             checks.append(Check(scene.name, None, "scene", Lack.RECORD))
             continue
-        checks += _scene(scene.name, present[scene.name], records[scene.name], exact=exact)
+        # What only one of the two sides has is a regression.
+        for key in [key for key in {**present, **records} if key[0] == scene.name]:
+            deviations: dict[str, Deviation | None]
+            if key not in present or key not in records:
+                deviations = {"run": Lack.PRESENT if key not in present else Lack.RECORD}
+            elif (table := present[key][1].table) is None:
+                deviations = {"run": RunFailed(*present[key])}
+            else:
+                deviations = changes(records[key], present[key][0], table, exact=not (platform or changed))
+            checks += [Check(*key, name, deviation) for name, deviation in deviations.items()]
         if physics_hash(scene) != baseline.scenes[scene.name].hash:
             rewritten.append(scene.name)
     return Gate(checks, platform, changed, excused, rewritten)
 
 
 def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Deviation | None]:
-    """Compare settings, counters and every channel of a run with its record.
+    """Compare settings, counters and every channel of a present run with its record.
 
-    Parameters
-    ----------
-    record
-        Of the baseline.
-    job, table
-        The present run; checked, hence finite.
-    exact
-        Whether the counters must be equal: the same platform and versions. Else within 5 %, or their spread;
-        a difference of one is always allowed there.
-
-    Returns
-    -------
-    deviations
-        By "settings", "counters" and channel; None where there is none.
+    Counters are compared exactly on the same platform and with the same versions, else within 5 % or their
+    spread; a difference of one is always allowed there.
     """
     now = counters(table)
     for key in record.counters.keys() & now.keys() if not exact else ():
@@ -289,7 +245,7 @@ def _moved(name: str, points: list[Checkpoint], table: Table) -> Deviation | Non
     interval = float(table.time[-1] - table.time[0]) / (table.time.size - 1)
     off = []
     for point in points:
-        nearest = int(np.abs(table.time - point.time).argmin())
+        nearest = _nearest(table, point)
         if abs(table.time[nearest] - point.time) > 0.01 * interval:  # its time is rounded to nine digits
             return NoSample(point.time)
         value = float(values[nearest])
@@ -301,30 +257,8 @@ def _moved(name: str, points: list[Checkpoint], table: Table) -> Deviation | Non
     return Moved(value, worst, len(off), len(points))
 
 
-def _scene(
-    scene: str,
-    present: Mapping[Which, tuple[Job, Outcome]],
-    records: Mapping[Which, RunRecord],
-    *,
-    exact: bool,
-) -> list[Check]:
-    """Check all runs of a scene; what only one of the two sides has is a regression."""
-    checks = []
-    for which in {**present, **records}:
-        deviations: dict[str, Deviation | None]
-        if which not in present:
-            deviations = {"run": Lack.PRESENT}
-        elif which not in records:
-            deviations = {"run": Lack.RECORD}
-        else:
-            job, outcome = present[which]
-            deviations = (
-                {"run": RunFailed(job, outcome)}
-                if outcome.table is None
-                else changes(records[which], job, outcome.table, exact=exact)
-            )
-        checks += [Check(scene, which, name, deviation) for name, deviation in deviations.items()]
-    return checks
+def _nearest(table: Table, point: Checkpoint) -> int:
+    return int(np.abs(table.time - point.time).argmin())
 
 
 def _off(record: RunRecord, job: Job, table: Table) -> set[str]:
@@ -334,28 +268,26 @@ def _off(record: RunRecord, job: Job, table: Table) -> set[str]:
 
 
 def _confirmed(
-    records: Mapping[str, dict[Which, RunRecord]],
-    present: Mapping[str, Mapping[Which, tuple[Job, Outcome]]],
+    records: Mapping[tuple[str, Which], RunRecord],
+    present: Mapping[tuple[str, Which], tuple[Job, Outcome]],
     n_jobs: int,
-) -> tuple[dict[str, dict[Which, RunRecord]], list[Excused]]:
+) -> tuple[dict[tuple[str, Which], RunRecord], list[Excused]]:
     """Return the records, with thresholds raised that neighbours of the present runs show to be too small."""
     doubted = {
-        (name, which): (job, outcome.table, neighbours(job, which[1], CONFIRMING))
-        for name, runs in present.items()
-        for which, (job, outcome) in runs.items()
-        if outcome.table is not None and which in records[name]
-        if _off(records[name][which], job, outcome.table)
+        key: (job, outcome.table, neighbours(job, key[1][1], CONFIRMING))
+        for key, (job, outcome) in present.items()
+        if outcome.table is not None and key in records
+        if _off(records[key], job, outcome.table)
     }
     outcomes = iter(run_all([job for *_, jobs in doubted.values() for job in jobs], n_jobs))
-    raised = {name: dict(runs) for name, runs in records.items()}
-    excused = []
-    for (name, which), (job, table, jobs) in doubted.items():
+    raised, excused = dict(records), []
+    for key, (job, table, jobs) in doubted.items():
         tables = [outcome.table for outcome in [next(outcomes) for _ in jobs] if outcome.table is not None]
-        before = records[name][which]
-        after = _raised(before, job, table, tables, thresholds(which[1]).k)
+        before = records[key]
+        after = _raised(before, job, table, tables, thresholds(key[1][1]).k)
         if count := len(_off(before, job, table) - _off(after, job, table)):
-            raised[name][which] = after
-            excused.append(Excused(name, which, count, len(tables)))
+            raised[key] = after
+            excused.append(Excused(*key, count, len(tables)))
     return raised, excused
 
 
@@ -365,9 +297,7 @@ def _raised(record: RunRecord, gated: Job, table: Table, tables: Sequence[Table]
     for name in record.channels.keys() & set(table.channels):
         limit = k * scatter(gated, table, tables, name)
         raised[name] = [
-            point._replace(
-                threshold=max(point.threshold, float(limit[np.abs(table.time - point.time).argmin()]))
-            )
+            point._replace(threshold=max(point.threshold, float(limit[_nearest(table, point)])))
             for point in record.channels[name]
         ]
     return record.model_copy(update={"channels": raised})

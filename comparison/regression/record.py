@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
 from comparison.accuracy.refine import family, table_of_family
@@ -65,13 +65,10 @@ def gated_runs(scene: Scene) -> dict[Which, Job]:
     """Return the runs of a scene that have a baseline."""
     closest = tight(scene, MODELS)
     assert closest is not None  # both models are ours
-    jobs = {
-        ("reference", "tight"): Job(closest, "reference"),
-        ("exudyn", "standard"): Job(scene, "exudyn"),
-    }
-    return jobs | (
-        {("exudyn", "tight"): Job(closest, "exudyn")} if smallest_in_exudyn(scene.data) == "tree" else {}
-    )
+    jobs = {("reference", "tight"): Job(closest, "reference"), ("exudyn", "standard"): Job(scene, "exudyn")}
+    if smallest_in_exudyn(scene.data) == "tree":
+        jobs["exudyn", "tight"] = Job(closest, "exudyn")
+    return jobs
 
 
 def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> list[Job]:
@@ -100,14 +97,8 @@ def scatter(gated: Job, table: Table, neighbours: Sequence[Table], channel: str)
 def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
     """Choose a run's checkpoints, spread evenly over the samples that can be one.
 
-    Parameters
-    ----------
-    runs
-        The run, and the others of its family that give the uncertainty.
-    gated, tier
-        What was run, at which of `comparison.accuracy.levels.TIERS`.
-    neighbours
-        The runs from starts next to its own.
+    ``runs`` are the run, made by ``gated`` at a tier, and the others of its family that give the uncertainty;
+    ``neighbours`` those from starts next to its own.
     """
     limits, scene, time = thresholds(tier), gated.scene, runs.base.time
     predictable: dict[str, BoolArray] = {}
@@ -144,8 +135,8 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
 
 def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, Any]:
     """Return the model's settings of a scene, with the formulation that it chose by itself."""
-    chosen = {key: table.provenance[key] for key in ("formulation",) if key in table.provenance}
-    return {**scene["solver"][model], **chosen}
+    chosen = table.provenance.get("formulation")
+    return {**scene["solver"][model], **({} if chosen is None else {"formulation": chosen})}
 
 
 def counters(table: Table) -> dict[str, int]:
@@ -166,10 +157,8 @@ def renewed(
 
     Parameters
     ----------
-    scenes
-        All that it is to hold.
-    folder
-        Where it will be; paths of scenes are relative to it.
+    scenes, folder
+        All that it is to hold, and where it will be; paths of scenes are relative to it.
     old
         The baseline that it replaces; its rates are kept if there are no newer ones and the thresholds are
         the same.
@@ -191,7 +180,9 @@ def renewed(
     ]
     jobs = [job for *_, levels, others in planned for job in (*levels.values(), *others)]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
-    records: dict[str, dict[str, dict[str, RunRecord]]] = {}
+    records: dict[str, Any] = {
+        scene.name: {"source": source(scene, folder), "hash": physics_hash(scene)} for scene in scenes
+    }
     for scene, (model, tier), gated, levels, others in planned:
         tables = {}
         for kind, job in levels.items():
@@ -200,19 +191,13 @@ def renewed(
             tables[kind] = successful(outcome, job) if table is None else table
         nearby = [successful(next(outcomes), job) for job in others]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
-        by_model = records.setdefault(scene.name, {})
-        by_model.setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
+        records[scene.name].setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
     return Baseline(
         platform=platform_name(),
         versions=versions(),
         thresholds=thresholds_record(),
         detection=rates,
-        scenes={
-            scene.name: SceneRecord.model_validate(
-                {"source": source(scene, folder), "hash": physics_hash(scene), **records[scene.name]}
-            )
-            for scene in scenes
-        },
+        scenes={name: SceneRecord.model_validate(parts) for name, parts in records.items()},
     )
 
 
@@ -231,8 +216,8 @@ def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     """
     own = counters(runs.base)
     others = [counters(neighbour) for neighbour in neighbours]
-    relatives = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
-    others += [{"contacts": counters(run)["contacts"]} for run in relatives]
+    relatives = (runs.finer, runs.coarser, *runs.perturbed_runs)
+    others += [{"contacts": counters(run)["contacts"]} for run in relatives if run is not None]
     largest = {
         name: max((abs(other.get(name, value) - value) for other in others), default=0)
         for name, value in own.items()
@@ -256,12 +241,8 @@ def _rates(path: Path, old: Baseline | None) -> Detection | None:
     if path.is_file():
         try:
             measured = _Measured.model_validate(json.loads(contents(path)))
-        except ValidationError as error:
-            raise BaselineError(f"{path}: {explain(error)}") from error
-        except OSError as error:
-            raise BaselineError(f"{path}: {error.strerror or error}") from error
-        except (ValueError, RecursionError) as error:
-            raise BaselineError(f"{path}: is not JSON text: {error}") from error
+        except (OSError, ValueError, RecursionError) as error:
+            raise BaselineError(f"{path}: {explain(error, 'JSON')}") from error
         if measured.thresholds != thresholds_record():
             raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
         return Detection(false_alarms=measured.false_alarms, detected=measured.detected)

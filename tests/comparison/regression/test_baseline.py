@@ -28,65 +28,43 @@ from comparison.regression.record import COUNT, record
 from comparison.verdict.compare import Runs, model_uncertainty
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
-positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
 texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
 keys = st.text(string.ascii_letters + string.digits + "._-+", min_size=1, max_size=12)
-counts = st.integers(0, 10**12)
-runs = st.builds(
-    RunRecord,
-    settings=st.dictionaries(keys, st.one_of(texts, st.booleans(), counts, numbers), max_size=3),
-    counters=st.dictionaries(keys, counts, max_size=3),
-    spread=st.dictionaries(keys, counts, max_size=2),
-    unexcited=st.lists(keys, max_size=2),
-    unpredictable=st.lists(keys, max_size=2),
-    channels=st.dictionaries(
-        st.sampled_from(["slider_x", "slider_y"]),
-        st.lists(st.builds(Checkpoint, numbers, numbers, positive), max_size=2),
-    ),
-)
-tiers = st.dictionaries(st.sampled_from(["standard", "tight"]), runs)
-scenes = st.builds(SceneRecord, source=texts, hash=keys, reference=tiers, exudyn=tiers)
-baselines = st.builds(
-    Baseline,
-    platform=texts,
-    versions=st.dictionaries(keys, texts, max_size=2),
-    thresholds=st.dictionaries(
-        keys, st.one_of(numbers, st.dictionaries(keys, numbers, max_size=1)), max_size=2
-    ),
-    detection=st.one_of(
-        st.none(),
-        st.just(
-            Detection(
-                false_alarms={"count": 0, "runs": 300, "upper95": 0.00994},
-                detected={"tight": {"count": 24, "faults": 25, "interval": [0.82, 1.0]}},
-            )
-        ),
-    ),
-    scenes=st.dictionaries(keys, scenes, min_size=1, max_size=2),
-)
+points = st.builds(Checkpoint, numbers, numbers, numbers.filter(lambda value: value > 0))
 
 
 @settings(max_examples=50)
-@given(baseline=baselines)
-def test_what_is_written_is_what_is_read_to_the_last_bit(baseline, tmp_path_factory):
-    path = write(baseline, tmp_path_factory.getbasetemp() / "baseline.toml")
-    assert read(path) == baseline
-
-
-def test_a_checkpoint_takes_its_line_and_the_file_is_whole_or_not_there(tmp_path):
+@given(
+    key=keys, text=texts, value=texts | st.booleans() | numbers, count=st.integers(0, 10**12),
+    names=st.lists(keys, max_size=2),
+    channels=st.dictionaries(st.sampled_from(["slider_x", "slider_y"]), st.lists(points, max_size=2)),
+)  # fmt: skip
+def test_what_is_written_is_what_is_read_to_the_last_bit(
+    key, text, value, count, names, channels, tmp_path_factory
+):
     run = RunRecord(
-        settings={},
-        counters={"steps": 5},
-        channels={"slider_x": [Checkpoint(0.1, -0.55, 1e-11)] * 2},
+        settings={key: value}, counters={key: count}, spread={key: count}, unexcited=names, channels=channels
     )
+    scene = SceneRecord(
+        source=text, hash=key, reference={"tight": run}, exudyn={"standard": run, "tight": run}
+    )
+    rates = Detection(false_alarms={"count": count}, detected={key: {"interval": [0.8, 1.0]}})
+    limits = {key: {"alpha": 0.1}}
+    whole = Baseline(
+        platform=text, versions={key: text}, thresholds=limits, detection=rates, scenes={key: scene}
+    )
+    path = write(whole, tmp_path_factory.getbasetemp() / "baseline.toml")
+    assert read(path) == whole
+
+
+def test_a_checkpoint_takes_its_line_and_texts_may_be_what_toml_does_not_take_as_they_are(tmp_path):
+    run = RunRecord(settings={}, counters={}, channels={"slider_x": [Checkpoint(0.1, -0.55, 1e-11)] * 2})
     scene = SceneRecord(source="own.toml", hash="ab", exudyn={"tight": run})
-    platform = "\x7f, \x00"  # characters that TOML does not take as they are
-    whole = Baseline(platform=platform, versions={}, thresholds={}, scenes={"90rpm-0.1mm": scene})
-    lines = write(whole, tmp_path / "deep" / "b.toml").read_text().splitlines()
-    assert lines.count("  [0.1, -0.55, 1e-11],") == 2
-    assert '[scenes."90rpm-0.1mm".exudyn.tight.channels]' in lines
-    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["b.toml"]
-    assert read(tmp_path / "deep" / "b.toml").platform == platform
+    whole = Baseline(platform="\x7f, \x00", versions={}, thresholds={}, scenes={"90rpm-0.1mm": scene})
+    path = write(whole, tmp_path / "deep" / "b.toml")
+    assert path.read_text().count("  [0.1, -0.55, 1e-11],\n") == 2
+    assert [path] == list(path.parent.iterdir())
+    assert read(path).platform == whole.platform
 
 
 @pytest.fixture
@@ -137,51 +115,34 @@ def test_where_nothing_is_predictable_or_nothing_happens_there_is_no_checkpoint(
     assert not {"slider_x", "slider_ax"} & set(wild.channels)
 
 
-def test_counters_settings_and_contacts_are_those_of_the_run(family, scene):
-    runs = family(1e-4)
-    base = replace(runs.base, provenance={"counters": {"steps": 7}, "formulation": "tree"})
-    made = record(replace(runs, base=base), Job(scene, "exudyn"), "standard")
-    assert made.counters == {"steps": 7, "contacts": 0}
-    assert made.spread == {}
-    assert made.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
-
-
 def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_counters(
     family, scene, make_table
 ):
-    runs = family(1e-4)
-    base = replace(runs.base, provenance={"counters": {"steps": 7, "rhs": 70}})
+    runs, job = family(1e-4), Job(scene, "exudyn")
+    provenance = {"counters": {"steps": 7, "rhs": 70}, "formulation": "tree"}
+    base = replace(runs.base, provenance=provenance)
     neighbours = [
         replace(make_table(1e-4, stretch=stretch), provenance={"counters": {"steps": steps, "rhs": 70}})
         for stretch, steps in ((1e-3, 9), (-2e-3, 4))
     ]
     finer = replace(runs.finer, events=pd.DataFrame({"corner": ["ll", "lr"]}))
-    runs = replace(runs, base=base, finer=finer)
-    alone = record(runs, Job(scene, "exudyn"), "standard")
+    alone = record(replace(runs, base=base, finer=finer), job, "standard")
+    assert alone.counters == {"steps": 7, "rhs": 70, "contacts": 0}
+    assert alone.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
     assert alone.spread == {"contacts": 2}
-    made = record(runs, Job(scene, "exudyn"), "standard", neighbours)
+    made = record(replace(runs, base=base, finer=finer), job, "standard", neighbours)
     assert made.spread == {"steps": 3, "contacts": 2}
     # Five bodies have no neighbours: of ten contacts two are uncertain, and so is a fifth of the steps.
-    ten = pd.DataFrame({"corner": ["ll"] * 10})
-    twelve = replace(finer, events=pd.DataFrame({"corner": ["ll"] * 12}))
-    runs = family(1e-4)
-    family_of_ten = {
-        name: replace(getattr(runs, name), events=ten)
-        for name in ("coarser", "perturbed", "other_perturbed")
-        if getattr(runs, name) is not None
-    }
-    uncertain = replace(runs, base=replace(base, events=ten), finer=twelve, **family_of_ten)
-    assert record(uncertain, Job(scene, "exudyn"), "standard").spread == {
-        "steps": 2,
-        "rhs": 14,
-        "contacts": 2,
-    }
+    ten, twelve = (pd.DataFrame({"corner": ["ll"] * count}) for count in (10, 12))
+    changed = {"base": replace(base, events=ten), "finer": replace(finer, events=twelve)}
+    uncertain = replace(runs, coarser=replace(runs.coarser, events=ten), **changed)
+    assert record(uncertain, job, "standard").spread == {"steps": 2, "rhs": 14, "contacts": 2}
     # k times three times the distance of the neighbour that is further off, the largest within the window.
-    x = {point.time: point for point in made.channels["slider_x"]}
+    x = {point.time: point.threshold for point in made.channels["slider_x"]}
     sine = np.abs(np.sin(2 * np.pi * np.array(list(x)) / scene.period))
-    thresholds_of_x = np.array([point.threshold for point in x.values()])
-    assert np.all(thresholds_of_x >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
-    assert np.median(thresholds_of_x) > 5 * np.median([p.threshold for p in alone.channels["slider_x"]])
+    assert np.all(np.array(list(x.values())) >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
+    before = [point.threshold for point in alone.channels["slider_x"]]
+    assert np.median(list(x.values())) > 5 * np.median(before)
 
 
 def test_the_processor_is_named_with_what_it_can_do(tmp_path):

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import pytest
 from gate_command import BASELINE, checks, edit, gate, seal
@@ -25,18 +23,7 @@ def test_an_unchanged_tree_passes_with_one_worker_and_with_two(tmp_path, monkeyp
         assert main(["gate", "--jobs", jobs]) == 0
         records.append(Path("reports/out/gate/gate.json").read_text())
     assert records[0] == records[1]
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert re.fullmatch(r"All \d+ checks passed: both models match their baseline", out.splitlines()[-2])
-    assert out.splitlines()[-1] == "reports/out/gate/summary.md"
-    assert {path.name for path in Path("reports/out/gate").iterdir()} == {
-        "gate.json",
-        "junit.xml",
-        "summary.md",
-    }
-    root = ET.parse("reports/out/gate/junit.xml").getroot()
-    assert root.get("failures") == root.get("errors") == "0"
-    assert int(root.get("tests")) == len(json.loads(records[0])["checks"]) > 50
+    assert re.search(r"All \d{2,} checks passed: both models match", capsys.readouterr().out)
 
 
 @pytest.mark.usefixtures("made")
@@ -47,20 +34,19 @@ def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_thr
     assert gate() == 1
     out = capsys.readouterr().out
     assert "note: scene 'own': its numbers are not those that the baseline was made with" in out
-    (line,) = [line for line in out.splitlines() if "exudyn tight, scene 'own': slider_x at" in line]
     number = r"(-?[\d.e-]+)"
-    found = re.fullmatch(
-        rf"REGRESSION exudyn tight, scene 'own': slider_x at t = {number} s is {number} m, in the baseline "
-        rf"{number} m: off by {number} m, the threshold is {number} m \((\d) of 5 checkpoints are off\)",
-        line,
+    time, value, before, off, threshold = map(
+        float,
+        re.search(
+            rf"exudyn tight, scene 'own': slider_x at t = {number} s is {number} m, in the baseline "
+            rf"{number} m: off by {number} m, the threshold is {number} m \(\d of 5 checkpoints are off\)",
+            out,
+        ).groups(),
     )
-    time, value, before, off, threshold = map(float, found.groups()[:5])
     assert 0 <= time <= 0.8
     assert abs(value - before) == pytest.approx(off, rel=0.02)
     assert threshold < off < 2e-4 * 1e-3 * 1.02
-    groups = {group for group, _ in checks()}
-    assert groups == {"exudyn standard", "exudyn tight"}  # and the reference passes
-    assert "exudyn tight" in Path("reports/out/gate/summary.md").read_text()
+    assert {group for group, _ in checks()} == {"exudyn standard", "exudyn tight"}  # the reference passes
 
 
 @pytest.mark.usefixtures("made")
@@ -95,32 +81,23 @@ def test_another_platform_is_a_note_and_values_are_held_to_their_thresholds_all_
     assert list(checks()) == [("reference tight", "slider_x")]
 
 
+TIGHT = '^\\[scenes."own".exudyn.tight'
+OTHER = '[scenes."own".reference.standard'
+ONE_SIDED = [
+    ("^slider_vy = ", "slider_ax = ", "slider_ax", "slider_ax is in the baseline and not in the run"),
+    ("^slider_vy = ", "slider_ax = ", "slider_vy", "the channel slider_vy has no baseline"),
+    (TIGHT, OTHER, "run", "not any more"),
+    (TIGHT, OTHER, "run", "no baseline of this run"),
+    ("tolerance = 1e-12", "tolerance = 1e-11", "settings", "tolerance is 1e-12, in the baseline 1e-11"),
+    (r"^slider_vy = \[\n  \[0", "slider_vy = [\n  [7", "slider_vy", "has no sample at t = 7"),
+]
+
+
 @pytest.mark.usefixtures("made")
-@pytest.mark.parametrize(
-    ("pattern", "by", "item", "message"),
-    [
-        ("^slider_vy = ", "slider_ax = ", "slider_ax", "slider_ax is in the baseline and not in the run"),
-        ("^slider_vy = ", "slider_ax = ", "slider_vy", "the channel slider_vy has no baseline"),
-        (r"^\[scenes.\"own\".exudyn.tight", '[scenes."own".reference.standard', "run", "not any more"),
-        (
-            r"^\[scenes.\"own\".exudyn.tight",
-            '[scenes."own".reference.standard',
-            "run",
-            "no baseline of this run",
-        ),
-        ("tolerance = 1e-12", "tolerance = 1e-11", "settings", "tolerance is 1e-12, in the baseline 1e-11"),
-        (r"^slider_vy = \[\n  \[0", "slider_vy = [\n  [7", "slider_vy", "has no sample at t = 7"),
-        (
-            r"^\[scenes.\"own\".reference.tight.channels\]",
-            'unexcited = ["slider_ay"]\n\\g<0>',
-            "slider_ay",
-            "slider_ay is in the baseline and not in the run",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "by", "item", "message"), ONE_SIDED)
 def test_what_only_one_side_has_is_a_regression(pattern, by, item, message):
     edit(pattern, by)
-    if "reference.standard" in by:
+    if by == OTHER:
         edit(pattern, by)  # the table of its channels too
     assert gate() == 1
     assert any(message in case["message"] for (_, name), case in checks().items() if name == item)
@@ -139,15 +116,6 @@ def test_a_channel_in_which_nothing_happened_must_stay_so():
 
 
 @pytest.mark.usefixtures("made")
-def test_scenes_without_a_baseline_and_scenes_that_are_gone_are_regressions(scene_file, capsys):
-    assert gate(scene_file("new")) == 1
-    assert "scene 'new': there is no baseline of it" in capsys.readouterr().out
-    Path("own.toml").unlink()
-    assert gate() == 1
-    assert "'own.toml' of the baseline is neither a shipped scene nor a file" in capsys.readouterr().out
-
-
-@pytest.mark.usefixtures("made")
 @pytest.mark.parametrize(("what", "code"), [("fail", 1), ("refuse", 1), ("crash", 70)])
 def test_a_model_that_does_not_run_any_more_is_a_regression(scene_file, gravity, capsys, what, code):
     scene_file("own", getattr(gravity, what))
@@ -162,14 +130,8 @@ def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(sc
     scene_file("own", gravity.lucky)
     assert gate() == 1
     assert {group for group, _ in checks()} == {"exudyn standard"}  # which has none
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if "neighbouring" in line]
-    number, starts = re.fullmatch(
-        r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than (\d+ runs from neighbouring "
-        r"starts do here; their thresholds are too small)",
-        line,
-    ).groups()
-    assert int(number) >= 10
-    assert starts.startswith("20 runs")
+    said = r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than 20 runs from neighbouring "
+    assert int(re.search(said, capsys.readouterr().out)[1]) >= 10
 
 
 def test_one_channel_is_spoken_of_as_one():
