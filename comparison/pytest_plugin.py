@@ -40,38 +40,15 @@ def _assert_agree(
     share: float = 1.0,
     allow_indeterminate: bool = False,
 ) -> None:
-    """Compare as ``sixbar compare`` does.
-
-    Parameters
-    ----------
-    a, b
-        The tables to compare.
-    scene
-        Scene of both tables; None: the one recorded in both, if any.
-    tolerance
-        Allowed difference, as a share of each channel's scale; None: the scene's.
-    share
-        Share of the samples that must be within the tolerance.
-    allow_indeterminate
-        Whether the verdict "indeterminate" passes; without a tolerance it is the verdict.
-
-    Raises
-    ------
-    AssertionError
-        With the reason of the verdict and a line for each channel that differs; also if the tables cannot be
-        compared.
-    SceneError
-        If the scene does not exist.
-    """
     from comparison.scene import load_scene
     from comparison.tables.table import TableError
     from comparison.verdict.compare import Runs, compare, recorded_scene
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
-    labels = _label(a, "a"), _label(b, "b")
     try:
-        tables = _table(a), _table(b)
+        (first, table_a), (second, table_b) = _read(a, "a"), _read(b, "b")
+        tables, labels = (table_a, table_b), (first, second)
         loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
         result = compare(
             Runs(tables[0]),
@@ -98,16 +75,15 @@ def _assert_agree(
     raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
 
 
-def _table(results: Results) -> Table:
+def _read(results: Results, otherwise: str) -> tuple[str, Table]:
+    """Return what to call a table, and the table."""
     import pandas as pd
 
     from comparison.tables.table import Table
     from comparison.tables.table_files import read
 
     if isinstance(results, pd.DataFrame):
-        return Table(results)
-    return results if isinstance(results, Table) else read(results)
-
-
-def _label(results: Results, otherwise: str) -> str:
-    return str(results) if isinstance(results, str | Path) else f"table {otherwise}"
+        return f"table {otherwise}", Table(results)
+    if isinstance(results, Table):
+        return f"table {otherwise}", results
+    return str(results), read(results)
