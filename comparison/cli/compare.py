@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import print_json, saved, say, warn, wrapped
-from comparison.cli.options import REPORTS, AllowIndeterminate, AsJson, OfScene, OutFolder
-from comparison.cli.pages import write_page
+from comparison.cli.console import print_json, say, warn, wrapped
+from comparison.cli.options import (
+    REPORTS,
+    AllowIndeterminate,
+    AsJson,
+    OfScene,
+    OutFolder,
+    check_positive,
+    option,
+)
+from comparison.cli.results import channel_lines, verdict_lines, write_page
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
-    from comparison.verdict.recorded import Recorded
 
 _File = Annotated[Path, typer.Argument(hidden=True)]
-_Finer = Annotated[Path | None, typer.Option(metavar="FILE", help="The run at a finer setting.")]
-_Coarser = Annotated[Path | None, typer.Option(metavar="FILE", help="The run at a coarser setting.")]
-_Starts = Annotated[
-    list[Path] | None,
-    typer.Option(help="A run from a moved start; repeat for several.", metavar="FILE"),
-]
+_Finer = Annotated[Path | None, option("FILE", "The run at a finer setting.")]
+_Coarser = Annotated[Path | None, option("FILE", "The run at a coarser setting.")]
+_Starts = Annotated[list[Path] | None, option("FILE", "A run from a moved start; repeat for several.")]
 _Refinement = Annotated[
-    str | None,
-    typer.Option(
-        metavar="FACTOR,ORDER", help="Factor between two settings, order of the error; default 2,2."
-    ),
+    str | None, option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2.")
 ]
 
 
@@ -37,22 +38,17 @@ def compare(
     b: _File,
     scene: OfScene = None,
     tolerance: Annotated[
-        float | None,
-        typer.Option(metavar="X", help="Allowed difference, as a share of each channel's scale."),
+        float | None, option("X", "Allowed difference, as a share of each channel's scale.")
     ] = None,
-    share: Annotated[
-        float, typer.Option(metavar="X", help="Share of the samples that must be within the tolerance.")
-    ] = 1.0,
+    share: Annotated[float, option("X", "Share of the samples that must be within the tolerance.")] = 1.0,
     time_tolerance: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="By which either table may be early or late; default 0."),
+        float | None, option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
     mapping: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="TOML file that assigns another program's columns to channels."),
+        Path | None, option("FILE", "TOML file that assigns another program's columns to channels.")
     ] = None,
     at_events: Annotated[
-        str | None, typer.Option(metavar="left|right|both", help="Which rows of a repeated time count.")
+        str | None, option("left|right|both", "Which rows of a repeated time count.")
     ] = None,
     finer_a: _Finer = None,
     finer_b: _Finer = None,
@@ -64,9 +60,7 @@ def compare(
     refinement_b: _Refinement = None,
     period: Annotated[
         float | None,
-        typer.Option(
-            metavar="SECONDS", help="Period of the motion; by default the scene's, else the tables' span."
-        ),
+        option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
     ] = None,
     out: OutFolder = None,
     json: AsJson = False,
@@ -78,38 +72,49 @@ def compare(
     and perturbed ones, gives their numerical uncertainty, by which they are judged as by `sixbar validate`.
     Else a tolerance decides; without one: metrics and "indeterminate".
     """
-    from comparison.cli.verdicts import channel_lines, verdict_lines
     from comparison.files import check_folder
     from comparison.scene import command_line, load_scene
     from comparison.tables.foreign import AT_EVENTS, read_tables
     from comparison.tables.mapping import load_mapping
     from comparison.verdict.compare import recorded_scene
-    from comparison.verdict.recorded import compare_recorded
+    from comparison.verdict.recorded import Recorded, compare_recorded
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
-    if tolerance is not None and not 0 < tolerance < float("inf"):
-        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
+    check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    if period is not None and not 0 < period < float("inf"):
-        raise typer.BadParameter(f"--period {period:g} must be a positive number")
+    check_positive("--period", period)
     if at_events is not None and at_events not in AT_EVENTS:
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     folder = check_folder(out or REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
-    sides: dict[str, dict[str, list[Path]]] = {
-        "a": _runs(a, finer_a, coarser_a, perturbed_a),
-        "b": _runs(b, finer_b, coarser_b, perturbed_b),
+    sides: dict[str, list[tuple[str, Path | None]]] = {
+        "a": [("base", a), ("finer", finer_a), ("coarser", coarser_a)],
+        "b": [("base", b), ("finer", finer_b), ("coarser", coarser_b)],
     }
-    paths = [(side, path) for side, runs in sides.items() for files in runs.values() for path in files]
-    tables, left_out = read_tables([path for _, path in paths], [side for side, _ in paths], rules, at_events)
-    read = iter(tables)
-    first = _recorded(sides["a"], read, refinement_a, "--refinement-a")
-    second = _recorded(sides["b"], read, refinement_b, "--refinement-b")
+    sides["a"] += [("perturbed", path) for path in perturbed_a or []]
+    sides["b"] += [("perturbed", path) for path in perturbed_b or []]
+    files = [(kind, side, path) for side, runs in sides.items() for kind, path in runs if path is not None]
+    tables, left_out = read_tables(
+        [path for *_, path in files], [side for _, side, _ in files], rules, at_events
+    )
+    read: dict[tuple[str, str], list[Table]] = defaultdict(list)
+    for (kind, side, _), table in zip(files, tables, strict=True):
+        read[kind, side].append(table)
+    first, second = (
+        Recorded(
+            read["base", side][0],
+            next(iter(read["finer", side]), None),
+            next(iter(read["coarser", side]), None),
+            read["perturbed", side],
+            _factor_and_order(refinement, f"--refinement-{side}"),
+        )
+        for side, refinement in (("a", refinement_a), ("b", refinement_b))
+    )
     loaded, warnings = (
         (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
     )
@@ -120,37 +125,33 @@ def compare(
         "--share": share < 1,
         "the gate": bool(gate),
     }
-    if tolerance is None and loaded is not None:
-        tolerance = loaded.tolerance
-    unused = _without_effect(limits, finer=finer_a is not None, tolerance=tolerance is not None)
-    if time_tolerance is None and loaded is not None and loaded.time_tolerance:
-        time_tolerance = loaded.time_tolerance
-    options: dict[str, Any] = {
-        "--scene": scene,
-        "--mapping": mapping,
-        "--tolerance": None if tolerance is None else f"{tolerance:g}",
-        "--share": None if share == 1 else f"{share:g}",
-        "--time-tolerance": time_tolerance,
-        "--at-events": at_events,
-        "--period": period,
-        "--refinement-a": refinement_a,
-        "--refinement-b": refinement_b,
-    }
-    further = [
-        word
-        for side, runs in sides.items()
-        for kind, files in runs.items()
-        if kind != "base"
-        for path in files
-        for word in (f"--{kind}-{side}", str(path))
-    ]
+    if loaded is not None:
+        tolerance = loaded.tolerance if tolerance is None else tolerance
+        time_tolerance = (loaded.time_tolerance or None) if time_tolerance is None else time_tolerance
+    unused = [name for name, is_given in limits.items() if is_given]
+    if finer_a is not None:
+        unused = [f"{name} has no effect: the uncertainty from finer runs decides" for name in unused]
+    else:
+        needed = ("--time-tolerance", "--share") if tolerance is None else ()
+        unused = [f"{name} has no effect without a tolerance" for name in unused if name in needed]
 
-    def command_with(**changes: str) -> str:
-        given = {name: value for name, value in (options | changes).items() if value is not None}
-        words = [word for name, value in given.items() for word in (name, str(value))]
-        return command_line("compare", [str(a), str(b)], {}, [*words, *further])
+    def command_with(tolerance: float | None) -> str:
+        options = {
+            "--scene": scene,
+            "--mapping": mapping,
+            "--tolerance": None if tolerance is None else f"{tolerance:g}",
+            "--share": None if share == 1 else f"{share:g}",
+            "--time-tolerance": time_tolerance,
+            "--at-events": at_events,
+            "--period": period,
+            "--refinement-a": refinement_a,
+            "--refinement-b": refinement_b,
+        }
+        given = [(name, value) for name, value in options.items() if value is not None]
+        given += [(f"--{kind}-{side}", path) for kind, side, path in files if kind != "base"]
+        return command_line("compare", [str(a), str(b)], {}, [str(word) for pair in given for word in pair])
 
-    command = command_with()
+    command = command_with(tolerance)
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
     comparison = compare_recorded(
         first,
@@ -167,52 +168,15 @@ def compare(
         only=None if rules is None else rules.compare,
     )
     if tolerance is None and finer_a is None:
-        comparison = replace(comparison, closer_command=command_with(**{"--tolerance": "0.01"}))
+        comparison = replace(comparison, closer_command=command_with(0.01))
     lines = (*channel_lines(comparison), *wrapped(shift_line(comparison)))
     for line in (*lines, *verdict_lines([comparison], verbose=True)):
         typer.echo(line, err=json)  # with colours
     if json:
         print_json(as_mapping(comparison))
-    say(str(saved(lambda folder: write_page([comparison], folder, command), folder)), err=json)
+    say(str(write_page([comparison], folder, command)), err=json)
     warn(comparison.warnings)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
-
-
-def _without_effect(limits: Mapping[str, bool], *, finer: bool, tolerance: bool) -> list[str]:
-    """Return warnings of given limits that decide nothing: beside finer runs, or without a tolerance.
-
-    ``limits``: name -> whether it was given.
-    """
-    needs_tolerance = {"--time-tolerance", "--share"}
-    names = [name for name, is_given in limits.items() if is_given]
-    if finer:
-        return [f"{name} has no effect: the uncertainty from finer runs decides" for name in names]
-    names = [] if tolerance else [name for name in names if name in needs_tolerance]
-    return [f"{name} has no effect without a tolerance" for name in names]
-
-
-def _runs(
-    base: Path, finer: Path | None, coarser: Path | None, perturbed: list[Path] | None
-) -> dict[str, list[Path]]:
-    """Return the files of one program by their part."""
-    files: dict[str, list[Path | None]] = {
-        "base": [base],
-        "finer": [finer],
-        "coarser": [coarser],
-        "perturbed": [*(perturbed or [])],
-    }
-    return {kind: [path for path in paths if path is not None] for kind, paths in files.items()}
-
-
-def _recorded(
-    runs: dict[str, list[Path]], tables: Iterator[Table], refinement: str | None, option: str
-) -> Recorded:
-    from comparison.verdict.recorded import Recorded
-
-    read = {kind: [next(tables) for _ in files] for kind, files in runs.items()}
-    finer, coarser = (read[kind][0] if read[kind] else None for kind in ("finer", "coarser"))
-    known = _factor_and_order(refinement, option)
-    return Recorded(read["base"][0], finer, coarser, read["perturbed"], known)
 
 
 def _factor_and_order(text: str | None, option: str) -> tuple[float, float] | None:

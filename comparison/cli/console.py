@@ -1,4 +1,4 @@
-"""Console output: lines that fit the terminal, warnings, one-line errors, results saved whatever happens."""
+"""Console output: lines that fit the terminal, warnings, one-line errors."""
 
 from __future__ import annotations
 
@@ -7,20 +7,16 @@ import logging
 import os
 import shutil
 import sys
-import tempfile
 import textwrap
 import unicodedata
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TypeVar
 
 import typer
 
-T = TypeVar("T")
-
-_GAP = "  "
+INTERRUPTED = 130
 _COLOURS = {
     "agree": "green",
     "differ": "red",
@@ -34,8 +30,6 @@ _LEAST = 12  # columns of a text that is cut
 
 
 class _Warnings(logging.Handler):
-    """Prints the warnings of this package's loggers."""
-
     def emit(self, record: logging.LogRecord) -> None:
         warn([record.getMessage()])
 
@@ -61,13 +55,16 @@ def session(*, program: bool) -> Iterator[None]:
         logger.removeHandler(handler)
 
 
-# Lines
-
-
 def say(*lines: str, err: bool = False) -> None:
     """Print lines; control characters of names and headers are shown, not obeyed."""
     for line in lines:
         typer.echo(printable(line), err=err)
+
+
+def say_wrapped(*texts: str, rest: str = "", err: bool = False) -> None:
+    """Print texts, each wrapped to the terminal's width."""
+    for text in texts:
+        say(*wrapped(text, rest=rest), err=err)
 
 
 def print_json(value: object) -> int:
@@ -78,7 +75,7 @@ def print_json(value: object) -> int:
     return 0
 
 
-def width() -> int:
+def _width() -> int:
     """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
     return shutil.get_terminal_size((80, 24)).columns
 
@@ -93,77 +90,52 @@ def printable(text: str) -> str:
     )
 
 
-def coloured(text: str, verdict: str) -> str:
-    """Return a text in the colour of a verdict; plain where ``$NO_COLOR`` is set. A file gets no colours."""
-    colour = None if os.environ.get("NO_COLOR") else _COLOURS.get(verdict.strip())
+def coloured(text: str) -> str:
+    """Return a verdict in its colour; plain where ``$NO_COLOR`` is set. A file gets no colours."""
+    colour = None if os.environ.get("NO_COLOR") else _COLOURS.get(text.strip())
     return text if colour is None else typer.style(text, fg=colour)
 
 
 def columns(
-    rows: Sequence[Sequence[str]],
-    *,
-    right: Collection[int] = (),
-    paint: Mapping[int, Callable[[str], str]] | None = None,
+    rows: Sequence[Sequence[str]], *, right: Collection[int] = (), verdict: int | None = None
 ) -> list[str]:
-    """Return rows as aligned lines.
+    """Return rows (the headings among them) as aligned lines; no column is left out.
 
-    No column is left out. Where lines are longer than the terminal, text in the last column is cut.
-
-    Parameters
-    ----------
-    rows
-        Cells, as many in each row, the headings among them.
-    right
-        Columns aligned to the right.
-    paint
-        Column -> what colours a cell, at its full width.
+    Columns named in ``right`` are aligned to the right, that of the verdict is coloured. Where lines are
+    longer than the terminal, text in the last column is cut.
     """
     rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     last = len(widths) - 1
     if last not in right:
-        left = width() - sum(widths[:-1]) - len(_GAP) * last
-        widths[last] = min(widths[last], max(left, _LEAST))
+        widths[last] = min(widths[last], max(_width() - sum(widths[:-1]) - 2 * last, _LEAST))
     lines = []
     for row in rows:
-        cells = [
-            cell.rjust(wide) if number in right else _cut(cell, wide).ljust(wide)
-            for number, (cell, wide) in enumerate(zip(row, widths, strict=True))
-        ]
+        cells = []
+        for number, (cell, wide) in enumerate(zip(row, widths, strict=True)):
+            cut = cell if len(cell) <= wide else cell[: max(0, wide - 3)].rstrip() + "..."
+            cells.append(cut.rjust(wide) if number in right else cut.ljust(wide))
         while cells and not cells[-1].strip():
             cells.pop()
         if cells:
             cells[-1] = cells[-1].rstrip()
-        painted = [(paint or {}).get(number, str)(cell) for number, cell in enumerate(cells)]
-        lines.append(_GAP.join(painted))
+        lines.append("  ".join(coloured(cell) if n == verdict else cell for n, cell in enumerate(cells)))
     return lines
 
 
 def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]:
     """Return a text as lines no longer than the terminal is wide; names and paths are not broken.
 
-    Parameters
-    ----------
-    text
-        One line.
-    first, rest
-        What the first line and the others begin with; by default the others are indented alike.
+    The first line begins with ``first``, the others with ``rest`` or are indented alike.
     """
     return textwrap.wrap(
         printable(text),
-        max(width(), 40),
+        max(_width(), 40),
         initial_indent=first,
         subsequent_indent=" " * len(first) if rest is None else rest,
         break_long_words=False,
         break_on_hyphens=False,
     )
-
-
-def _cut(cell: str, wide: int) -> str:
-    return cell if len(cell) <= wide else cell[: max(0, wide - 3)].rstrip() + "..."
-
-
-# Warnings and errors
 
 
 def warn(warnings: Sequence[str]) -> None:
@@ -184,34 +156,6 @@ def warn_about_the_cache() -> None:
             os.environ.setdefault("MPLCONFIGDIR", str(cache_folder() / "matplotlib"))
 
 
-def saved(write: Callable[[Path], T], folder: Path) -> T:
-    """Write results into a folder; if that fails, into a temporary one, so that no run was for nothing.
-
-    Raises
-    ------
-    FolderError
-        If the folder cannot be written, with the place of the results.
-    """
-    from comparison.files import FolderError
-    from comparison.tables.table import TableError
-
-    try:
-        return write(folder)
-    except (OSError, TableError) as error:
-        reason = _line(error)
-        try:
-            instead = Path(tempfile.mkdtemp(prefix="sixbar-"))
-            write(instead)
-        except (OSError, TableError):
-            raise FolderError(reason) from error
-        raise FolderError(f"{reason}; the results are in {instead}") from error
-
-
-def fail(error: Exception) -> int:
-    """Print a one-line error message and return its exit code."""
-    return complain(*described(error))
-
-
 def complain(text: str, code: int) -> int:
     """Print one line to stderr and return the exit code."""
     with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
@@ -227,14 +171,13 @@ def described(error: Exception) -> tuple[str, int]:
         return str(error), 70 if error.outcome.status == "crashed" else 2
     if is_refusal(error):
         return str(error), 2
-    if isinstance(error, OSError):  # of the machine, not of this program
-        return _line(error), 2
+    if isinstance(error, OSError):  # of the machine, not of this program; a full disk may not name its file
+        where = "a file" if error.filename is None else os.fsdecode(error.filename)
+        return f"{where}: cannot be read or written: {error.strerror or error}", 2
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
-    place = (
-        f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace is not None else ""
-    )
+    place = f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else ""
     message = f"internal error: {type(error).__name__}: {error}{place}"
     return f"{message}; please report this line, the command and the output of sixbar --version", 70
 
@@ -251,11 +194,3 @@ def is_refusal(error: Exception) -> bool:
 
     ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
     return isinstance(error, ours)
-
-
-def _line(error: Exception) -> str:
-    """Return where and what; an error of writing, such as on a full disk, may not name its file."""
-    if not isinstance(error, OSError):
-        return str(error)
-    where = "a file" if error.filename is None else os.fsdecode(error.filename)
-    return f"{where}: cannot be read or written: {error.strerror or error}"

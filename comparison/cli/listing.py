@@ -3,41 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from comparison.cli.console import columns, print_json, say, warn, wrapped
+from comparison.cli.console import columns, print_json, say, say_wrapped, warn
 from comparison.cli.options import AsJson, Overrides, SceneName, scene_names
-
-_PLAN_INDENT = 14  # of what follows the names in a plan
 
 
 def scenes(json: AsJson = False) -> int:
     """List the shipped scenes."""
     from comparison.scene import load_scene, shipped_scenes
 
-    shipped = [load_scene(name) for name in shipped_scenes()]
+    listed = [
+        {
+            "name": scene.name,
+            "title": scene.title,
+            "description": scene.description,
+            "speed_rpm": scene.data["drive"]["speed_rpm"],
+            "cycles": scene.data["drive"]["cycles"],
+            "clearance": {
+                joint: float(scene.data["clearance"][joint])
+                for joint in ("slider", "crank_pin")
+                if scene.data["joints"][joint] == "clearance"
+            },
+            "hash": scene.hash,
+        }
+        for scene in map(load_scene, shipped_scenes())
+    ]
     if json:
-        return print_json(
-            [
-                {
-                    "name": scene.name,
-                    "title": scene.title,
-                    "description": scene.description,
-                    "speed_rpm": scene.data["drive"]["speed_rpm"],
-                    "cycles": scene.data["drive"]["cycles"],
-                    "clearance": _clearances(scene.data),
-                    "hash": scene.hash,
-                }
-                for scene in shipped
-            ]
-        )
+        return print_json(listed)
     rows = [("scene", "speed", "clearance", "title")]
-    for scene in shipped:
-        sizes = [f"{size * 1e3:g} mm" for size in _clearances(scene.data).values()]
-        speed = f"{scene.data['drive']['speed_rpm']:g} rpm"
-        rows.append((scene.name, speed, " + ".join(sizes) or "none", scene.title))
+    for scene in listed:
+        sizes = " + ".join(f"{size * 1e3:g} mm" for size in scene["clearance"].values())
+        rows.append((scene["name"], f"{scene['speed_rpm']:g} rpm", sizes or "none", scene["title"]))
     say(*columns(rows, right=(1,)))
     return 0
 
@@ -58,13 +57,11 @@ def channels(
     from comparison.tables.channels import expected
 
     known = all_channels()
-    names = list(known) if scene is None else expected(load_scene(scene).data)
-    listed = [known[name] for name in names]
+    listed = [known[name] for name in (known if scene is None else expected(load_scene(scene).data))]
     if json:
         return print_json([vars(channel) for channel in listed])
     rows = [("channel", "unit", "group", "quantity")]
-    rows += [(channel.name, channel.unit, channel.group, channel.label) for channel in listed]
-    say(*columns(rows))
+    say(*columns([*rows, *((each.name, each.unit, each.group, each.label) for each in listed)]))
     return 0
 
 
@@ -83,15 +80,6 @@ def plan(scene: SceneName, overrides: Overrides = None, json: AsJson = False) ->
     plans = [plan_run(loaded, model) for model in MODELS]
     if json:
         return print_json([asdict(planned) for planned in plans])
-    for text in (channels_line(loaded), *(line for planned in plans for line in plan_lines(planned))):
-        say(*wrapped(text, rest=" " * _PLAN_INDENT))
+    lines = [channels_line(loaded), *(line for planned in plans for line in plan_lines(planned))]
+    say_wrapped(*lines, rest=" " * 14)
     return 0
-
-
-def _clearances(data: dict[str, Any]) -> dict[str, float]:
-    """Return the clearance (m) of each joint that has one."""
-    return {
-        joint: float(data["clearance"][joint])
-        for joint in ("slider", "crank_pin")
-        if data["joints"][joint] == "clearance"
-    }

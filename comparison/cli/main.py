@@ -10,9 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from comparison.cli.compare import compare
-from comparison.cli.console import complain, fail, say, session
+from comparison.cli.console import INTERRUPTED, complain, described, say, session
 from comparison.cli.gate import gate
 from comparison.cli.listing import channels, plan, scenes
+from comparison.cli.options import option
 from comparison.cli.plot import animate, plot
 from comparison.cli.run import run, settings
 from comparison.cli.study import studies
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with session(program=arguments is None):
             return _main(sys.argv[1:] if arguments is None else arguments)
     except KeyboardInterrupt:
-        return complain("interrupted", 130)
+        return complain("interrupted", INTERRUPTED)
 
 
 def _main(arguments: Sequence[str]) -> int:
@@ -54,15 +55,15 @@ def _main(arguments: Sequence[str]) -> int:
         asked = getattr(error.ctx, "command_path", "sixbar")
         return complain(f"{error.format_message()} (see {asked} --help)", 2)
     except (KeyboardInterrupt, typer.Abort):
-        code = 130
+        code = INTERRUPTED
     except SystemExit as end:
         # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ"; the
         # shell's completion ends so too.
         return 141 if end.code == 1 else int(end.code or 0)
     except Exception as error:
-        return fail(error)
+        return complain(*described(error))
     # Some releases of typer convert Ctrl-C to this code themselves.
-    return complain("interrupted; finished runs are cached", 130) if code == 130 else code
+    return complain("interrupted; finished runs are cached", INTERRUPTED) if code == INTERRUPTED else code
 
 
 def _print_version(asked: bool) -> None:
@@ -78,8 +79,8 @@ def _root(
     context: typer.Context,
     _version: Annotated[
         bool,
-        typer.Option(
-            "--version", "-V", is_eager=True, callback=_print_version, help="Print the version and exit."
+        option(
+            None, "Print the version and exit.", "--version", "-V", is_eager=True, callback=_print_version
         ),
     ] = False,
 ) -> None:

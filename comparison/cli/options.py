@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -13,6 +13,11 @@ MAIN = "150rpm-0.2mm"
 """The paper's central case."""
 
 
+def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:
+    """Return an option by what its value is called, its help, and its names where they are not its own."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
+
 def scene_names() -> list[str]:
     """Return the names of the shipped scenes, for the shell's completion."""
     from comparison.scene import shipped_scenes
@@ -20,74 +25,56 @@ def scene_names() -> list[str]:
     return shipped_scenes()
 
 
-def _model_names() -> list[str]:
-    return ["reference", "exudyn"]
+def check_positive(name: str, value: float | None) -> None:
+    """Refuse a number that is not positive and finite."""
+    if value is not None and not 0 < value < float("inf"):
+        raise typer.BadParameter(f"{name} {value:g} must be a positive number")
 
 
-SceneName = Annotated[
-    str,
-    # Hidden: typer shows its type beside it. What it is stands in the text of each command.
-    typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names),
-]
-SceneNames = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names),
-]
+def check_unique(names: list[str], where: str) -> None:
+    """Refuse two scenes of one name."""
+    from comparison.scene import SceneError
+
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a {where} must be unique")
+
+
+# Hidden: typer shows its type beside it. What it is stands in the text of each command.
+_SCENE = typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names)
+SceneName = Annotated[str, _SCENE]
+SceneNames = Annotated[list[str] | None, _SCENE]
 OfScene = Annotated[
     str | None,
-    typer.Option(
-        metavar="SCENE",
-        help="Scene of the tables; by default the one recorded beside them.",
-        show_default=False,
-        autocompletion=scene_names,
+    option(
+        "SCENE", "Scene of the tables; by default the one recorded beside them.", autocompletion=scene_names
     ),
 ]
 Model = Annotated[
     str,
-    typer.Option(
-        metavar="NAME",
-        help="Model: reference, exudyn, or one of another package.",
-        autocompletion=_model_names,
+    option(
+        "NAME",
+        "Model: reference, exudyn, or one of another package.",
+        autocompletion=lambda: ["reference", "exudyn"],
     ),
 ]
 Models = Annotated[
-    str,
-    typer.Option(
-        metavar="NAME,NAME[,...]",
-        help="Two or more models: reference, exudyn, or those of installed packages.",
-    ),
+    str, option("NAME,NAME[,...]", "Two or more models: reference, exudyn, or those of installed packages.")
 ]
 Overrides = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),
+    list[str] | None, option("KEY=VALUE", "Change a scene key, e.g. drive.speed_rpm=210.", "--set")
 ]
 Accuracy = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME|METRES",
-        help="draft, standard, strict, or the wanted error of slider_x in metres.",
-    ),
+    str | None, option("NAME|METRES", "draft, standard, strict, or the wanted error of slider_x in metres.")
 ]
 AllowIndeterminate = Annotated[
-    bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
+    bool, option(None, "Exit with 0 where the verdict is indeterminate.", "--allow-indeterminate")
 ]
-Jobs = Annotated[
-    int | None,
-    typer.Option(
-        metavar="N", min=1, help="Number of parallel runs; one per processor by default.", show_default=False
-    ),
-]
-OutFolder = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FOLDER", help="Folder of the report; below reports/out by default.", show_default=False
-    ),
-]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the reason of every verdict.")]
+Jobs = Annotated[int | None, option("N", "Number of parallel runs; one per processor by default.", min=1)]
+OutFolder = Annotated[Path | None, option("FOLDER", "Folder of the report; below reports/out by default.")]
+Verbose = Annotated[bool, option(None, "Also print the reason of every verdict.", "--verbose", "-v")]
 Quick = Annotated[
-    bool,
-    typer.Option("--quick", help=f"Standard tier only; of the shipped scenes only the main one, {MAIN}."),
+    bool, option(None, f"Standard tier only; of the shipped scenes only the main one, {MAIN}.", "--quick")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress; only the last lines of the result.")]
-NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print all numbers as JSON instead of lines.")]
+Quiet = Annotated[bool, option(None, "No progress; only the last lines of the result.", "--quiet", "-q")]
+NoProgress = Annotated[bool, option(None, "No progress.", "--quiet", "-q")]
+AsJson = Annotated[bool, option(None, "Print all numbers as JSON instead of lines.", "--json")]

@@ -9,48 +9,53 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from comparison.cli.console import (
+    INTERRUPTED,
     columns,
     complain,
     print_json,
-    saved,
     say,
+    say_wrapped,
     warn,
     warn_about_the_cache,
-    wrapped,
 )
-from comparison.cli.options import Accuracy, AsJson, Model, NoProgress, Overrides, SceneName
+from comparison.cli.options import (
+    Accuracy,
+    AsJson,
+    Model,
+    NoProgress,
+    Overrides,
+    SceneName,
+    check_positive,
+    option,
+)
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
-    from comparison.execution.run import Job, Outcome, RunError
-    from comparison.scene import Scene
-    from comparison.tables.table import Table
+    from comparison.execution.run import RunError
 
 NOT_REACHED = 3
 """Exit code where a wanted accuracy is not reachable, or an error could not be estimated: indeterminate."""
-INTERRUPTED = 130
 
 
 def run(
     scene: SceneName,
     model: Model,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The table to write: .csv or .parquet.")],
+    out: Annotated[Path, option("FILE", "The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     check: Annotated[
         bool | None,
-        typer.Option(
-            "--check/--no-check",
-            help="Estimate the error by further runs of this scene; by default for an accuracy in metres, "
+        option(
+            None,
+            "Estimate the error by further runs of this scene; by default for an accuracy in metres, "
             "where no measurement of this scene is at hand.",
+            "--check/--no-check",
         ),
     ] = None,
     uncertainty: Annotated[
-        bool,
-        typer.Option("--uncertainty", help="Add the estimated error as a column slider_x_u (--check)."),
+        bool, option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty")
     ] = False,
     formulation: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Formulation of the equations; by default the scene's."),
+        str | None, option("NAME", "Formulation of the equations; by default the scene's.")
     ] = None,
     overrides: Overrides = None,
     quiet: NoProgress = False,
@@ -67,15 +72,17 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, metres, with_declared
-    from comparison.accuracy.measured import expected, is_measured
+    from comparison.accuracy.levels import NAMES, metres, solver_values, with_declared
+    from comparison.accuracy.measured import expected, is_measured, measured_record
+    from comparison.accuracy.refine import accurate_run, expected_cost
+    from comparison.execution.pool import cpus
     from comparison.execution.quality import quality_warnings
-    from comparison.execution.run import RunError
+    from comparison.execution.run import Job, RunError, run_uncached, successful
     from comparison.files import check_file
     from comparison.models import find
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table_files import check_format, companions, write
-    from comparison.words.accuracy import unmeasured
+    from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
 
     if uncertainty and check is False:
         raise typer.BadParameter("--uncertainty needs the further runs that --no-check leaves out")
@@ -88,90 +95,63 @@ def run(
     if check is None:
         number = None if accuracy is None or accuracy in NAMES else metres(accuracy)
         check = uncertainty or (number is not None and not is_measured(loaded, model, number))
-    code = 0
+    chosen, record = loaded, {}
+    if check:
+        say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
+    elif accuracy is not None:
+        # The setting whose measured error bound meets the accuracy.
+        values = solver_values(model, accuracy, loaded)
+        chosen = loaded.variant(values)
+        for key, value in values.items():
+            say_wrapped(f"{key} = {value:g}: {expectation(expected(chosen, model))}", rest="  ")
+        record = {"accuracy": measured_record(chosen, model, accuracy)}
+    warn(chosen.warnings)
+    warn_about_the_cache()
+    code, job = 0, Job(chosen, model)
     try:
-        if check:
-            table, code = _checked(loaded, model, accuracy, uncertainty=uncertainty, quiet=quiet)
-        else:
-            table = _single(loaded, model, accuracy, quiet=quiet)
+        with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
+            if check:
+                accurate = accurate_run(loaded, model, accuracy, n_jobs=cpus(), on_progress=report)
+            else:
+                table = successful(run_uncached(job, report), job)
     except RunError as error:
         raise _kept(error, out) from None
-    if unasked and accuracy is None and not check and (note := unmeasured(expected(loaded, model))):
+    if check:
+        say_wrapped(accuracy_line(accurate), rest="  ")
+        table = accurate.with_uncertainty() if uncertainty else accurate.table
+        code = 0 if accurate.kept else NOT_REACHED
+    elif unasked and accuracy is None and (note := unmeasured(expected(loaded, model))):
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
-    path = saved(lambda folder: write(table, folder / out.name), out.parent)
+    path = write(replace(table, provenance=table.provenance | record), out)
     say(*map(str, (*companions(table, path), path)))
     return code
-
-
-def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> Table:
-    """Run once, at the setting whose measured error bound meets the accuracy."""
-    from comparison.accuracy.levels import solver_values
-    from comparison.accuracy.measured import expected, measured_record
-    from comparison.execution.run import Job, run_uncached, successful
-    from comparison.words.accuracy import expectation
-
-    record = {}
-    if accuracy is not None:
-        values = solver_values(model, accuracy, scene)
-        scene = scene.variant(values)
-        for key, value in values.items():
-            say(*wrapped(f"{key} = {value:g}: {expectation(expected(scene, model))}", rest="  "))
-        record = {"accuracy": measured_record(scene, model, accuracy)}
-    warn(scene.warnings)
-    warn_about_the_cache()
-    job = Job(scene, model)
-    with progress(f"{scene.name} by {model}", quiet=quiet) as report:
-        table = successful(run_uncached(job, report), job)
-    return replace(table, provenance=table.provenance | record)
-
-
-def _checked(
-    scene: Scene, model: str, accuracy: str | None, *, uncertainty: bool, quiet: bool
-) -> tuple[Table, int]:
-    """Run with an estimate of the error; the exit code tells whether it is as small as wanted."""
-    from comparison.accuracy.refine import accurate_run, expected_cost
-    from comparison.execution.pool import cpus
-    from comparison.words.accuracy import accuracy_line, cost_before
-
-    say(*wrapped(cost_before(expected_cost(scene, model, accuracy)), rest="  "))
-    warn(scene.warnings)
-    warn_about_the_cache()
-    with progress(f"{scene.name} by {model}", quiet=quiet) as report:
-        accurate = accurate_run(scene, model, accuracy, n_jobs=cpus(), on_progress=report)
-    say(*wrapped(accuracy_line(accurate), rest="  "))
-    table = accurate.with_uncertainty() if uncertainty else accurate.table
-    return table, 0 if accurate.kept else NOT_REACHED
 
 
 def _kept(error: RunError, out: Path) -> RunError:
     """Write what there is of a run that did not succeed; return the error that says where."""
     from comparison.execution.run import VIOLATED
-    from comparison.execution.run import RunError as Error
     from comparison.files import write_text
     from comparison.tables.table_files import write
 
-    outcome: Outcome = error.outcome
-    job: Job = error.job
-    if outcome.partial is not None:
-        partial, name = outcome.partial, f"{out.stem}.partial{out.suffix}"
-        kept = saved(lambda folder: write(partial, folder / name), out.parent)
-        count = len(outcome.partial.frame)
+    outcome, where = error.outcome, ""
+    if (partial := outcome.partial) is not None:
+        name = f"{out.stem}.partial{out.suffix}"
+        path = write(partial, out.with_name(name))
+        count = len(partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
-        return Error(replace(outcome, message=f"{outcome.message}; {samples} are in {kept}"), job)
-    if outcome.traceback:
-        kept = out.with_name(f"{out.stem}.traceback.txt")
-        write_text(outcome.traceback, kept)
-        return Error(replace(outcome, message=f"{outcome.message}; its traceback is in {kept}"), job)
-    return error
+        where = f"; {samples} are in {path}"
+    elif outcome.traceback:
+        path = out.with_name(f"{out.stem}.traceback.txt")
+        write_text(outcome.traceback, path)
+        where = f"; its traceback is in {path}"
+    return type(error)(replace(outcome, message=f"{outcome.message}{where}"), error.job)
 
 
 def settings(
     scene: SceneName,
-    seconds: Annotated[float, typer.Option(metavar="SECONDS", help="Wall time for all runs.")] = 60.0,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The work-precision plot to write: .svg.")
-    ] = None,
+    seconds: Annotated[float, option("SECONDS", "Wall time for all runs.")] = 60.0,
+    out: Annotated[Path | None, option("FILE", "The work-precision plot to write: .svg.")] = None,
     overrides: Overrides = None,
     quiet: NoProgress = False,
     json: AsJson = False,
@@ -189,8 +169,7 @@ def settings(
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
-    if not 0 < seconds < float("inf"):
-        raise typer.BadParameter(f"--seconds {seconds:g} must be a positive number")
+    check_positive("--seconds", seconds)
     if out is not None:
         if out.suffix.lower() != ".svg":
             raise typer.BadParameter(f"{out}: the name must end in .svg")
@@ -203,9 +182,10 @@ def settings(
             loaded,
             seconds,
             n_jobs=cpus(),
-            on_finished=lambda share, row: report.finished(share, row.candidate.formulation),
+            on_finished=lambda share, row: report(share, row.candidate.formulation),
         )
-    say(*wrapped(settings_basis(measured)), *columns(settings_table(measured), right=(1, 2)), err=json)
+    say_wrapped(settings_basis(measured), err=json)
+    say(*columns(settings_table(measured), right=(1, 2)), err=json)
     for part, command in settings_commands(measured):
         say(f"{part}:", f"  {command}", err=json)
     if json:

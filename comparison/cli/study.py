@@ -10,18 +10,11 @@ import typer
 from typer.core import TyperGroup
 
 from comparison.cli.console import columns, say, warn, warn_about_the_cache
-from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName
+from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName, option
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
-_OutStudy = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FOLDER", help="Folder of the study; by default reports/out/NAME.", show_default=False
-    ),
-]
-
-
+_OutStudy = Annotated[Path | None, option("FOLDER", "Folder of the study; by default reports/out/NAME.")]
 _SHOWN = 5  # rows of a sweep on the terminal
 
 
@@ -48,7 +41,7 @@ def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
         jobs: Jobs = None,
-        small: Annotated[bool, typer.Option("--small", help="Few and short runs, for a trial.")] = False,
+        small: Annotated[bool, option(None, "Few and short runs, for a trial.", "--small")] = False,
         quiet: NoProgress = False,
     ) -> int:
         from comparison.execution.pool import cpus
@@ -75,39 +68,32 @@ for _name, _about in STUDIES.items():
 def sweep(
     scene: SceneName,
     grid: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=A,B,C", help="Values of a key; repeat for more keys: all combinations."),
+        list[str] | None, option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations.")
     ] = None,
     listed: Annotated[
-        Path | None,
-        typer.Option("--list", metavar="FILE", help="CSV: keys in the first line, values in the others."),
+        Path | None, option("FILE", "CSV: keys in the first line, values in the others.", "--list")
     ] = None,
     latin: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=LOW:HIGH", help="Range of a key for a Latin hypercube; repeat for more."),
+        list[str] | None, option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more.")
     ] = None,
-    points: Annotated[int, typer.Option(metavar="N", help="Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the Latin hypercube.")] = 0,
+    points: Annotated[int, option("N", "Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, option("N", "Seed of the Latin hypercube.", min=0)] = 0,
     model: Annotated[
-        str,
-        typer.Option(metavar="NAME,NAME", help="Models: reference, exudyn, those of other packages."),
+        str, option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
     ] = "reference",
     output: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, "
-            "largest:peak_force, steps ...; repeat for more. By default peak errors, contacts, impulse and "
-            "largest force.",
-            show_default=False,
+        option(
+            "QUANTITY",
+            "min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, largest:peak_force, "
+            "steps ...; repeat for more. By default peak errors, contacts, impulse and largest force.",
         ),
     ] = None,
     overrides: Overrides = None,
     out: _OutStudy = None,
     jobs: Jobs = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler; by default local processes."),
+        str | None, option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
     ] = None,
     quiet: NoProgress = False,
 ) -> int:
@@ -116,6 +102,8 @@ def sweep(
     SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
     folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason.
     """
+    import pandas as pd
+
     from comparison.execution.pool import cpus
     from comparison.execution.tasks import on_processes
     from comparison.files import check_folder
@@ -137,21 +125,13 @@ def sweep(
         raise typer.BadParameter(str(error)) from error
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
-    say(*_head(path), str(path))
-    return 0
-
-
-def _head(path: Path) -> list[str]:
-    """Return the first rows of a sweep's table as lines that fit the terminal."""
-    import pandas as pd
-
     frame = pd.read_csv(path, keep_default_na=False)
-    first = frame.head(_SHOWN)
-    cells = {name: [_cell(value) for value in first[name]] for name in first}
-    rows = [list(cells), *map(list, zip(*cells.values(), strict=True))]
-    more = len(frame) - len(first)
-    return [*columns(rows), *([f"... and {more} more rows"] if more else [])]
-
-
-def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+    cells = {
+        name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:_SHOWN]]
+        for name, column in frame.items()
+    }
+    say(*columns([list(map(str, cells)), *zip(*cells.values(), strict=True)]))
+    if len(frame) > _SHOWN:
+        say(f"... and {len(frame) - _SHOWN} more rows")
+    say(str(path))
+    return 0

@@ -1,18 +1,15 @@
-"""Verdicts for continuous integration: JUnit XML for test reporters, Markdown for the summary of a job.
-
-JUnit XML has no standard. The common subset is written: ``testsuites`` with one ``testsuite`` per scene and
-one ``testcase`` per check, which may contain one ``failure``, ``error`` or ``skipped`` with a ``message``.
-"""
+"""Verdicts for continuous integration: JUnit XML for test reporters, Markdown for the summary of a job."""
 
 from __future__ import annotations
 
 import html
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from comparison.files import replacing
+from comparison.files import replacing, write_text
 from comparison.formatting import table
 from comparison.words.cases import Case
 
@@ -27,51 +24,37 @@ _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https):|(?<!\S)[#@](?=\S)")
 
 
-def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> Path:
-    """Write the checks as JUnit XML, atomically.
+def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
+    """Write the checks of a command as JUnit XML, atomically; suites are ordered by their first case.
 
-    Parameters
-    ----------
-    cases
-        In any order; suites are ordered by their first case.
-    path
-        The file; its folder is created.
-    name
-        Name of the whole, the command that checked.
+    There is no standard; viewers share ``testsuites``, ``testsuite`` and ``testcase``, with one ``failure``,
+    ``error`` or ``skipped`` with a ``message``.
     """
-    root = ET.Element("testsuites", {"name": _xml(name), **_counts(cases)})
+
+    def element(parent: ET.Element | None, tag: str, inside: Sequence[Case] = (), **texts: str) -> ET.Element:
+        found = Counter(case.status for case in inside)
+        counts = {"failures": found["failed"], "errors": found["error"], "skipped": found["skipped"]}
+        numbers = {"tests": len(inside)} | counts if inside or parent is None else {}
+        attributes = {key: _NO_XML.sub("\ufffd", str(value)) for key, value in (texts | numbers).items()}
+        return ET.Element(tag, attributes) if parent is None else ET.SubElement(parent, tag, attributes)
+
+    root = element(None, "testsuites", cases, name=name)
     for suite in dict.fromkeys(case.suite for case in cases):
         inside = [case for case in cases if case.suite == suite]
-        element = ET.SubElement(root, "testsuite", {"name": _xml(suite), **_counts(inside)})
+        parent = element(root, "testsuite", inside, name=suite)
         for case in inside:
-            # Report viewers group by the dots of the class name; those of a scene's name ("90rpm-0.1mm")
-            # must not count.
-            place = {"classname": _xml(f"{suite.replace('.', '_')}.{case.group}"), "name": _xml(case.name)}
-            check = ET.SubElement(element, "testcase", place)
+            # Viewers group by the dots of the class name; those of "90rpm-0.1mm" must not count.
+            place = f"{suite.replace('.', '_')}.{case.group}"
+            check = element(parent, "testcase", classname=place, name=case.name)
             if case.status in _CHILD:
-                child = ET.SubElement(check, _CHILD[case.status], {"message": _xml(case.message)})
+                child = element(check, _CHILD[case.status], message=case.message)
                 if case.status != "skipped":  # some viewers show the text, others the attribute
                     child.set("type", case.status)
-                    child.text = _xml(case.message)
+                    child.text = child.get("message")
     ET.indent(root)
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         ET.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
-    return path
-
-
-def _counts(cases: Sequence[Case]) -> dict[str, str]:
-    statuses = [case.status for case in cases]
-    return {
-        "tests": str(len(statuses)),
-        "failures": str(statuses.count("failed")),
-        "errors": str(statuses.count("error")),
-        "skipped": str(statuses.count("skipped")),
-    }
-
-
-def _xml(text: str) -> str:
-    return _NO_XML.sub("\ufffd", text)
 
 
 def write_job_summary(
@@ -82,22 +65,8 @@ def write_job_summary(
     headings: Sequence[str],
     rows: Sequence[Sequence[str]],
     cases: Sequence[Case],
-) -> Path:
-    """Write the Markdown summary atomically, with at most `LIMIT` bytes.
-
-    Parameters
-    ----------
-    path
-        The file; its folder is created.
-    title
-        Heading of the page.
-    sentences
-        Sentences below it: result and notes.
-    headings, rows
-        Of the table of verdicts.
-    cases
-        The checks; those that failed are listed.
-    """
+) -> None:
+    """Write the Markdown summary, with at most `LIMIT` bytes: sentences, table of verdicts, failed checks."""
     parts = [f"# {_markdown(title)}", *map(_markdown, sentences)]
     shown, left = _fitting(rows, parts)
     parts.append(table(headings, shown))
@@ -114,19 +83,12 @@ def write_job_summary(
         parts.append(table(("scene", "what", "item", "result"), shown))
         if left:
             parts.append(f"{left} more are omitted: the page would be too long.")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as part:
-        part.write_text(_joined(parts), "utf-8")
-    return path
-
-
-def _joined(parts: Sequence[str]) -> str:
-    return "\n\n".join(parts) + "\n"
+    write_text("\n\n".join(parts) + "\n", path)
 
 
 def _fitting(rows: Sequence[Sequence[str]], before: Sequence[str]) -> tuple[list[list[str]], int]:
     """Return the first rows that fit below what stands before, escaped, and how many do not."""
-    room = LIMIT - _RESERVE - len(_joined(before).encode())
+    room = LIMIT - _RESERVE - len("\n\n".join(before).encode()) - 1
     escaped = [[_markdown(cell) for cell in row] for row in rows]
     kept = 0
     for row in escaped:

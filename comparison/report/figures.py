@@ -1,61 +1,59 @@
-"""Drawings by matplotlib: the static figure of a scene, reliability by crank angle, work and precision."""
+"""Drawings by matplotlib: a scene's static figure, pictures of tables, reliability, work and precision."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
+from comparison.files import replacing
 from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.difference import Difference
 from comparison.report import svg
-from comparison.tables.arrays import Array
+from comparison.tables.arrays import BoolArray
+from comparison.tables.channels import UNCERTAINTY, channels
+from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
 
 if TYPE_CHECKING:
     from comparison.accuracy.work_precision import WorkPrecision
 
-_HEIGHT = 3.3  # inches, of a scene's figure
-_LEFT, _RIGHT = 0.175, 0.965  # of its width
-_DECADES = 16  # of a logarithmic axis at most: double precision has no more
+_LEFT, _RIGHT = 0.175, 0.965  # of the width of a scene's figure
 _CROSSES = 80  # at most, to remain distinguishable
 _LONGEST = 24  # letters of a name in a legend
+_COLUMNS = 1200  # of a picture's curve: enough to be enlarged three times
 
 
 def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:
-    """Return what is subtracted from a channel to be drawn: from x the guide's centre line (m), else 0.
+    """Return what is subtracted to draw a channel: from x the guide's centre line (m), else 0.
 
     A clearance of 0.2 mm is invisible on an axis of half a metre.
     """
-    guided = channel.channel == "slider_x" and scene.scene is not None
-    return float(scene.scene["mechanism"]["guide_x"]) if guided and scene.scene is not None else 0.0
+    if channel.channel != "slider_x" or scene.scene is None:
+        return 0.0
+    return float(scene.scene["mechanism"]["guide_x"])
 
 
 def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str) -> Markup:
-    """Draw a channel, both models above, the size of their difference and its threshold below.
-
-    Parameters
-    ----------
-    scene, channel
-        The scene at one tier, and its channel of n >= 2 samples.
-    key
-        Unique on the page, see `svg.inline_svg`.
-    """
+    """Draw a channel of two samples or more: both models, and below them their difference."""
     with svg.style():
         figure = Figure()
-        figure.set_figheight(_HEIGHT)
+        figure.set_figheight(3.3)
         width = _RIGHT - _LEFT
         upper = figure.add_axes((_LEFT, 0.56, width, 0.345))
         lower = figure.add_axes((_LEFT, 0.13, width, 0.335), sharex=upper)
         upper.tick_params(labelbottom=False)
-        _models(upper, scene, channel)
+        _models(upper, channel, relative_to_guide(scene, channel))
         _difference(lower, channel)
         shades = svg.spans(~channel.predictable, channel.time)
         for axes in (upper, lower):
@@ -65,14 +63,22 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
         lower.set_xlim(channel.time[0], channel.time[-1])
         lower.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
         lower.set_xlabel("time (s)", labelpad=2)
-        _legend(figure, upper, 0.915, 2, list(scene.labels))
-        _legend(figure, lower, 0.475, 4, [])
+        names = [name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…" for name in scene.labels]
+        for axes, bottom, columns, own in ((upper, 0.915, 2, names), (lower, 0.475, 4, [])):
+            handles, labels = axes.get_legend_handles_labels()
+            shown = own or labels
+            legend = figure.legend(
+                handles[: len(shown)],
+                labels[: len(shown)],
+                loc="lower left",
+                ncols=columns,
+                bbox_to_anchor=(_LEFT, bottom),
+            )
+            svg.name_curves(legend, shown)
         return Markup(svg.inline_svg(figure, key))  # matplotlib escapes the text in its drawings
 
 
-def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> None:
-    """Plot both models, in a unit that needs few digits."""
-    zero = relative_to_guide(scene, channel)
+def _models(axes: Axes, channel: ChannelComparison, zero: float) -> None:
     values = channel.a - zero, channel.b - zero
     factor, unit = prefix(max(float(np.abs(curve).max()) for curve in values), channel.unit)
     for n, (curve, line) in enumerate(zip(values, svg.MODEL_LINES, strict=True)):
@@ -80,8 +86,7 @@ def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> N
         axes.plot(channel.time[kept], curve[kept] / factor, label=f"model {n}", **line)
     axes.margins(y=0.06)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-    name = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")
-    _name_axis(axes, name, unit)
+    _name_axis(axes, "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider "), unit)
 
 
 def _difference(axes: Axes, channel: ChannelComparison) -> None:
@@ -91,18 +96,16 @@ def _difference(axes: Axes, channel: ChannelComparison) -> None:
     edge = svg.envelope(size if threshold is None else threshold)
     kept = svg.upper_envelope(size)
     shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
+    # Two decades at least, and no more than the sixteen of double precision.
+    positive = shown[shown > 0.0]
+    high = float(positive.max(initial=0.0)) or 1.0
+    low = max(float(positive.min()) if positive.size else 0.1, high * 1e-16)
     axes.set_yscale("log", nonpositive="clip")
-    axes.set_ylim(*_decades(shown))
+    axes.set_ylim(min(low, high / 100) / 2.5, high * 4)
     axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label=name)
     if threshold is not None:
-        axes.plot(
-            time[edge],
-            threshold[edge],
-            color=svg.THRESHOLD,
-            lw=1.2,
-            dashes=(3.5, 1.2, 1, 1.2),
-            label=threshold_name(channel),
-        )
+        line: dict[str, Any] = {"color": svg.THRESHOLD, "lw": 1.2, "dashes": (3.5, 1.2, 1, 1.2)}
+        axes.plot(time[edge], threshold[edge], label=threshold_name(channel), **line)
     if (beyond := channel.beyond).any():
         marks = svg.upper_envelope(np.where(beyond, size, 0.0), _CROSSES)
         marks = marks[beyond[marks]]
@@ -114,27 +117,112 @@ def _difference(axes: Axes, channel: ChannelComparison) -> None:
     _name_axis(axes, "|difference|", pretty_unit(channel.unit))
 
 
-def _decades(values: Array) -> tuple[float, float]:
-    """Return limits of a logarithmic axis that hold the positive values, two decades at least."""
-    positive = values[values > 0.0]
-    high = float(positive.max()) if positive.size else 1.0
-    low = max(float(positive.min()) if positive.size else 0.1, high * 10.0**-_DECADES)
-    return min(low, high / 100) / 2.5, high * 4
-
-
 def _name_axis(axes: Axes, name: str, unit: str) -> None:
     axes.yaxis.set_label_coords(-0.135, 0.5)
     axes.set_ylabel(f"{name}\n({unit})" if unit else name, parse_math=False)
 
 
-def _legend(figure: Figure, axes: Axes, bottom: float, columns: int, names: list[str]) -> None:
-    """Place a legend above axes; names stand for the first labels, as they are."""
-    handles, labels = axes.get_legend_handles_labels()
-    if names:
-        handles, labels = handles[: len(names)], labels[: len(names)]
-    legend = figure.legend(handles, labels, loc="lower left", ncols=columns, bbox_to_anchor=(_LEFT, bottom))
-    shortened = [name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…" for name in names]
-    svg.name_curves(legend, shortened or labels)
+class Picture(Figure):
+    """A figure that notebooks show."""
+
+    def _repr_svg_(self) -> str:
+        text = StringIO()
+        self.savefig(text, format="svg")
+        return text.getvalue()
+
+
+def picture(
+    tables: Mapping[str, Table],
+    names: Sequence[str] = ("slider_x",),
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    colours: Mapping[str, str] | None = None,
+) -> Picture:
+    """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded.
+
+    The roles of `comparison.report.svg` have these colours, by default those of a light page. `TableError` if
+    a table lacks a channel, or has no two samples between start and end.
+    """
+    shown = svg.light_colours() if colours is None else colours
+    parts = {label: _between(table, label, start, end) for label, table in tables.items()}
+    with svg.style(shown):
+        figure = Picture(layout="constrained")
+        figure.set_figheight(max(2.2, 1.35 * len(names) + 0.8))
+        axes = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
+        for panel, name in zip(axes, names, strict=True):
+            _draw(panel, name, tables, parts, shown)
+        axes[-1].set_xlabel("time (s)")
+        figure.align_ylabels(axes)
+        if len(tables) > 1:
+            svg.legend_above(axes[0])
+            svg.name_curves(figure.legends[0], list(tables))
+    return figure
+
+
+def _between(table: Table, label: str, start: float | None, end: float | None) -> BoolArray:
+    time = table.time
+    low, high = -np.inf if start is None else start, np.inf if end is None else end
+    kept: BoolArray = (time >= low) & (time <= high)
+    if kept.sum() < 2:
+        its = f"{time.min(initial=np.inf):g} s to {time.max(initial=-np.inf):g} s"
+        raise TableError(f"{label}: fewer than two samples are shown; its time is {its}")
+    return kept
+
+
+def _draw(
+    panel: Axes,
+    name: str,
+    tables: Mapping[str, Table],
+    parts: Mapping[str, BoolArray],
+    colours: Mapping[str, str],
+) -> None:
+    for label, table in tables.items():
+        if name not in table.frame:
+            raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
+    known = channels().get(name.removesuffix(UNCERTAINTY))
+    title = known.label if known else name
+    if known and known.name != name:
+        title = f"estimated error of {title}"
+    zero = _guide(next(iter(tables.values()))) if name == "slider_x" else None
+    if zero is not None:
+        title = "slider x − guide"
+    curves = {label: table.values(name)[parts[label]] - (zero or 0.0) for label, table in tables.items()}
+    largest = max(float(np.nanmax(np.abs(values))) for values in curves.values())
+    factor, unit = prefix(largest, known.unit if known else "")
+    for number, ((label, values), line) in enumerate(zip(curves.items(), svg.MODEL_LINES, strict=False)):
+        table, part, time = tables[label], parts[label], tables[label].time[parts[label]]
+        own = line | {"color": colours.get(str(line["color"]), line["color"])}
+        kept = svg.envelope(values, _COLUMNS)
+        panel.plot(time[kept], values[kept] / factor, label=f"table {number}", **own)
+        if name + UNCERTAINTY in table.frame:
+            u = table.values(name + UNCERTAINTY)[part]
+            low, high = ((values + sign * u) / factor for sign in (-1.0, 1.0))
+            kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
+            panel.fill_between(time[kept], low[kept], high[kept], color=own["color"], alpha=0.25, lw=0)
+    title = title.replace(", ", ",\n")
+    panel.set_ylabel(f"{title}\n({unit})" if unit else title, parse_math=False)
+    panel.margins(y=0.06)
+
+
+def _guide(table: Table) -> float | None:
+    """Return the x of the guide's centre line (m) as recorded; what a file records may be anything."""
+    scene = table.provenance.get("scene")
+    try:
+        return float(scene["mechanism"]["guide_x"]) if scene else None
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def write_picture(figure: Figure, path: Path) -> None:
+    """Write a picture in the format of its name; one that is to be an SVG has the colours of roles."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() == ".svg":
+        with svg.style():
+            svg.write_svg(figure, path)
+        return
+    with replacing(path) as part, mpl.rc_context({"savefig.facecolor": "white"}):
+        figure.savefig(part, format=path.suffix[1:].lower(), dpi=200, facecolor="white")
 
 
 def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) -> Figure:
@@ -170,30 +258,24 @@ def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) ->
 
 
 def draw_work_precision(measured: WorkPrecision, path: Path) -> Path:
-    """Draw processor time over error, both logarithmic: a line a formulation, and the Pareto front behind.
+    """Draw processor time over error, a line a formulation, and the Pareto front behind; runs with both."""
 
-    Runs without a result, or without an error, are not drawn.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    def points(rows: Sequence[Any]) -> list[tuple[float, float]]:
+        return [(measured.error(row), row.seconds) for row in rows if measured.error(row) > 0.0]
+
     with svg.panels(path) as (axes,):
         axes.set(
             xscale="log", yscale="log", xlabel="largest error of slider x (m)", ylabel="processor time (s)"
         )
-        front = [(measured.error(row), row.seconds) for row in measured.front if measured.error(row) > 0.0]
-        if front:
+        if front := points(measured.front):
             axes.plot(*zip(*front, strict=True), color=svg.SHADE, lw=5, label="Pareto front")
-        marks = {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}
-        for formulation, mark in marks.items():
+        for formulation, mark in {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}.items():
             rows = [row for row in measured.rows if row.candidate.formulation == formulation]
-            points = [(measured.error(row), row.seconds) for row in rows if measured.error(row) > 0.0]
-            if points:
-                points.sort(key=lambda point: point[1])
+            if found := sorted(points(rows), key=lambda point: point[1]):
                 model = rows[0].candidate.model
                 colour = svg.FIRST if model == MODELS[0] else svg.SECOND
-                label = f"{model}, {formulation}"
-                axes.plot(
-                    *zip(*points, strict=True), color=colour, marker=mark, mfc="none", ms=4, label=label
-                )
+                style: dict[str, Any] = {"color": colour, "marker": mark, "mfc": "none", "ms": 4}
+                axes.plot(*zip(*found, strict=True), label=f"{model}, {formulation}", **style)
         axes.margins(0.04)  # the outermost marks whole
         axes.xaxis.set_major_locator(LogLocator(numticks=6))
         axes.invert_xaxis()

@@ -12,8 +12,7 @@ import json
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -40,18 +39,15 @@ _PULSE = 25  # points of a resolved contact at most
 _UNIFORM = 1e-9  # of the run time: such times are stored by their steps
 
 
-@dataclass(frozen=True)
-class _Curves:
-    """A channel to be packed; arrays have shape (n,)."""
+class _Curves(NamedTuple):
+    """A channel to be packed; ``zero`` is subtracted from the values of the models."""
 
     name: str
     label: str
     unit: str
     verdict: str
     zero: float
-    """Subtracted from the values."""
     models: Sequence[Array]
-    """Of each model."""
     threshold: Array | None = None
     predictable: BoolArray | None = None
     beyond: BoolArray | None = None
@@ -69,8 +65,7 @@ def is_derived(channel: ChannelComparison) -> bool:
 def scene_plots(scene: SceneComparison) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
 
-    Channels that were not excited are omitted, and those that follow from others (`is_derived`), unless one
-    of these decides the verdict.
+    Without channels that were not excited, or are derived and do not decide the verdict.
     """
     decisive = scene.decisive or scene.worst_channel
     shown = [
@@ -82,26 +77,25 @@ def scene_plots(scene: SceneComparison) -> str:
         return ""
     curves = [
         _Curves(
-            name=channel.channel,
-            label=channel.label,
-            unit=channel.unit,
-            verdict=channel.verdict,
-            zero=relative_to_guide(scene, channel),
-            models=(channel.a, channel.b),
+            channel.channel,
+            channel.label,
+            channel.unit,
+            channel.verdict,
+            relative_to_guide(scene, channel),
+            (channel.a, channel.b),
             # The plotted |a - b| is not what a threshold within a time tolerance limits.
-            threshold=None if channel.time_tolerance else channel.threshold,
-            predictable=channel.predictable,
-            beyond=channel.beyond,
+            None if channel.time_tolerance else channel.threshold,
+            channel.predictable,
+            channel.beyond,
         )
         for channel in shown
     ]
-    first = ["slider_x", *([decisive.channel] if decisive is not None else [])]
     head = {
         "labels": list(scene.labels),
         "tier": scene.tier,
         "period": scene.period,
         "threshold": threshold_name(decisive or shown[0]),
-        "first": first,
+        "first": ["slider_x", *([decisive.channel] if decisive is not None else [])],
     }
     return _pack(head, scene.time, curves, scene.events, scene.pulses)
 
@@ -114,30 +108,20 @@ def table_plots(
     guide: float,
     pulses: Sequence[Sequence[Pulse]] = (),
 ) -> str:
-    """Return plots of tables over each other, at the times of the first, as Base64.
+    """Return plots of the channels that all tables have, at the times of the first, as Base64.
 
-    Parameters
-    ----------
-    tables
-        Label -> table.
-    names
-        Channels; those that a table lacks are left out.
-    period
-        Of a crank cycle, s.
-    guide
-        The guide's centre line, which x is measured from, m.
-    pulses
-        Resolved contacts of each table.
+    ``period`` is that of a crank cycle (s), ``guide`` the centre line that x is measured from (m), and
+    ``pulses`` are each table's contacts resolved in time.
     """
     time = next(iter(tables.values())).time
     curves = [
         _Curves(
-            name=name,
-            label=channels()[name].label,
-            unit=channels()[name].unit,
-            verdict="",
-            zero=guide if name == "slider_x" else 0.0,
-            models=[np.interp(time, table.time, table.values(name)) for table in tables.values()],
+            name,
+            channels()[name].label,
+            channels()[name].unit,
+            "",
+            guide if name == "slider_x" else 0.0,
+            [np.interp(time, table.time, table.values(name)) for table in tables.values()],
         )
         for name in names
         if all(name in table.channels for table in tables.values())
@@ -155,10 +139,10 @@ def _pack(
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
     kept = _kept(curves, time)
-    described, arrays = [], []
     interval = (time[-1] - time[0]) / (time.size - 1)
     even = np.abs(time - time[0] - interval * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
-    arrays.append(_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8"))
+    arrays = [_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8")]
+    described = []
     for curve in curves:
         first, *others = (np.asarray(values)[kept] - curve.zero for values in curve.models)
         # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
@@ -186,11 +170,7 @@ def _pack(
                 "outside": beyond[:1].tolist(),
             }
         )
-    resolved = []
-    for table, own in zip(events, pulses, strict=True):
-        what, packed = _pulses(table, own)
-        resolved.append(what)
-        arrays += packed
+    resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
     names = [curve.name for curve in curves]
     head |= {
         "samples": int(kept.size),
@@ -199,11 +179,12 @@ def _pack(
         "step": float(interval) if even else None,
         "contacts": [_contacts(table) for table in events],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
-        "pulses": resolved,
+        "pulses": [what for what, _ in resolved],
         "channels": described,
     }
     text = json.dumps(plain(head), separators=(",", ":"))
     body = len(text).to_bytes(4, "little") + text.encode() + b"".join(arrays)
+    body += b"".join(shares for _, shares in resolved)
     return base64.b64encode(zlib.compress(body, 9)).decode()
 
 
@@ -223,7 +204,7 @@ def _kept(curves: Sequence[_Curves], time: Array) -> NDArray[np.intp]:
 
 def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
     """Return corner, start (s), duration (s) and peak force (N) of each contact, by start."""
-    if events is None or events.empty:
+    if events is None:
         return []
     places = list(CONTACTS)
     peaks = events["peak_force"] if "peak_force" in events else pd.Series(0.0, events.index)
@@ -234,33 +215,26 @@ def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
     ]
 
 
-def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[str, Any], list[bytes]]:
+def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[str, Any], bytes]:
     """Return which of the sorted contacts are resolved, by how many points, and these in shares of 8 bits."""
     if events is None or not pulses:
-        return {"of": [], "count": [], "last": [], "peak": []}, []
+        return {"of": [], "count": [], "last": [], "peak": []}, b""
     place = np.argsort(np.argsort(events["start"].to_numpy(), kind="stable"))
     ordered = sorted(pulses, key=lambda pulse: int(place[pulse.row]))
-    thinned = [_thinned(pulse) for pulse in ordered]
+    drawn = []
+    for pulse in ordered:  # evenly chosen points, the ends and the peak among them
+        even = np.linspace(0, pulse.time.size - 1, min(pulse.time.size, _PULSE)).round().astype(np.intp)
+        drawn.append(np.union1d(even, int(pulse.force.argmax())))
     described = {
         "of": [int(place[pulse.row]) for pulse in ordered],
-        "count": [part.size for part in thinned],
+        "count": [part.size for part in drawn],
         "last": [float(f"{pulse.time[-1]:.6g}") for pulse in ordered],
         "peak": [float(f"{pulse.force.max():.6g}") for pulse in ordered],
     }
-    times = [pulse.time[part] / pulse.time[-1] for pulse, part in zip(ordered, thinned, strict=True)]
-    forces = [pulse.force[part] / pulse.force.max() for pulse, part in zip(ordered, thinned, strict=True)]
-    return described, [_shares(np.concatenate(times)), _shares(np.concatenate(forces))]
-
-
-def _thinned(pulse: Pulse) -> NDArray[np.intp]:
-    """Return the points of a pulse to be drawn: evenly chosen, its ends and its peak among them."""
-    size = pulse.time.size
-    even = np.linspace(0, size - 1, min(size, _PULSE)).round().astype(np.intp)
-    return np.union1d(even, int(pulse.force.argmax()))
-
-
-def _shares(values: Array) -> bytes:
-    return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8).tobytes()
+    times = [pulse.time[part] / pulse.time[-1] for pulse, part in zip(ordered, drawn, strict=True)]
+    forces = [pulse.force[part] / pulse.force.max() for pulse, part in zip(ordered, drawn, strict=True)]
+    shares = np.clip(np.concatenate([*times, *forces]), 0.0, 1.0)
+    return described, np.rint(255.0 * shares).astype(np.uint8).tobytes()
 
 
 def _integers(values: Array | NDArray[np.intp]) -> bytes:
@@ -272,8 +246,7 @@ def _halves(values: Array) -> bytes:
     """Return the upper halves of 32-bit numbers, rounded to `_MANTISSA` bits."""
     dropped = 23 - _MANTISSA
     bits = values.astype("<f4").view("<u4")
-    rounded = (bits + (1 << (dropped - 1))) >> dropped << (dropped - 16)
-    return _planes(rounded, "<u2")
+    return _planes((bits + (1 << (dropped - 1))) >> dropped << (dropped - 16), "<u2")
 
 
 def _planes(values: Array | NDArray[Any], kind: str) -> bytes:

@@ -17,13 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from numpy.typing import NDArray
 
-from comparison.files import replacing
+from comparison.files import write_text
 from comparison.tables.arrays import Array, BoolArray
 
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
-
-HEIGHT = 3.0
-"""Inches, of a figure with one panel."""
 COLUMNS = 400
 """Columns of a figure: about its width in points."""
 # Roles of the colours; the page's style sheet defines them for light and dark mode.
@@ -31,19 +28,14 @@ INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
 DIFFERENCE, THRESHOLD, SHADE, OUTSIDE, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
 SERIES = ("#a01010", "#a02020", "#a03030", "#a04040", "#a05050", "#a06060")
 """Colours of anything but models (scenes, laws, classes), as many as can be distinguished."""
-_VARIABLES = {
-    INK: "--ink",
-    GRID: "--grid",
-    FIRST: "--first",
-    SECOND: "--second",
-    DIFFERENCE: "--difference",
-    THRESHOLD: "--threshold",
-    SHADE: "--shade",
-    OUTSIDE: "--outside",
-    LIMIT: "--limit",
-} | {colour: f"--series-{n}" for n, colour in enumerate(SERIES, 1)}
-_PREAMBLE = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->|(?<=>)\s+(?=<)", re.DOTALL)
-_ROLE = re.compile("|".join(_VARIABLES))
+_ROLES = ("ink", "grid", "first", "second", "difference", "threshold", "shade", "outside", "limit")
+_VARIABLES = dict(
+    zip(
+        (INK, GRID, FIRST, SECOND, DIFFERENCE, THRESHOLD, SHADE, OUTSIDE, LIMIT, *SERIES),
+        (*(f"--{role}" for role in _ROLES), *(f"--series-{n}" for n in range(1, 7))),
+        strict=True,
+    )
+)
 MODEL_LINES: tuple[dict[str, Any], ...] = (
     {"color": FIRST, "lw": 3.6, "alpha": 0.5},
     {"color": SECOND, "lw": 1.2},
@@ -57,18 +49,9 @@ SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
 """Curves of anything but models over each other; those drawn first are the widest, and stay visible."""
 
 
-# ---- figures
-
-
 @contextmanager
 def style(colours: Mapping[str, str] | None = None) -> Iterator[None]:
-    """Use the report's settings instead of the user's matplotlibrc; settings are restored on exit.
-
-    Parameters
-    ----------
-    colours
-        Role -> colour, for a picture that is not put into a page.
-    """
+    """Use the report's settings instead of the user's, and for a picture that is in no page these colours."""
     with mpl.rc_context():
         mpl.rc_file(STYLE)
         if colours:
@@ -87,31 +70,16 @@ def light_colours() -> dict[str, str]:
 
 @contextmanager
 def panels(
-    path: Path, rows: int = 1, columns: int = 1, *, height: float = HEIGHT, **options: Any
+    path: Path, rows: int = 1, columns: int = 1, *, height: float = 3.0, **options: Any
 ) -> Iterator[list[Axes]]:
-    """Draw a figure of panels and write it to a file.
+    """Draw a figure of panels, ``height`` inches high, with room for a legend above; write it to a file.
 
-    Parameters
-    ----------
-    path
-        Where to.
-    rows, columns
-        Of panels.
-    height
-        Inches; the width is that of the style.
-    options
-        Of `matplotlib.figure.Figure.subplots`, such as ``sharex``.
-
-    Yields
-    ------
-    axes
-        Row by row. Room is left for a legend above them (`legend_above`).
+    The options are those of `matplotlib.figure.Figure.subplots`, such as ``sharex``.
     """
     with style():
         figure = Figure(layout="constrained")
         figure.set_figheight(height)
-        axes = list(figure.subplots(rows, columns, squeeze=False, **options).flat)
-        yield axes
+        yield list(figure.subplots(rows, columns, squeeze=False, **options).flat)
         write_svg(figure, path)
 
 
@@ -119,9 +87,8 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
     """Place the legend of a panel above its figure."""
     figure = axes.get_figure(root=True)
     assert figure is not None
-    figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside upper left", ncols=columns, borderaxespad=0.4
-    )
+    place: dict[str, Any] = {"loc": "outside upper left", "ncols": columns, "borderaxespad": 0.4}
+    figure.legend(*axes.get_legend_handles_labels(), **place)
 
 
 def name_curves(legend: Legend, names: Sequence[str]) -> None:
@@ -131,50 +98,32 @@ def name_curves(legend: Legend, names: Sequence[str]) -> None:
         text.set_text(name)
 
 
-# ---- SVG
-
-
 def inline_svg(figure: Figure, key: str) -> str:
-    """Return the figure as an ``<svg>`` element in the colours of the page that it is put into.
+    """Return a figure made inside `style` as an ``<svg>`` element, the same text for the same data.
 
-    Parameters
-    ----------
-    figure
-        Created inside `style`, drawn with the colours of this module.
-    key
-        Unique on the page: salt of the ids, since matplotlib numbers the parts of every figure alike, and two
-        figures on one page would use each other's.
-
-    Returns
-    -------
-    svg
-        Reproducible text: no date, no random ids.
+    ``key``, unique on the page, tells its ids from another figure's, which matplotlib numbers alike.
     """
     text = StringIO()
     with mpl.rc_context({"svg.hashsalt": key}):
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    svg = re.sub(
-        r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->|(?<=>)\s+(?=<)", "", text.getvalue(), flags=re.DOTALL
-    )
+    noise = r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->|(?<=>)\s+(?=<)"
+    svg = re.sub(noise, "", text.getvalue(), flags=re.DOTALL)
     # Nothing refers to a group, and most carry no style either.
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)
     if "<g " not in svg:
         svg = re.sub(r"</?g>", "", svg)
     # Hundredths of a point are finer than a screen.
-    svg = re.sub(r"<[^<>]*>", lambda tag: re.sub(r"\d+\.\d{3,}", _hundredths, tag[0]), svg)
-    svg = _ROLE.sub(lambda role: f"var({_VARIABLES[role[0]]})", svg)
+    svg = re.sub(
+        r"<[^<>]*>",
+        lambda tag: re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", tag[0]),
+        svg,
+    )
+    svg = re.sub("|".join(_VARIABLES), lambda role: f"var({_VARIABLES[role[0]]})", svg)
     return re.sub(r'<svg [^>]*(viewBox="[^"]*")[^>]*>', r'<svg \1 focusable="false">', svg, count=1).strip()
 
 
-def _hundredths(number: re.Match[str]) -> str:
-    return f"{float(number[0]):.2f}"
-
-
 def standalone(svg: str) -> str:
-    """Return an inline figure as a standalone file on white, with the colours of the light page.
-
-    Written out, since programs other than browsers draw nothing in the colour of a variable.
-    """
+    """Return an inline figure as a file on white; only browsers know the variables that stand for colours."""
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
     text = str(svg).replace("<svg ", f'{head}style="background:#fff" ', 1) + "\n"
     for role, colour in light_colours().items():
@@ -184,38 +133,21 @@ def standalone(svg: str) -> str:
 
 def write_svg(figure: Figure, path: Path) -> None:
     """Write a figure, created inside `style`, to a file."""
-    with replacing(path) as part:
-        part.write_text(standalone(inline_svg(figure, path.stem)), "utf-8")
-
-
-# ---- curves
+    write_text(standalone(inline_svg(figure, path.stem)), path)
 
 
 def envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
-    """Return the indices of the samples of the lower and upper envelope.
+    """Return the indices of the first smallest and first largest sample of each column, and both ends.
 
-    Plain decimation would drop contact forces that last for a single sample.
-
-    Parameters
-    ----------
-    values
-        Samples in order of time, shape (n,).
-    columns
-        Number of columns, with equal numbers of samples.
-
-    Returns
-    -------
-    indices
-        Strictly increasing; the first smallest and the first largest sample of each column, and the first and
-        the last sample of all. All samples if there are at most two per column.
+    All samples, if there are at most two a column. Plain decimation would drop forces of a single sample.
     """
     n = len(values)
     if n <= 2 * columns:
         return np.arange(n)
-    kept = {0, n - 1}
+    kept = [0, n - 1]
     for start, block in _blocks(values, columns):
-        kept.update((start + int(np.argmin(block)), start + int(np.argmax(block))))
-    return np.array(sorted(kept))
+        kept += [start + int(np.argmin(block)), start + int(np.argmax(block))]
+    return np.unique(kept)
 
 
 def upper_envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
@@ -226,29 +158,15 @@ def upper_envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
 
 
 def _blocks(values: Array, columns: int) -> Iterator[tuple[int, Array]]:
-    """Yield (index of the first sample, samples) of each column."""
-    edges = (np.arange(columns + 1) * len(values)) // columns
-    for start, stop in pairwise(edges.tolist()):
+    for start, stop in pairwise(((np.arange(columns + 1) * len(values)) // columns).tolist()):
         yield start, values[start:stop]
 
 
 def spans(mask: BoolArray, time: Array, columns: int = COLUMNS) -> list[tuple[float, float]]:
-    """Return the time intervals in which the mask holds, for shading.
+    """Return the disjoint time intervals in which the mask holds, for shading.
 
-    Each sample represents the time half-way to its neighbours. An interval narrower than a column is widened
-    to one to remain visible; intervals that then touch are merged.
-
-    Parameters
-    ----------
-    mask, time
-        Shape (n,), time increasing.
-    columns
-        Columns of the figure, which spans the time.
-
-    Returns
-    -------
-    stretches
-        (start, end) in the unit of time, increasing, disjoint and inside the span.
+    Each sample stands for the time half-way to its neighbours. An interval narrower than a column is widened
+    to one, to remain visible, and intervals that then touch are merged.
     """
     if not mask.any():
         return []

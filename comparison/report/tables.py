@@ -1,78 +1,67 @@
-"""The report's tables as text: channels, contacts, reliability, other measures, runs, the scene's numbers.
-
-A `Table` has groups of columns, (heading, subheadings), and rows of one text a column.
-"""
+"""The report's tables as text: channels, contacts, reliability, other measures, runs, the scene's numbers."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics.contacts import SITUATIONS
-from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
-from comparison.report import svg
+from comparison.report.svg import spans
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words import verdicts
 from comparison.words.reliability import rounded
 
-Groups = Sequence[tuple[str, Sequence[str]]]
 
-
-@dataclass(frozen=True)
-class Row:
-    """One line of a table."""
+class Row(NamedTuple):
+    """One line of a table: its name, of which ``title`` says more, and a text a column."""
 
     name: str
     cells: Sequence[str]
     verdict: str = ""
     title: str = ""
-    """More about the name."""
     strip: str | None = None
     """Background of the last cell, which shows the run from left to right; None: there is no such cell."""
-    curves: Mapping[str, str] = field(default_factory=dict)
+    curves: Mapping[str, str] = {}
     """Class -> path of a drawing 1000 wide and 10 high in the last cell."""
 
 
-@dataclass(frozen=True)
-class Table:
-    """Columns of numbers."""
+class Table(NamedTuple):
+    """Columns of numbers, in groups of a heading and subheadings."""
 
     first: str
-    groups: Groups
+    groups: Sequence[tuple[str, Sequence[str]]]
     rows: Sequence[Row]
 
 
-def channel_table(scene: SceneComparison) -> Table:
-    """Return the channels of a scene at one tier that were excited, and what their verdicts rest on."""
+def channel_table(scene: SceneComparison) -> Table | None:
+    """Return the channels that were excited, and what their verdicts rest on; None without channels."""
+    if not scene.channels:
+        return None
     excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
     judged = [channel for channel in excited if channel.threshold is not None]
     known = any(channel.u is not None for channel in judged)
     columns: list[tuple[str, str, Callable[[ChannelComparison], str]]] = []
     if judged:
         limit = f"{judged[0].limits.k:g}u" if known else "tolerance"
-        columns = [(judged[0].ratio_name, "", lambda c: number(c.ratio, 2))]
-        if known:
-            columns += [("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error))]
-        columns += [
-            (
-                "Share of samples",
-                f"of these ≤ {limit}" if known else "within",
-                lambda c: percent(c.explained),
-            ),
+        within = f"of these ≤ {limit}" if known else "within"
+        columns = [
+            (judged[0].ratio_name, "", lambda c: number(c.ratio, 2)),
+            ("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error)),
+            ("Share of samples", within, lambda c: percent(c.explained)),
             ("Worst sample", "|E|", lambda c: quantity(c.worst_size, c.unit)),
             ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
             ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
         ]
+        if not known:
+            del columns[1]
     columns += [
         ("|E| over the whole run", "largest", lambda c: quantity(c.max_difference, c.unit)),
         ("|E| over the whole run", "RMS", lambda c: quantity(c.rms_difference, c.unit)),
@@ -82,149 +71,129 @@ def channel_table(scene: SceneComparison) -> Table:
         groups.setdefault(group, []).extend([part] if part else [])
     if judged:
         groups["Predictable, over time" if known else "Beyond, over time"] = []
-    rows = [
-        Row(
-            channel.channel,
-            [value(channel) for _, _, value in columns],
-            channel.verdict,
-            f"{channel.label} ({pretty_unit(channel.unit)})" if channel.unit != "1" else channel.label,
-            _strip(scene.time, {"--outside": channel.beyond, "--shade": ~channel.predictable})
-            if judged
-            else None,
-        )
-        for channel in excited
-    ]
+    rows = []
+    for channel in excited:
+        masks = {"--outside": channel.beyond, "--shade": ~channel.predictable}
+        title = f"{channel.label} ({pretty_unit(channel.unit)})" if channel.unit != "1" else channel.label
+        cells = [value(channel) for _, _, value in columns]
+        strip = _strip(scene.time, masks) if judged else None
+        rows.append(Row(channel.channel, cells, channel.verdict, title, strip))
     return Table("Channel", list(groups.items()), rows)
 
 
-def open_channels(scene: SceneComparison) -> list[tuple[str, str]]:
-    """Return the channels that neither agree nor are unexcited, with the reason of each verdict."""
-    return [
-        (name, verdicts.reason(channel))
-        for name, channel in scene.channels.items()
-        if channel.verdict not in {"agree", "unexcited"}
-    ]
+def _strip(time: Array, masks: Mapping[str, BoolArray]) -> str:
+    """Return where masks hold over the run as CSS gradients, a colour's variable each, the first on top."""
+    start, span = float(time[0]), float(time[-1] - time[0])
+    layers = []
+    for colour, mask in masks.items():
+        stops, end = [], "0"
+        for edges in spans(mask, time, columns=200):
+            left, right = (f"{100 * (edge - start) / span:.4g}%" for edge in edges)
+            stops.append(f"#0000 {end} {left},var({colour}) {left} {right}")
+            end = right
+        if stops:
+            layers.append(f"linear-gradient(90deg,{','.join(stops)},#0000 {end})")
+    return ",".join(layers) or "none"
 
 
 def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
-    if all(events is None or events.empty for events in scene.events):
+    tables = [events for events in scene.events if events is not None]
+    touched = {place for events in tables for place in events["corner"]}
+    if not touched:
         return None
-    touched = {place for events in scene.events if events is not None for place in events["corner"]}
-    rows = [(CONTACTS[place], place) for place in CONTACTS if place in touched] + [("all", "")]
+
+    def cells(events: pd.DataFrame | None, places: Iterable[str]) -> list[str]:
+        if events is None:
+            return [MISSING] * 6
+        own = events[events["corner"].isin(list(places))]
+        if own.empty:
+            return ["0", *[MISSING] * 5]
+        return [
+            str(len(own)),
+            quantity(float((own["end"] - own["start"]).median()), "s"),
+            quantity(float(own["normal_speed"].max()), "m/s"),
+            quantity(float(own["impulse"].sum()), "N s"),
+            quantity(float(own["peak_force"].max()), "N"),
+            quantity(float(own["largest_depth"].max()), "m"),
+        ]
+
     headings = ("Number", "Median duration", "Largest normal speed", "Impulse", "Largest force", "Deepest")
+    rows = {name: [place] for place, name in CONTACTS.items() if place in touched} | {"all": list(CONTACTS)}
+    shown = {name: [cells(events, places) for events in scene.events] for name, places in rows.items()}
     return Table(
         "Where",
         [(heading, scene.labels) for heading in headings],
-        [
-            Row(name, [cell for pair in zip(*cells, strict=True) for cell in pair])
-            for name, place in rows
-            for cells in [[_contacts(events, place, len(headings)) for events in scene.events]]
-        ],
+        [Row(name, np.array(both).T.ravel().tolist()) for name, both in shown.items()],
     )
-
-
-def _contacts(events: pd.DataFrame | None, place: str, columns: int) -> list[str]:
-    if events is None:
-        return [MISSING] * columns
-    if place:
-        events = events[events["corner"] == place]
-    if events.empty:
-        return ["0", *[MISSING] * (columns - 1)]
-    return [
-        str(len(events)),
-        quantity(float((events["end"] - events["start"]).median()), "s"),
-        quantity(float(events["normal_speed"].max()), "m/s"),
-        quantity(float(events["impulse"].sum()), "N s"),
-        quantity(float(events["peak_force"].max()), "N"),
-        quantity(float(events["largest_depth"].max()), "m"),
-    ]
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
     """Return a row for all contacts and one for the predictable part; None where none can be matched."""
     if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
         return None
-    names = {"all": "all", "predictable": "predictable part"}
-    return Table(
-        "Contacts",
-        [
-            ("Number", (*scene.labels, "matched")),
-            ("Matched share", scene.labels),
-            ("Distance of starts", ("median", "largest")),
-            ("Error of", ("total impulse", "impulses", "normal speed", "peak force")),
-        ],
-        [
-            Row(
-                names[part],
-                [
-                    str(impacts.count_a),
-                    str(impacts.count_b),
-                    str(len(impacts.pairs)),
-                    percent(impacts.recall),
-                    percent(impacts.precision),
-                    quantity(impacts.median_delay, "s"),
-                    quantity(impacts.largest_delay, "s"),
-                    _share(impacts.total_impulse_error),
-                    _share(impacts.impulse_error),
-                    _share(impacts.normal_speed_error),
-                    _share(impacts.peak_force_error),
-                ],
-            )
-            for part, impacts in scene.impacts.items()
-        ],
-    )
+    groups = [
+        ("Number", (*scene.labels, "matched")),
+        ("Matched share", scene.labels),
+        ("Distance of starts", ("median", "largest")),
+        ("Error of", ("total impulse", "impulses", "normal speed", "peak force")),
+    ]
+    errors = ("total_impulse_error", "impulse_error", "normal_speed_error", "peak_force_error")
+    rows = [
+        Row(
+            {"all": "all", "predictable": "predictable part"}[part],
+            [
+                *map(str, (impacts.count_a, impacts.count_b, len(impacts.pairs))),
+                *map(percent, (impacts.recall, impacts.precision)),
+                *(quantity(delay, "s") for delay in (impacts.median_delay, impacts.largest_delay)),
+                *(_share(getattr(impacts, error)) for error in errors),
+            ],
+        )
+        for part, impacts in scene.impacts.items()
+    ]
+    return Table("Contacts", groups, rows)
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
-    """Return the time share of each contact situation, and of a touching crank pin; None where unknown.
-
-    Situations that occur in neither model are omitted.
-    """
+    """Return the time share of each contact situation, and of a touching crank pin; None where unknown."""
     both, pins = scene.situations, scene.pin_contact
     rows = []
     if both != (None, None):
         rows += [
-            Row(words, [_share(shares[key]) if shares else MISSING for shares in both])
+            Row(words, [_share(shares[key] if shares else None) for shares in both])
             for key, words in SITUATIONS.items()
         ]
     if pins != (None, None):
-        cells = [MISSING if share is None else _share(share) for share in pins]
-        rows.append(Row(f"{CONTACTS[PIN]} in contact", cells))
+        rows.append(Row(f"{CONTACTS[PIN]} in contact", [_share(share) for share in pins]))
     return Table("Situation", [(label, ()) for label in scene.labels], rows) if rows else None
+
+
+def _share(share: float | None) -> str:
+    """Return percent with three digits, so that rare situations do not appear as zero."""
+    return MISSING if share is None or np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
 
 
 def reliability_table(scene: SceneComparison) -> Table | None:
     """Return both models' smallest reliability and share within the limits, and their difference; or None."""
     if scene.reliability is None or not scene.reliability.quantities:
         return None
-    return Table(
-        "Quantity",
-        [
-            ("Verdict", ()),
-            ("Smallest reliability R", (*scene.labels, "at")),
-            ("Difference of R", ("value", "±")),
-            ("Smallest P(|error| ≤ limit)", (*scene.labels, "at")),
-            ("95 % interval of R", scene.labels),
-            ("Parts of ±", ("cycles", "numerics", "quadrature")),
-            ("R over the crank cycle", ()),
-        ],
-        [
-            Row(
-                f"{name}, {_limits(name, difference.a)}",
-                _reliability(difference),
-                difference.verdict,
-                curves=_curves(difference),
-            )
-            for name, difference in scene.reliability.quantities.items()
-        ],
-    )
-
-
-def _limits(name: str, model: Assessment) -> str:
-    unit, limits = unit_of(name), model.limits
-    upper = quantity(limits.upper, unit)
-    return f"{quantity(limits.lower, unit)} to {upper}" if limits.lower else f"≤ {upper}"
+    groups: list[tuple[str, Sequence[str]]] = [
+        ("Verdict", ()),
+        ("Smallest reliability R", (*scene.labels, "at")),
+        ("Difference of R", ("value", "±")),
+        ("Smallest P(|error| ≤ limit)", (*scene.labels, "at")),
+        ("95 % interval of R", scene.labels),
+        ("Parts of ±", ("cycles", "numerics", "quadrature")),
+        ("R over the crank cycle", ()),
+    ]
+    rows = []
+    for name, difference in scene.reliability.quantities.items():
+        limits, unit = difference.a.limits, unit_of(name)
+        text = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
+        text += quantity(limits.upper, unit)
+        cells, curves = _reliability(difference), _curves(difference)
+        rows.append(Row(f"{name}, {text}", cells, difference.verdict, curves=curves))
+    return Table("Quantity", groups, rows)
 
 
 def _reliability(difference: Difference) -> list[str]:
@@ -256,13 +225,12 @@ def _curves(difference: Difference) -> dict[str, str]:
     curves = {"first": difference.a.reliability, "second": difference.b.reliability}
     low = min(float(curve.min()) for curve in curves.values())
     span = max(difference.a.cap, *(float(curve.max()) for curve in curves.values())) - low or 1.0
-    return {
-        model: "M" + "L".join(
-            f"{1000 * n / max(1, curve.size - 1):.0f} {9.5 - 9 * (value - low) / span:.1f}"
-            for n, value in enumerate(curve.tolist())
-        )
-        for model, curve in curves.items()
-    }  # fmt: skip
+    paths = {}
+    for model, curve in curves.items():
+        places = 1000 * np.arange(curve.size) / max(1, curve.size - 1)
+        heights = 9.5 - 9 * (curve - low) / span
+        paths[model] = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
+    return paths
 
 
 def information_table(scene: SceneComparison) -> Table | None:
@@ -270,7 +238,7 @@ def information_table(scene: SceneComparison) -> Table | None:
 
     Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
     """
-    groups = [
+    groups: list[tuple[str, Sequence[str]]] = [
         ("Peak, second − first", ("value", "at (s)")),
         ("Sprague and Geers", ("M", "P", "C")),
         ("Russell", ("M", "P", "C")),
@@ -286,17 +254,11 @@ def information_table(scene: SceneComparison) -> Table | None:
         "correlation",
         "tube_share",
     )
-    rows = [
-        Row(
-            name,
-            [
-                quantity(channel.metrics["peak_difference"], channel.unit),
-                *(number(channel.metrics[key], 2) for key in keys),
-            ],
-        )
-        for name, channel in scene.channels.items()
-        if channel.metrics
-    ]
+    rows = []
+    for name, channel in scene.channels.items():
+        if values := channel.metrics:
+            peak = quantity(values["peak_difference"], channel.unit)
+            rows.append(Row(name, [peak, *(number(values[key], 2) for key in keys)]))
     return Table("Channel", groups, rows) if rows else None
 
 
@@ -316,61 +278,37 @@ def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]
     ]
 
 
+def _pairs(values: Mapping[str, Any] | None) -> str:
+    """Return "steps 123,456, tolerance 1e-10"."""
+
+    def plain(value: object) -> str:
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if isinstance(value, int):
+            return f"{value:,}"
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+    return ", ".join(f"{key} {plain(value)}" for key, value in (values or {}).items()) or MISSING
+
+
 def version_lines(provenance: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """Return one line for each set of versions and platform, naming the runs that share it."""
     lines: dict[str, list[str]] = {}
     for name, run in provenance.items():
-        versions = run.get("versions") or {}
-        parts = [f"{package} {version}" for package, version in versions.items()]
-        line = ", ".join([*parts, *([str(run["platform"])] if "platform" in run else [])])
-        if line:
+        parts = [f"{package} {version}" for package, version in (run.get("versions") or {}).items()]
+        if line := ", ".join([*parts, *([str(run["platform"])] if "platform" in run else [])]):
             lines.setdefault(line, []).append(name)
     return [f"{', '.join(names)}: {line}" for line, names in lines.items()]
 
 
 def scene_values(scene: Mapping[str, Any] | None) -> str:
     """Return the scene as lines ``drive.speed_rpm = 150.0``, keys as `--set` takes them; no texts."""
-    return "\n".join(_flat({key: value for key, value in (scene or {}).items() if key != "scene"}))
 
+    def flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
+        for key, value in mapping.items():
+            if isinstance(value, Mapping):
+                yield from flat(value, f"{start}{key}.")
+            else:
+                yield f"{start}{key} = {json.dumps(value, ensure_ascii=False)}"
 
-def _flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
-    for key, value in mapping.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{start}{key}.")
-        else:
-            yield f"{start}{key} = {json.dumps(value, ensure_ascii=False)}"
-
-
-def _strip(time: Array, masks: Mapping[str, BoolArray]) -> str:
-    """Return where masks hold over the run as CSS gradients, a colour's variable each, the first on top."""
-    start, span = float(time[0]), float(time[-1] - time[0])
-    layers = []
-    for colour, mask in masks.items():
-        stops, end = [], "0"
-        for low, high in svg.spans(mask, time, columns=200):
-            left, right = (f"{100 * (edge - start) / span:.4g}%" for edge in (low, high))
-            stops.append(f"#0000 {end} {left},var({colour}) {left} {right}")
-            end = right
-        if stops:
-            layers.append(f"linear-gradient(90deg,{','.join(stops)},#0000 {end})")
-    return ",".join(layers) or "none"
-
-
-def _share(share: float) -> str:
-    """Return percent with three digits, so that rare situations do not appear as zero."""
-    return MISSING if np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
-
-
-def _pairs(values: Mapping[str, Any] | None) -> str:
-    """Return "steps 123,456, tolerance 1e-10"."""
-    if not values:
-        return MISSING
-    return ", ".join(f"{key} {_plain(value)}" for key, value in values.items())
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int):
-        return f"{value:,}"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "\n".join(flat({key: value for key, value in (scene or {}).items() if key != "scene"}))

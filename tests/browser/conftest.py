@@ -74,17 +74,18 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def show(browser: Browser, report: Path) -> Iterator[Callable[..., Page]]:
-    """Return what opens the report; a script's error, or a request that leaves the page, fails the test."""
+    """Return what opens the report or another page; an error, or a request that leaves it, fails the test."""
     wrong: list[str] = []
     contexts = []
 
-    def opened(width: int = 1440, height: int = 900, anchor: str = "", **options: Any) -> Page:
+    def opened(
+        width: int = 1440, height: int = 900, anchor: str = "", path: Path = report, **options: Any
+    ) -> Page:
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
-        page = context.new_page()
+        page, own = context.new_page(), path.as_uri()
         page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
         page.on("console", lambda message: wrong.append(f"console: {message.text}"))
-        own = report.as_uri()
         page.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
         page.goto(own + anchor)
         return page

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
-from comparison.report.animation import write_animation
-from comparison.report.pairwise import PairResult, Row, write_pairwise
+from comparison.report.other_pages import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
@@ -29,52 +27,26 @@ def table(size: float) -> Table:
     return Table(pd.DataFrame(columns), provenance={"scene": load_scene("150rpm-0.2mm").data})
 
 
-@pytest.fixture
-def shown(browser: Browser) -> Any:
-    """Return what opens a file on a phone; an error or a request that leaves the page fails the test."""
-    wrong: list[str] = []
-    pages = []
-
-    def opened(path: Path) -> Page:
-        page = browser.new_page(viewport={"width": 390, "height": 800})
-        pages.append(page)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("console", lambda message: wrong.append(message.text))
-        page.on("request", lambda r: None if r.url == path.as_uri() else wrong.append(r.url))
-        page.goto(path.as_uri())
-        page.locator("canvas").first.wait_for()
-        return page
-
-    yield opened
-    for page in pages:
-        page.close()
-    assert wrong == []
-
-
-def state(page: Page) -> list[Any]:
-    return list(
-        page.evaluate(
-            """() => {
-                const v = [...viewers.values()][0], part = name => document.querySelector(name);
-                return [v.index, v.slider.value, ...[".body.first", ".body.second"].map(
-                    name => part(name).getAttribute("points")), part(".at-A").getAttribute("cx"),
-                    part(".heading").textContent];
-            }"""
-        )
-    )
+STATE = """() => {
+  const v = [...viewers.values()][0], part = name => document.querySelector(name);
+  const points = [".body.first", ".body.second"].map(name => part(name).getAttribute("points"));
+  return [v.index, v.slider.value, ...points, part(".at-A").getAttribute("cx"), part(".heading").textContent];
+}"""
 
 
 def test_the_animation_moves_drawing_cursor_and_clock_together(
-    shown: Callable[[Path], Page], tmp_path: Path
+    show: Callable[..., Page], tmp_path: Path
 ) -> None:
     tables = {"a": table(1.0), "b": table(0.9)}
     scene = load_scene("150rpm-0.2mm").data
-    page = shown(write_animation(tables, scene, tmp_path / "a.html", title="a", command="sixbar"))
+    path = write_animation(tables, scene, tmp_path / "a.html", title="a", command="sixbar")
+    page = show(390, 800, path=path)
+    page.locator("canvas").first.wait_for()
     page.focus(".plots")
-    first = state(page)
+    first = page.evaluate(STATE)
     page.keyboard.press("ArrowRight")
     page.wait_for_timeout(50)
-    second = state(page)
+    second = page.evaluate(STATE)
     assert second[0] == 1
     assert all(before != after for before, after in zip(first, second, strict=True))
     page.keyboard.press("Space")
@@ -86,16 +58,17 @@ def test_the_animation_moves_drawing_cursor_and_clock_together(
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_three_models_are_on_common_plots(shown: Callable[[Path], Page], tmp_path: Path) -> None:
+def test_three_models_are_on_common_plots(show: Callable[..., Page], tmp_path: Path) -> None:
     models = ("a", "b", "c")
     found = {"verdict": "agree", "ratio": 0.5, "channels": {}}
     for first, second in pairs(models):
         for model in (first, second):
             folder = tmp_path / f"{first}-{second}" / "tables"
             write(table(1.0 + 0.1 * models.index(model)), folder / f"swing-{model}.csv")
-    results = [PairResult(pair, found) for pair in pairs(models)]
-    row = Row("swing", "A swing", standing(models, dict.fromkeys(pairs(models), "agree")), results)
-    page = shown(write_pairwise([row], tmp_path, models=models, command="sixbar validate"))
+    outcome = standing(models, dict.fromkeys(pairs(models), "agree"))
+    row = Row("swing", "A swing", outcome, dict.fromkeys(pairs(models), found))
+    page = show(390, 800, path=write_pairwise([row], tmp_path, models=models, command="sixbar validate"))
+    page.locator("canvas").first.wait_for()
     drawn = page.evaluate(
         "() => [...viewers.values()][0].plots.map(p => p.series.slice(1).map(s => s.label))"
     )

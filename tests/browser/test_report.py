@@ -6,17 +6,15 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
 from comparison.report import write_report
 from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
-
-WIDTHS = (390, 1280)
 
 # All parts opened, the drawings shown as in print and where scripts are off.
 MEASURE = """
@@ -55,15 +53,11 @@ MEASURE = """
 """
 
 
-@pytest.fixture(params=WIDTHS)
-def seen(request: pytest.FixtureRequest, show: Callable[..., Page]) -> dict[str, Any]:
-    """What the browser made of the page at a width."""
-    return {"width": request.param} | show(request.param).evaluate(MEASURE)
-
-
+@pytest.mark.parametrize("width", [390, 1280])
 def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(
-    seen: dict[str, Any], comparisons: list[SceneComparison]
+    width: int, show: Callable[..., Page], comparisons: list[SceneComparison]
 ) -> None:
+    seen = show(width).evaluate(MEASURE)
     assert seen["figures"] == 5  # one a scene with channels
     # Axes with grid and ticks, both models, the difference and its threshold, legends.
     assert min(seen["lines"]) >= 10
@@ -75,7 +69,7 @@ def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(
     assert seen["cut"] == []
     assert seen["overlaps"] == []
     # Exponents of the logarithmic ticks are the smallest: 0.7 of the labels.
-    assert seen["smallest"] >= 0.7 * (7.0 if seen["width"] < 500 else 11.0)
+    assert seen["smallest"] >= 0.7 * (7.0 if width < 500 else 11.0)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -87,7 +81,20 @@ def test_the_overview_is_on_the_first_screen(show: Callable[..., Page], scheme: 
         assert box["y"] + box["height"] <= 900, part
 
 
-def test_a_link_of_the_overview_opens_its_scene(show: Callable[..., Page]) -> None:
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (1440, "dark"), (390, "light")])
+def test_axe_finds_nothing(show: Callable[..., Page], width: int, scheme: str) -> None:
+    page = show(width, 900, color_scheme=scheme)
+    page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
+    for root in page.locator(".viewer").all():
+        root.scroll_into_view_if_needed()
+        root.locator("canvas").first.wait_for()
+    found = Axe().run(page).response["violations"]
+    assert [(rule["id"], rule["impact"], rule["nodes"][0]["html"]) for rule in found] == []
+
+
+def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view(
+    show: Callable[..., Page],
+) -> None:
     page = show()
     link = page.locator('.grid a.cell[href="#s4-standard"]')
     assert not page.locator("#s4-standard").is_visible()
@@ -97,6 +104,12 @@ def test_a_link_of_the_overview_opens_its_scene(show: Callable[..., Page]) -> No
         "() => { const y = document.getElementById('s4-standard').getBoundingClientRect().y;"
         "return y >= 0 && y < 900; }"
     )
+    page.locator('.contents a[href="#definition"]').click()
+    page.wait_for_function(
+        "() => Math.abs(document.querySelector('.contents').getBoundingClientRect().y) < 1"
+    )
+    heading, bar = (page.locator(name).bounding_box() for name in ("#definition", ".contents"))
+    assert heading["y"] >= bar["height"]
 
 
 def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show: Callable[..., Page]) -> None:
@@ -106,16 +119,6 @@ def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show: Call
     for page, drawn in ((on_screen, False), (printed, True), (without, True)):
         assert page.locator("#s1 .static svg").first.is_visible() == drawn
         assert page.locator("#s1 .viewer").is_visible() != drawn
-
-
-def test_the_navigation_stays_in_view_and_leads_to_what_it_names(show: Callable[..., Page]) -> None:
-    page = show()
-    page.locator('.contents a[href="#definition"]').click()
-    page.wait_for_function("() => scrollY > 900")
-    assert page.locator(".contents").bounding_box()["y"] == 0
-    assert (
-        page.locator("#definition").bounding_box()["y"] >= page.locator(".contents").bounding_box()["height"]
-    )
 
 
 def test_eleven_scenes_are_printed_on_twelve_pages(

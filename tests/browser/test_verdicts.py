@@ -9,17 +9,14 @@ from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
+MOVED = ["slider x: |E|/2u (99%) is ", ": 1.0 µm against"]
 ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
 
 
-def colour(page: Page, name: str) -> str:
-    return str(
-        page.evaluate(
-            "name => { const s = document.createElement('span'); s.style.color = `var(--${name})`;"
-            "document.body.append(s); const c = getComputedStyle(s).color; s.remove(); return c; }",
-            name,
-        )
-    )
+SHADE = """name => {
+  const s = document.createElement("span"); s.style.color = `var(--${name})`; document.body.append(s);
+  const c = getComputedStyle(s).color; s.remove(); return c;
+}"""
 
 
 @pytest.mark.parametrize("width", [1440, 390])
@@ -37,18 +34,8 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(
     ("scene", "sign", "shade", "said"),
     [
         ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
-        (
-            "fault",
-            "✗",
-            "bad",
-            ["slider x: |E|/2u (99%) is ", ": 1.0 µm against", "unconfirmed, 3 runs", "formulation="],
-        ),
-        (
-            "confirmed",
-            "✗",
-            "bad",
-            ["slider x: |E|/2u (99%) is ", ": 1.0 µm against", "confirmed by at least 30 runs"],
-        ),
+        ("fault", "✗", "bad", [*MOVED, "unconfirmed, 3 runs", "formulation="]),
+        ("confirmed", "✗", "bad", [*MOVED, "confirmed by at least 30 runs"]),
         ("undecided", "?", "open", ["Not decided: ", "are required", "--accuracy strict"]),
         ("underestimated", "✓", "good", ["underestimated 6.4 times and is corrected"]),
         ("press", "✓", "good", ["no channel is nearer to its limit", "Nothing to do."]),
@@ -63,7 +50,7 @@ def test_each_verdict_says_what_how_much_and_what_next(
     assert sign in cell.inner_text()
     card = page.locator(f"#{key}-standard")
     card.wait_for(state="visible")
-    assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == colour(page, shade)
+    assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == page.evaluate(SHADE, shade)
     text = " ".join(card.inner_text().split())
     for words in said:
         assert words in text

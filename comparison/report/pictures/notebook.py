@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from comparison.formatting import number
-from comparison.report.pictures.plot import Picture, picture
+from comparison.report.figures import Picture, picture
 from comparison.tables.channels import channels
 from comparison.tables.result import Result
 from comparison.tables.table import Table
@@ -44,30 +44,22 @@ class RunTable(Table):
         TableError
             If a table lacks a channel.
         """
-        tables: dict[str, Table] = {self._label("this run"): self}
+        tables: dict[str, Table] = {str(self.provenance.get("model", "this run")): self}
         if other is not None:
             label = str(other.provenance.get("model", "other run"))
             tables[label if label not in tables else f"{label} (other)"] = other
         return picture(tables, names or ("slider_x",))
 
-    def _label(self, default: str) -> str:
-        return str(self.provenance.get("model", default))
-
     def _repr_html_(self) -> str:
-        known = channels()
-        rows = pd.DataFrame(
-            {
-                "channel": name,
-                "unit": known[name].unit if name in known else "",
-                "smallest": number(float(self.frame[name].min())),
-                "largest": number(float(self.frame[name].max())),
-            }
-            for name in self.channels
-        )
+        known, frame = channels(), self.frame[self.channels]
+        rows = pd.DataFrame({"smallest": frame.min(), "largest": frame.max()}).map(number)
+        rows.insert(0, "channel", self.channels)
+        rows.insert(1, "unit", [known[name].unit if name in known else "" for name in self.channels])
         status = self.provenance.get("status", "")
         contacts = "" if self.events is None else f", {len(self.events)} contacts"
-        head = f"{self._label('run')}{': ' if status else ''}{status}; {len(self.frame)} samples to "
-        head += f"{number(float(self.time[-1]))} s{contacts}" if len(self.frame) else "none"
+        end = f"{number(float(self.time[-1]))} s{contacts}" if len(self.frame) else "none"
+        head = f"{self.provenance.get('model', 'run')}{': ' if status else ''}{status}; "
+        head += f"{len(self.frame)} samples to {end}"
         return f"<p>{html.escape(head)}</p>{rows.to_html(index=False, border=0)}"
 
 

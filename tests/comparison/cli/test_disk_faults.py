@@ -23,30 +23,15 @@ from comparison.report.templates import origin
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]
 
-VOLATILE = ("runs.jsonl",)
-"""A store of finished runs grows row by row."""
 COMMANDS = {
-    "run": ["run", "{scene}", "--model", "reference", "--no-check", "--out", "out/a.csv"],
-    "validate": ["validate", "{scene}", "--quick", "--out", "out", "--jobs", "1"],
-    "gate": ["gate", "{scene}", "--update", "--baseline", "out/b.toml", "--jobs", "1"],
-    "sweep": [
-        "study",
-        "sweep",
-        "{scene}",
-        "--grid",
-        "drive.speed_rpm={speed}",
-        "--out",
-        "out",
-        "--jobs",
-        "1",
-    ],
+    "run": "run {scene} --model reference --no-check --out out/a.csv",
+    "validate": "validate {scene} --quick --out out --jobs 1",
+    "gate": "gate {scene} --update --baseline out/b.toml --jobs 1",
+    "sweep": "study sweep {scene} --grid drive.speed_rpm={speed} --out out --jobs 1",
 }
-
-
 LEAST = {"run": 4, "validate": 15, "gate": 2, "sweep": 2}
 """Changes of files by which a command writes its result."""
 CODES = [errno.ENOSPC, errno.EACCES, errno.EIO, errno.EROFS]
-SIZES = (0, 1, 10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000)
 FAULTS: Counter[str] = Counter()
 
 
@@ -57,11 +42,17 @@ def _reported(request):
         print(f"\n{FAULTS.total()} faults of the disk: {dict(FAULTS)}")  # noqa: T201
 
 
-@pytest.fixture
-def command(scene_file, tmp_path, monkeypatch, fake_model):
-    """Return what gives a command, old or new, in this process: its exit code and the files in ``out``.
+def state() -> dict[str, bytes]:
+    """Files in ``out`` but for the store of a sweep, which grows row by row."""
+    files = contents(Path("out"))
+    return {name: content for name, content in files.items() if not name.endswith("runs.jsonl")}
 
-    Its runs are in the cache, which is elsewhere.
+
+@pytest.fixture
+def tried(scene_file, tmp_path, monkeypatch, fake_model, capsys):
+    """Return what gives a command while the disk fails, and holds what is left against the old and new state.
+
+    The command is given in this process; its runs are in the cache, which is elsewhere.
     """
     (tmp_path / "tmp").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
@@ -70,86 +61,55 @@ def command(scene_file, tmp_path, monkeypatch, fake_model):
     written = origin()
     monkeypatch.setattr("comparison.report.templates.origin", lambda: written)  # with the time of day
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
-    for which, gravity in (("old", "9.0"), ("new", "9.5")):
-        (tmp_path / which).mkdir()
-        (tmp_path / which / "own.toml").write_text(text.replace("9.0", gravity))
+    kept = {}
 
     def give(name: str, which: str) -> int:
-        values = {"scene": tmp_path / which / "own.toml", "speed": 100 if which == "old" else 150}
-        return main([word.format(**values) for word in COMMANDS[name]])
+        speed, gravity = {"old": (100, "9.0"), "new": (150, "9.5")}[which]
+        (tmp_path / "own.toml").write_text(text.replace("9.0", gravity))
+        return main(COMMANDS[name].format(scene=tmp_path / "own.toml", speed=speed).split())
 
-    return give
+    def attempt(name: str, fault) -> object:
+        if not kept:
+            for which in ("old", "new"):
+                assert give(name, which) == 0
+                kept[which] = state()
+                if which == "old":
+                    shutil.copytree("out", tmp_path / "old")
+            assert kept["old"] != kept["new"]
+        shutil.rmtree("out")
+        shutil.copytree(tmp_path / "old", "out")
+        capsys.readouterr()
+        with fault as seen:
+            code = give(name, "new")
+        out, err = capsys.readouterr()
+        assert code in (0, 2), err
+        assert "Traceback" not in out + err
+        assert "internal error" not in err
+        assert err.count("\n") == (code == 2), err
+        assert state() in ([kept["new"]] if code == 0 else list(kept.values()))
+        FAULTS[name] += code != 0
+        return seen
 
-
-def comparable(files: dict[str, bytes]) -> dict[str, bytes]:
-    return {name: content for name, content in files.items() if not name.endswith(VOLATILE)}
-
-
-def restore(files: dict[str, bytes]) -> None:
-    shutil.rmtree("out")
-    for name, content in files.items():
-        path = Path("out", name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-
-
-def prepared(command, name, capsys) -> tuple[dict[str, bytes], dict[str, bytes]]:
-    """Return the files of the old and of the new state; all runs are cached then."""
-    assert command(name, "old") == 0
-    old = contents(Path("out"))
-    assert command(name, "new") == 0
-    new = contents(Path("out"))
-    capsys.readouterr()
-    assert comparable(old) != comparable(new)
-    return old, new
-
-
-def held(code: int, old, new, capsys, what: str) -> None:
-    out, err = capsys.readouterr()
-    assert code in (0, 2), (what, code, err)
-    assert "Traceback" not in out + err, what
-    assert "internal error" not in err, (what, err)
-    assert err.count("\n") == (code == 2), (what, err)
-    found = comparable(contents(Path("out")))
-    states = [comparable(files) for files in (old, new)]
-    assert found in states, (what, sorted(found))
-    if code == 0:
-        assert found == states[1], what
+    return attempt
 
 
-@pytest.mark.parametrize(
-    ("name", "codes"),
+@pytest.mark.parametrize("code", [*CODES, None], ids=lambda code: errno.errorcode.get(code, "all in turn"))
+@pytest.mark.parametrize("name", COMMANDS)
+def test_each_change_of_a_file_fails_in_turn(name, code, tried):
     # The one that takes longest has all in turn: what it does with the others is up to the same lines.
-    [
-        pytest.param(name, codes, id="-".join([name, *(errno.errorcode[code] for code in codes)]))
-        for name in COMMANDS
-        for codes in ([CODES] if name == "validate" else [[code] for code in CODES])
-    ],
-)
-def test_each_change_of_a_file_fails_in_turn(name, codes, command, capsys):
-    old, new = prepared(command, name, capsys)
-    faults = 0
+    if (code is None) != (name == "validate"):
+        pytest.skip("either each, or all in turn")
     for number in itertools.count(1):
-        restore(old)
-        with failing(number, codes[number % len(codes)], Path.cwd() / "out") as seen:
-            status = command(name, "new")
-        held(status, old, new, capsys, f"{name}: {seen[number - 1 : number]}")
+        seen = tried(name, failing(number, code or CODES[number % len(CODES)], Path.cwd() / "out"))
         if len(seen) < number:
             break
-        faults += 1
-    FAULTS[name] += faults
-    assert faults >= LEAST[name]
+    assert number > LEAST[name]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_write_that_ends_in_the_middle(name, command, capsys):
-    old, new = prepared(command, name, capsys)
-    for size in SIZES:
-        restore(old)
-        with small_files(size):
-            status = command(name, "new")
-        held(status, old, new, capsys, f"{name}: {size} bytes")
-        FAULTS[name] += status != 0
+def test_a_write_that_ends_in_the_middle(name, tried):
+    for size in (0, 1, 10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000):
+        tried(name, small_files(size))
 
 
 @pytest.mark.parametrize("code", CODES)

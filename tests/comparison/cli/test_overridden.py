@@ -8,7 +8,6 @@ import re
 import shlex
 import shutil
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -38,28 +37,19 @@ def test_nothing_false_is_said_of_a_changed_scene_and_the_plain_ones_report_stay
     assert sentence == f"The scene {NAME} agrees."
     assert page == f"reports/out/{NAME}/report.html"
     assert plain == {path: path.read_bytes() for path in plain}
-
-    folder = Path(page).parent
-    said = Path(page).read_text()
+    folder, said = Path(page).parent, Path(page).read_text()
     assert "<h1>150rpm-0.2mm with clearance.slider = 0.4 mm</h1>" in said
-    assert "150 rpm, 0.2 mm clearance" not in said
-    assert "central case" not in said
+    assert not re.search("150 rpm, 0.2 mm clearance|central case", said)
     command = "sixbar validate 150rpm-0.2mm --set clearance.slider=0.0004 --quick"
     assert set(commands(said)) == {command}
     (scene,) = json.loads((folder / "summary.json").read_text())["scenes"]
     assert (scene["name"], scene["command"]) == (NAME, command)
-    assert ET.parse(folder / "junit.xml").getroot().find("testsuite").get("name") == NAME
-    assert f"| {NAME} | standard | agree |" in (folder / "summary.md").read_text()
     assert f"Made by: {command}" in (folder / "summary.md").read_text()
     table = read(folder / "tables" / f"{NAME}-exudyn.csv")
     assert table.provenance["scene"]["scene"]["description"] == ""
-
-
-@pytest.mark.parametrize("scenes", [["ideal", "150rpm-0.2mm"], ["150rpm-0.2mm"]])
-def test_each_set_of_changes_has_a_folder(scenes, capsys):
-    pages = set()
-    for options in ([], ["--set", CLEARANCE], ["--set", CLEARANCE, "--set", "output.groups=[]"]):
-        assert main(["validate", *scenes, "--quick", "-q", *options]) == 0
+    pages = {page}
+    for options in (["ideal"], ["--set", "output.groups=[]"]):  # each set of changes has a folder
+        assert main([*QUICK, "--set", CLEARANCE, *options]) == 0
         pages.add(capsys.readouterr().out.splitlines()[-1])
     assert len(pages) == 3
 
@@ -100,23 +90,6 @@ def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file,
     assert main([*shlex.split(finer)[1:], "-q"]) == 0
 
 
-def test_the_other_commands_name_the_changed_scene_too(capsys):
-    assert main(["plan", "150rpm-0.2mm", "--set", CLEARANCE]) == 0
-    assert capsys.readouterr().out.startswith(f"{NAME}: ")
-    assert main(["run", "150rpm-0.2mm", "--set", CLEARANCE, "--model", "exudyn", "--out", "x.csv"]) == 0
-    assert (
-        read("x.csv").provenance["scene"]["scene"]["title"] == "150rpm-0.2mm with clearance.slider = 0.4 mm"
-    )
-    sweep = ["study", "sweep", "150rpm-0.2mm", "--set", "drive.cycles=1", "--grid", "drive.speed_rpm=90,91"]
-    assert main(sweep) == 0
-    out = capsys.readouterr().out
-    assert out.splitlines()[-1] == "reports/out/sweep-150rpm-0.2mm+drive.cycles=1/sweep.csv"
-    assert main(["settings", "150rpm-0.2mm", "--set", CLEARANCE, "--set", "drive.cycles=1", "-q"]) == 0
-    printed = commands(capsys.readouterr().out)
-    assert printed
-    assert all("--set clearance.slider=0.0004 --set drive.cycles=1" in command for command in printed)
-
-
 def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gravity, capsys):
     """The rule's: what 99 % of the judged samples stay within. The maximum is called so."""
     for name, value in (("good", gravity.normal), ("bad", gravity.differ)):
@@ -126,11 +99,8 @@ def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gra
         shown = line[start : start + 12].strip()
         (scene,) = json.loads(Path(name, "summary.json").read_text())["scenes"]
         assert number(scene["ratio"], 2) == shown
-        channel = scene["channels"][scene["decisive_channel"]]
-        assert channel["ratio"] == scene["ratio"] <= channel["largest_ratio"]
         assert (scene["ratio"] <= 1) == (scene["verdict"] == "agree")
-        others = [each["ratio"] for each in scene["channels"].values() if each["ratio"] is not None]
-        assert max(others) == scene["ratio"]
+        assert max(each["ratio"] or 0.0 for each in scene["channels"].values()) == scene["ratio"]
         assert f"{scene['decisive_channel']}, |E|/2u (99%) = {shown}: " in scene["reason"]
         page = Path(name, "report.html").read_text()
         assert f"<b>{shown}</b>" in page

@@ -1,8 +1,6 @@
 """Drawings show what the samples hold: no spike lost, no part of another drawing, colours of the page."""
 
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -54,12 +52,6 @@ def test_narrow_spans_are_widened_to_a_column_join_and_stay_inside() -> None:
     ]
 
 
-def lines(drawing: str, role: str) -> list[np.ndarray]:
-    """Return the vertices of every path of that colour, each of shape (n, 2), y downwards."""
-    paths = re.findall(rf'<path d="([^"]*)"[^>]*stroke: {re.escape(role)}', drawing)
-    return [np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", path), dtype=float) for path in paths]
-
-
 def test_a_force_of_one_sample_stands_at_full_height() -> None:
     def spike(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         force = np.zeros_like(columns["slider_x"])
@@ -68,9 +60,10 @@ def test_a_force_of_one_sample_stands_at_full_height() -> None:
 
     scene = make_scene(alter=spike)
     drawing = channel_figure(scene, scene.channels["corner_ur_normal"], "k")
-    second = max(lines(drawing, "var(--second)"), key=len)
+    path = max(re.findall(r'<path d="([^"]*)"[^>]*stroke: var\(--second\)', drawing), key=len)
+    heights = [float(y) for _, y in re.findall(r"(-?[\d.]+) (-?[\d.]+)", path)]
     # Axes 0.345 of 237.6 pt high with 6 % of margin at either end: 73.2 pt. Simplification may take 0.2 pt.
-    assert np.ptp(second[:, 1]) == pytest.approx(0.345 * 237.6 / 1.12, abs=0.5)
+    assert np.ptp(heights) == pytest.approx(0.345 * 237.6 / 1.12, abs=0.5)
 
 
 def test_a_figure_says_what_is_beyond_and_what_is_not_predictable(
@@ -105,8 +98,7 @@ def test_equal_data_give_equal_text_in_the_colours_of_the_page_whatever_the_user
     with mpl.rc_context(own):
         assert channel_figure(scene, scene.channels["slider_x"], "k") == plain
         assert mpl.rcParams["lines.linewidth"] == 7  # and theirs are left alone
-    assert "date" not in plain
-    assert not re.findall(r"#[0-9a-f]{6}\b", plain)
+    assert not re.findall(r"date|#[0-9a-f]{6}\b", plain)
     alone = svg.standalone(plain)
     assert not re.search(r"var\(|--", alone)  # programs other than browsers know no variables
     assert not set(re.findall(r"#[0-9a-f]{6}", alone)) - set(svg.light_colours().values())
@@ -121,16 +113,14 @@ def test_names_are_shown_as_they_are_or_shortened(scene: SceneComparison) -> Non
         assert all(f">{name}</text>" in drawing for name in shown)
 
 
-@pytest.mark.parametrize("n", [2, 3, 401])
-@pytest.mark.parametrize("value", [0.0, 3.7, 1e300])
+@pytest.mark.parametrize("n", [2, 401])
+@pytest.mark.parametrize("value", [0.0, 1e300])
 def test_short_tables_and_constant_values_are_drawn_without_a_warning(
     scene: SceneComparison, n: int, value: float
 ) -> None:
-    channel, zero = scene.channels["corner_ll_normal"], np.zeros(n)
-    short = replace(
-        channel, time=np.linspace(0.0, 0.8, n), a=zero + value, b=zero + value, u_a=None, u_b=None,
-        predictable=np.ones(n, dtype=bool),
-    )  # fmt: skip
+    same = np.full(n, value)
+    changes = {"time": np.linspace(0.0, 0.8, n), "a": same, "b": same, "predictable": same == value}
+    short = replace(scene.channels["corner_ll_normal"], u_a=None, u_b=None, **changes)
     assert channel_figure(scene, short, "k").startswith("<svg ")
 
 
@@ -139,8 +129,3 @@ def test_a_figure_of_many_cycles_stays_small(scene: SceneComparison) -> None:
     # At most 800 vertices a model and for the threshold and 400 for the difference, 16 bytes each, are 45 kB;
     # 400 stretches of shade in both axes, 130 bytes each, 104 kB.
     assert len(channel_figure(scene, longer, "k")) < 160e3
-
-
-def test_pyplot_is_not_imported() -> None:
-    code = "import sys, comparison.report; sys.exit('matplotlib.pyplot' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

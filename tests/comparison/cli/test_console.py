@@ -1,0 +1,280 @@
+"""What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+import typer
+
+from comparison.cli import console, main
+from comparison.cli.progress import SILENCE, Lines, progress
+from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
+from comparison.execution.store import LedgerError, read_rows
+from comparison.files import LARGEST_TEXT
+from comparison.scene.loading import LARGEST_FILE
+from comparison.studies.sweep.points import LARGEST_LIST
+from comparison.tables.table_files import LARGEST
+
+ROOT = Path(str(files("comparison"))).parent
+
+
+@pytest.fixture(params=[60, 80, 120, None])
+def columns(request, monkeypatch) -> int:
+    """Columns of the terminal; None: a pipe."""
+    if request.param is None:
+        monkeypatch.delenv("COLUMNS", raising=False)
+        return 80
+    monkeypatch.setenv("COLUMNS", str(request.param))
+    return request.param
+
+
+def too_long(text: str, columns: int) -> list[str]:
+    """Lines that do not fit, but for those that are a path, which must not be broken."""
+    return [line for line in text.splitlines() if len(line) > columns and not Path(line).exists()]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "", "-h", "scenes", "channels", "plan both-clearances", "study", "study sweep -h",
+        *(f"{command} -h" for command in ("run", "validate", "compare", "gate", "plot", "animate")),
+    ],
+)  # fmt: skip
+def test_commands_that_run_nothing_fit_the_terminal(arguments, columns, capsys):
+    assert main(arguments.split()) == 0
+    out, err = capsys.readouterr()
+    assert too_long(out, columns) == []
+    assert "\x1b" not in out
+    assert len(out.splitlines()) > 8
+    assert err == ""
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("shared")
+
+
+@pytest.fixture
+def runs_of_all_widths(shared, fakes, monkeypatch):
+    """Fake models whose runs are kept from one width to the next."""
+    with fakes(shared, monkeypatch):
+        yield
+
+
+@pytest.mark.usefixtures("runs_of_all_widths")
+def test_verdicts_and_a_sweep_fit_the_terminal_but_leave_out_no_column(columns, scene_file, gravity, capsys):
+    good, bad = scene_file("a-scene"), scene_file("bad", gravity.fail)
+    assert main(["validate", good, bad, "--out", "v", "--set", "drive.cycles=1", "-v"]) == 2
+    out, err = capsys.readouterr()
+    assert all(line.startswith(("scene", "a-scene", "bad")) for line in too_long(out, columns))
+    assert all(line.startswith("sixbar: 2 scenes: ") for line in err.splitlines())  # progress
+    assert re.search(r"\nbad\+drive\.cycles=1 +standard  cannot compare", out)
+    speeds = ",".join(map(str, range(90, 97)))
+    assert main(["study", "sweep", good, "--grid", f"drive.speed_rpm={speeds}"]) == 0
+    first, *_, more, _ = capsys.readouterr().out.splitlines()
+    assert first.startswith("point  drive.speed_rpm  model")
+    assert "  impulse  largest:p" in first
+    assert more == "... and 2 more rows"
+
+
+def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
+    rows = [("name", "value", "note"), ("first", "12345678", "a long explanation"), ("b", "1", "")]
+    for width, cut in ((40, "a long explanation"), (30, "a long exp..."), (12, "a long ex...")):
+        monkeypatch.setenv("COLUMNS", str(width))
+        shown = ["name      value  note", f"first  12345678  {cut}", "b             1"]
+        assert console.columns(rows, right=(1,)) == shown
+    path = "a-folder/of-a/long-name/with-hyphens-and/more-of-it.csv"
+    assert console.wrapped(f"a table of the scene is in {path}") == ["a table of the scene is in", path]
+
+
+def test_verdicts_have_colours_unless_they_are_not_wanted(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert console.coloured("differ  ") == "\x1b[31mdiffer  \x1b[0m"
+    assert console.coloured("unknown") == "unknown"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert console.coloured("differ") == "differ"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("a\x1b[31mred\x07", r"a\x1b[31mred\x07"),
+        ("name\u202egpj.exe", r"name\u202egpj.exe"),
+        ("9\u00a0µm ✓\n\t|", "9\u00a0µm ✓\n\t|"),
+        ("\udcff", r"\udcff"),
+    ],
+)
+def test_control_characters_are_shown_not_obeyed(text, shown):
+    assert console.printable(text) == shown
+
+
+class Clock:
+    """A clock that is set by hand."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def lines(capsys, reports, name="campaign") -> list[str]:
+    """What is printed of reports, each (seconds since the last one, share, what was finished)."""
+    clock = Clock()
+    report = Lines(name, clock)
+    for seconds, share, what in reports:
+        clock.now += seconds
+        report(share, what)
+    return capsys.readouterr().err.splitlines()
+
+
+def test_progress_in_a_log_is_few_lines(capsys):
+    # Half a percent a second: a line for every tenth.
+    found = lines(capsys, [(1.0, (step + 1) / 200, "") for step in range(200)])
+    assert found[0] == "sixbar: campaign: 10%, about 3 min left"
+    assert found[-1] == "sixbar: campaign: 90%, less than a minute left"
+    assert len(found) == 9
+    # Ten minutes for 6 %: neither silent nor loud.
+    assert len(lines(capsys, [(1.0, step / 10_000, "") for step in range(600)])) == 600 / SILENCE
+    # What was finished is a line, at most one in the interval, and none at the end.
+    found = lines(capsys, [(11.0, 0.25, "s1"), (1.0, 0.5, "s2"), (11.0, 0.75, "s3"), (11.0, 1.0, "s4")])
+    assert [line.partition("; ")[2] for line in found] == ["s1", "s3"]
+    # Cached runs are there at once: 0.1 a minute, four more.
+    assert "60%, about 4 min left" in lines(capsys, [(0.0, 0.5, ""), (60.0, 0.6, "")])[0]
+
+
+def test_quiet_is_quiet_and_a_terminal_gets_a_bar_on_stderr(capsys, monkeypatch):
+    with progress("gate", quiet=True) as report:
+        report(0.5, "one")
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with progress("gate") as report:
+        report(0.5)
+        report(0.5, "one of two")
+        typer.echo("a result")
+    out, err = capsys.readouterr()
+    assert out == "a result\n"
+    assert "gate, one of two" in err
+
+
+def sixbar(*arguments: str, code: str = "", **options) -> subprocess.CompletedProcess[str]:
+    """Run a command in a process that runs ``code`` first."""
+    environment = (
+        os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])} | options.pop("env", {})
+    )
+    start = f"{code}\nimport sys\nfrom comparison.cli import main\nsys.exit(main())"
+    command = [sys.executable, "-c", start, *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, **options)
+
+
+def test_what_a_terminal_s_encoding_lacks_is_escaped(tmp_path):
+    (tmp_path / "own.toml").write_text('[scene]\nextends = "paper"\ntitle = "✓"\n')
+    code = "import comparison.scene\ncomparison.scene.shipped_scenes = lambda: ['own.toml']"
+    ended = sixbar("scenes", code=code, cwd=tmp_path, env={"PYTHONIOENCODING": "latin-1"})
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.endswith("\\u2713\n")
+
+
+def test_warnings_of_python_are_not_the_users_business_unless_asked_for(tmp_path):
+    code = (
+        "import warnings, comparison.scene\n"
+        "def noisy():\n    warnings.warn('overflow', RuntimeWarning)\n    return []\n"
+        "comparison.scene.shipped_scenes = noisy"
+    )
+    for asked in ("", "default"):
+        ended = sixbar("scenes", code=code, cwd=tmp_path, env={"PYTHONWARNINGS": asked})
+        assert ("overflow" in ended.stderr) == bool(asked)
+
+
+@pytest.mark.parametrize("module", ["typer", "comparison.scene", "comparison.cli.console"])
+def test_an_interruption_while_modules_are_imported_ends_with_130_in_one_line(module):
+    code = f"""
+import builtins, os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+usual = builtins.__import__
+def importing(name, *rest):
+    if name == {module!r}:
+        builtins.__import__ = usual
+        os.kill(os.getpid(), signal.SIGINT)
+    return usual(name, *rest)
+builtins.__import__ = importing
+"""
+    ended = sixbar("scenes", code=code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    assert ended.returncode == 130
+    assert ended.stderr.startswith("sixbar: interrupted")
+    assert ended.stderr.count("\n") == 1
+
+
+def test_help_imports_nothing_heavy():
+    """And so is quick: 0.15 s where it was written."""
+    ended = sixbar("--help", code="import atexit, sys\natexit.register(lambda: print(*sys.modules))")
+    loaded = set(ended.stdout.splitlines()[-1].split())
+    assert "comparison.cli.validate" in loaded
+    assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
+
+
+def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys):
+    def broken():
+        raise ZeroDivisionError("a\nb")
+
+    monkeypatch.setattr("comparison.scene.shipped_scenes", broken)
+    assert main(["scenes"]) == 70
+    err = capsys.readouterr().err
+    assert "internal error: ZeroDivisionError: a b at test_console.py:" in err
+    assert "please report" in err
+    assert err.count("\n") == 1
+
+
+SWEEP, COMPARE = ["study", "sweep", "ideal", "--list", "{path}"], ["compare", "{path}", "sound.csv"]
+SOUND = ["compare", "sound.csv", "sound.csv"]
+
+
+def refused(command: list[str], path: str, capsys) -> str:
+    assert main([word.format(path=path) for word in command]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    return err
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "most"),
+    [
+        (["plan", "{path}"], "own.toml", LARGEST_FILE),
+        ([*SOUND, "--mapping", "{path}"], "map.toml", LARGEST_TEXT),
+        (["gate", "--baseline", "{path}"], "baseline.toml", LARGEST_TEXT),
+        (SOUND, "sound.json", LARGEST_TEXT),
+        (SOUND, "sound.events.csv", LARGEST),
+        *((COMPARE, name, LARGEST) for name in ("own.csv", "own.txt", "own.parquet", "own.mat")),
+        (["plot", "{path}"], "own.parquet", LARGEST),
+        (["animate", "{path}", "--scene", "ideal"], "own.csv", LARGEST),
+        (SWEEP, "list.csv", LARGEST_LIST),
+    ],
+)
+def test_a_file_that_is_too_large_is_refused_before_it_is_read(command, name, most, capsys):
+    Path("sound.csv").write_text("time,x\n0,1\n1,2\n2,4\n")
+    Path(name).touch()
+    os.truncate(name, most + 1)  # zeros, which take no space on the disk
+    err = refused(command, name, capsys)
+    assert name in err
+    assert f"is larger than {most} bytes" in err
+
+
+def test_a_store_of_rows_that_is_too_large():
+    Path("rows.jsonl").touch()
+    os.truncate("rows.jsonl", LARGEST_STORE + 1)
+    with pytest.raises(LedgerError, match=f"is larger than {LARGEST_STORE} bytes"):
+        read_rows(Path("rows.jsonl"))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are POSIX")
+@pytest.mark.parametrize("command", [COMPARE, ["plot", "{path}"], ["plan", "{path}"], SWEEP])
+@pytest.mark.parametrize("name", ["pipe.csv", "pipe.mat", "pipe.parquet"])
+def test_a_pipe_that_nobody_writes_to_is_not_waited_for(command, name, capsys):
+    os.mkfifo(name)
+    assert "pipe" in refused(command, name, capsys)
