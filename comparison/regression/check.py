@@ -105,11 +105,7 @@ class Check(NamedTuple):
 
     @property
     def status(self) -> Literal["passed", "failed", "skipped", "error"]:
-        """What the deviation means.
-
-        "failed" is a regression, "error" a run whose process died or whose model raised what it should not,
-        "skipped" a channel about which nothing can be said.
-        """
+        """A "failed" check is a regression; "error": a process died, or a model raised what it should not."""
         if self.deviation is None:
             return "passed"
         if isinstance(self.deviation, RunFailed) and self.deviation.outcome.status == "crashed":

@@ -155,22 +155,8 @@ def renewed(
 ) -> Baseline:
     """Create the baseline of scenes: every gated run with its family, which determines the thresholds.
 
-    Parameters
-    ----------
-    scenes, folder
-        All that it is to hold, and where it will be; paths of scenes are relative to it.
-    old
-        The baseline that it replaces; its rates are kept if there are no newer ones and the thresholds are
-        the same.
-    n_jobs, on_progress
-        As in `comparison.regression.check.gate`.
-
-    Raises
-    ------
-    BaselineError
-        If the thresholds changed without newly measured rates, or the file of the rates cannot be read.
-    RunError, SceneError
-        If a run does not succeed.
+    Its folder is what the paths of scenes are relative to. Of the old one the rates are kept if there are no
+    newer ones: thresholds that changed without them are a `BaselineError`. A failed run is a `RunError`.
     """
     rates = _rates(folder / RATES, old)
     planned = [
@@ -208,11 +194,10 @@ def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
 
 
 def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
-    """Return the largest distance of each counter that varies.
+    """Return the largest distance of each counter that varies; of contacts in the whole family.
 
-    The work of a run depends on its setting; its number of contacts does not, so for contacts the whole
-    family counts. Without neighbours (five bodies) the work varies in the proportion in which the contacts
-    do: where the family does not have the same ones, rounding alone leads to others, and their steps.
+    Without neighbours (five bodies) the work varies in the proportion in which the contacts do: where the
+    family does not have the same ones, rounding alone leads to others, and their steps.
     """
     own = counters(runs.base)
     others = [counters(neighbour) for neighbour in neighbours]

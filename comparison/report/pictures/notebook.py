@@ -24,26 +24,10 @@ from comparison.tables.table import Table
 
 @dataclass(frozen=True)
 class RunTable(Table):
-    """A `comparison.tables.table.Table` that draws itself and that notebooks show.
-
-    ``frame`` holds time and channels, ``events`` a row per contact, both as data frames.
-    """
+    """A `comparison.tables.table.Table` that draws itself and that notebooks show."""
 
     def plot(self, *names: str, other: Table | None = None) -> Picture:
-        """Draw channels over time, a panel each; by default the slider's x.
-
-        Parameters
-        ----------
-        names
-            Channels.
-        other
-            A table to draw over this one, such as the other model's.
-
-        Raises
-        ------
-        TableError
-            If a table lacks a channel.
-        """
+        """Draw channels over time, a panel each, by default the slider's x; another table over this one."""
         tables: dict[str, Table] = {str(self.provenance.get("model", "this run")): self}
         if other is not None:
             label = str(other.provenance.get("model", "other run"))
@@ -64,11 +48,5 @@ class RunTable(Table):
 
 
 def tabulated(result: Result) -> RunTable:
-    """Return the table of a model's result.
-
-    Raises
-    ------
-    TableError
-        If the result is incomplete, or its columns differ in length.
-    """
+    """Return the table of a model's result; `TableError` where it is incomplete."""
     return RunTable.from_result(result)

@@ -119,18 +119,70 @@ def damaged(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> bytes:
     return bytes(content)
 
 
-@many
-@given(content=damaged(st.sampled_from(SHIPPED)))
-def test_scene_files(content, tmp_path):
-    (tmp_path / "own.toml").write_bytes(content)
-    held(["plan", str(tmp_path / "own.toml")])
+MAPPING = (
+    'compare = ["slider_x"]\n[columns]\n"time" = { channel = "time", unit = "s" }\n'
+    '"slider_x" = { channel = "slider_x", unit = "m", sign = -1, offset = 0.5 }\n'
+)
+EVENTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.1,0.2,1,1,1,1e-6\n"
+POINTS = "drive.speed_rpm,friction.coefficient\n100,0.1\n200,0.2\n"
+BASELINE = (Path(str(files("comparison"))).parent / "sixbar-baseline.toml").read_text()[:20_000]
+TABLE, COMPARE = "", "compare plain.csv sound.csv --out out"
+FURTHER = "compare sound.csv sound.csv --finer-b sound.csv --out out"
+TARGETS = {
+    "scene.toml": (st.sampled_from(SHIPPED), "plan scene.toml"),
+    "map.toml": (MAPPING, f"{COMPARE} --mapping map.toml"),
+    "plain.events.csv": (EVENTS, COMPARE),
+    # No list is run: there is no such quantity.
+    "list.csv": (POINTS, "study sweep ideal --list list.csv --output none --out out"),
+    "baseline.toml": (BASELINE, "gate --baseline baseline.toml"),
+    "own.dat": (TABLE, "plot own.dat sound.csv --channels slider_x,time,slider_vx --out own.svg"),
+    **{f"own.{end}": (TABLE, f"compare own.{end} sound.csv --out out") for end in ("csv", "mat", "parquet")},
+    **{f"{kind}.csv": (TABLE, f"{FURTHER} --{kind}-a {kind}.csv") for kind in ("finer", "perturbed")},
+}
+"""File -> its sound text, and the command that is given when that is damaged."""
+
+
+@pytest.fixture
+def text(make_table) -> str:
+    """The text of a table, which stands here whole as plain.csv, and with more samples as sound.csv."""
+    write(make_table(), "sound.csv")
+    text = make_table().frame.iloc[::20, :4].to_csv(index=False)
+    Path("plain.csv").write_text(text)
+    return text
+
+
+@pytest.mark.parametrize("name", TARGETS)
+@costly
+@given(data=st.data())
+def test_damaged_files(name, data, text):
+    sound, command = TARGETS[name]
+    sound = st.just(sound or text) if isinstance(sound, str) else sound
+    Path(name).write_bytes(data.draw(damaged(sound)))
+    held(command.split())
+    Path(name).unlink()
+
+
+ENTRIES = ["extrema", "scene", "settings", "slider_x", "min", "counters", "versions", "solver", "wall_time_s"]
+VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(string.printable, max_size=8)
+RECORDS = st.recursive(
+    VALUES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(ENTRIES), inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@costly
+@given(record=RECORDS)
+@pytest.mark.usefixtures("text")
+def test_records_of_tables(record):
+    Path("plain.json").write_text(json.dumps(record))
+    held(COMPARE.split())
 
 
 @many
 @given(values=st.dictionaries(st.sampled_from(KEYS), ODD, min_size=1, max_size=3))
 def test_values_on_the_command_line(values):
-    assigned = [f"--set={key}={value}" for key, value in values.items()]
-    held(["plan", "both-clearances", *assigned])
+    held(["plan", "both-clearances", *(f"--set={key}={value}" for key, value in values.items())])
 
 
 @many
@@ -155,108 +207,13 @@ def test_arguments(words, tmp_path):
     held(words)
 
 
-@pytest.fixture
-def tables(tmp_path, make_table) -> tuple[str, str]:
-    """A sound table, and the text of another one."""
-    path = write(make_table(), tmp_path / "sound.csv")
-    return str(path), make_table().frame.iloc[::20, :4].to_csv(index=False)
-
-
-RECORD = json.dumps({"model": "x", "extrema": {"slider_x": {"min": 0, "max": 1}}, "scene": {}})
-EVENTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.1,0.2,1,1,1,1e-6\n"
-ENTRIES = ["extrema", "scene", "settings", "slider_x", "min", "counters", "versions", "solver", "wall_time_s"]
-VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(string.printable, max_size=8)
-RECORDS = st.recursive(
-    VALUES,
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(ENTRIES), inner, max_size=4),
-    max_leaves=12,
-)
-NAMES = ["own.csv", "own.txt", "own.tsv", "own.mat", "own.parquet", "own.dat"]
-MAPPING = (
-    'compare = ["slider_x"]\n[columns]\n"time" = { channel = "time", unit = "s" }\n'
-    '"slider_x" = { channel = "slider_x", unit = "m", sign = -1, offset = 0.5 }\n'
-)
-
-
-@costly
-@given(
-    data=st.data(),
-    name=st.sampled_from(NAMES),
-)
-def test_tables(data, name, tables, tmp_path):
-    sound, text = tables
-    (tmp_path / name).write_bytes(data.draw(damaged(st.just(text))))
-    held(["compare", str(tmp_path / name), sound, "--out", str(tmp_path / "out")])
-
-
-@costly
-@given(
-    record=damaged(st.just(RECORD)) | RECORDS.map(lambda value: json.dumps(value).encode()),
-    events=damaged(st.just(EVENTS)),
-)
-def test_companions_of_tables(record, events, tables, tmp_path):
-    sound, text = tables
-    (tmp_path / "own.csv").write_text(text)
-    (tmp_path / "own.json").write_bytes(record)
-    (tmp_path / "own.events.csv").write_bytes(events)
-    held(["compare", str(tmp_path / "own.csv"), sound, "--out", str(tmp_path / "out")])
-
-
-@costly
-@given(content=damaged(st.just(MAPPING)))
-def test_mapping_files(content, tables, tmp_path):
-    sound, text = tables
-    (tmp_path / "own.csv").write_text(text)
-    (tmp_path / "map.toml").write_bytes(content)
-    options = ["--mapping", str(tmp_path / "map.toml"), "--out", str(tmp_path / "out")]
-    held(["compare", str(tmp_path / "own.csv"), sound, *options])
-
-
-BASELINE = Path(str(files("comparison"))).parent / "sixbar-baseline.toml"
-
-
-@costly
-@given(content=damaged(st.just(BASELINE.read_text()[:20_000])))
-def test_baselines(content, tmp_path):
-    (tmp_path / "baseline.toml").write_bytes(content)
-    code, _, err = given_command("gate", "--baseline", str(tmp_path / "baseline.toml"))
-    assert (code, err.count("\n"), "internal error" in err) == (2, 1, False)
-
-
-@costly
-@given(content=damaged(st.just("drive.speed_rpm,friction.coefficient\n100,0.1\n200,0.2\n")))
-def test_lists_of_points(content, tmp_path):
-    """No list is run: there is no such quantity."""
-    (tmp_path / "list.csv").write_bytes(content)
-    options = ["--list", str(tmp_path / "list.csv"), "--output", "none", "--out", str(tmp_path / "out")]
-    held(["study", "sweep", "ideal", *options])
-
-
-@costly
-@given(data=st.data(), channels=st.lists(st.sampled_from(["slider_x", "time", "", "a\x1bb", "slider_vx"])))
-def test_pictures(data, channels, tables, tmp_path):
-    sound, text = tables
-    (tmp_path / "own.csv").write_bytes(data.draw(damaged(st.just(text))))
-    options = ["--channels", ",".join(channels), "--out", str(tmp_path / "own.svg")]
-    held(["plot", str(tmp_path / "own.csv"), sound, *options])
-
-
-@costly
-@given(data=st.data(), kind=st.sampled_from(["finer", "coarser", "perturbed"]))
-def test_further_runs(data, kind, tables, tmp_path):
-    sound, text = tables
-    (tmp_path / "own.csv").write_bytes(data.draw(damaged(st.just(text))))
-    option = [f"--{kind}-{data.draw(st.sampled_from('ab'))}", str(tmp_path / "own.csv")]
-    held(["compare", sound, sound, "--finer-b", sound, *option, "--out", str(tmp_path / "out")])
-
-
 @costly
 @given(
     places=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), min_size=1, max_size=4)
 )
-def test_parquet(places, tables, make_table, tmp_path):
-    sound, _ = tables
-    path = tmp_path / "own.parquet"
+@pytest.mark.usefixtures("text")
+def test_parquet(places, make_table):
+    path = Path("own.parquet")
     write(make_table(), path)
     content = bytearray(path.read_bytes())
     # Every other one close to the end, where a file says what it holds.
@@ -264,4 +221,4 @@ def test_parquet(places, tables, make_table, tmp_path):
         length = len(content) if number % 2 else min(len(content), 3000)
         content[-1 - int(place * length)] = byte
     path.write_bytes(content)
-    held(["plot", str(path), sound, "--out", str(tmp_path / "own.svg")])
+    held(["plot", "own.parquet", "sound.csv", "--out", "own.svg"])
