@@ -74,7 +74,6 @@ def run(
     """
     from comparison.accuracy.levels import NAMES, metres, solver_values, with_declared
     from comparison.accuracy.measured import expected, is_measured, measured_record
-    from comparison.accuracy.refine import accurate_run, expected_cost
     from comparison.execution.pool import cpus
     from comparison.execution.quality import quality_warnings
     from comparison.execution.run import Job, RunError, run_uncached, successful
@@ -97,6 +96,8 @@ def run(
         check = uncertainty or (number is not None and not is_measured(loaded, model, number))
     chosen, record = loaded, {}
     if check:
+        from comparison.accuracy.refine import accurate_run, expected_cost  # with scipy
+
         say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
     elif accuracy is not None:
         # The setting whose measured error bound meets the accuracy.
