@@ -10,7 +10,7 @@ averages, paired too. Where the smallest reliabilities of the two are in differe
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil
 
 import numpy as np
@@ -25,7 +25,9 @@ from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
 from comparison.tables.arrays import Array
+from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError
+from comparison.tables.times import SAME_GRID
 
 MARGIN = 1e-3
 """Of reliability: an interval that reaches further leaves it undecided whether two models agree."""
@@ -71,11 +73,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class FailedRun:
-    """A run that the reliability needs and that did not succeed: with more samples, or of the ideal."""
+    """A run that did not succeed, such as of the ideal mechanism."""
 
     job: Job
     outcome: Outcome
-    ideal: bool
 
 
 @dataclass(frozen=True)
@@ -96,14 +97,33 @@ class ReliabilityComparison:
 def dense_scene(scene: Scene) -> Scene:
     """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own.
 
-    Without forces at corners, which nobody reads there. The steps of a run do not depend on its samples, but
-    for those of five bodies, which are whole parts of a sample interval.
+    The steps of a run do not depend on its samples, but for those of five bodies, which are whole parts of a
+    sample interval.
     """
     output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
     own = int(output["samples_per_cycle"])
     times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
-    groups = dict.fromkeys(["accelerations", *(name for name in output["groups"] if name != "corners")])
+    groups = dict.fromkeys(["accelerations", *output["groups"]])
     return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
+
+
+def at_own_samples(table: Table, scene: Scene) -> Table:
+    """Return a run of `dense_scene` with the samples and channels of the scene itself."""
+    own = scene.data["output"]["samples_per_cycle"]
+    every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
+    names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
+    frame = table.frame.loc[::every, names].reset_index(drop=True)
+    # The last digits of a run at these samples, whose table may be compared with this one.
+    interval = scene.period / own
+    times, grid = frame["time"].to_numpy(), np.arange(len(frame)) * interval
+    if np.allclose(times, grid, rtol=0.0, atol=SAME_GRID * interval):
+        frame["time"] = grid
+    return replace(
+        table,
+        frame=frame,
+        extrema={name: extremes for name, extremes in table.extrema.items() if name in names},
+        provenance=table.provenance | {"scene_hash": scene.hash, "scene": scene.data},
+    )
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:

@@ -14,6 +14,7 @@ from comparison.models import MODELS
 from comparison.reliability.difference import (
     FailedRun,
     ReliabilityComparison,
+    at_own_samples,
     compare_reliability,
     dense_scene,
     ideal_scenes,
@@ -55,14 +56,13 @@ class _Plan:
 
     @cached_property
     def jobs(self) -> list[dict[tuple[str, str], Job]]:
-        """Runs of the verdict, those with the samples of the reliability, those of the ideal mechanism."""
-        dense = families(dense_scene(self.scene), self.models)
+        """Runs at the samples of the reliability, and those of the ideal mechanism."""
         ideal = {
             (model, which): Job(scene, model)
             for model in self.models
             for which, scene in ideal_scenes(self.scene, model).items()
         }
-        return [families(self.scene, self.models), dense, ideal]
+        return [families(dense_scene(self.scene), self.models), ideal]
 
 
 def validate(
@@ -104,8 +104,9 @@ def validate(
         return [outcome.table for outcome in members if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        jobs = families(scene, models)
-        outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+        jobs = families(dense_scene(scene), models)
+        dense = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+        outcomes = _at_own_samples(dense, scene, models)
         return None if _failed(outcomes) else sorted_runs(scene, models, outcomes)
 
     plans = [plan for scene in scenes for plan in _plans(scene, models, accuracy, tiers)]
@@ -113,7 +114,8 @@ def validate(
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     results: list[Validation] = []
     for plan in plans:
-        own, dense, ideal = ({which: next(outcomes) for which in part} for part in plan.jobs)
+        dense, ideal = ({which: next(outcomes) for which in part} for part in plan.jobs)
+        own = _at_own_samples(dense, plan.scene, models)
         result = _settled(plan, own, run, run_families)
         if result.runs:
             reliability = _reliability(plan, dense, ideal)
@@ -157,6 +159,18 @@ def _plans(
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
     plans = [_Plan(usual, "standard", models, command, closer if refinable else "")]
     return plans if strict is None else [*plans, _Plan(strict, "tight", models, command)]
+
+
+def _at_own_samples(dense: Outcomes, scene: Scene, models: tuple[str, str]) -> Outcomes:
+    """Return the outcomes of families at the samples of the scene, which are those of its verdict."""
+    outcomes = {}
+    for which, job in families(scene, models).items():
+        outcome = dense[which]
+        table, partial = (
+            each and at_own_samples(each, job.scene) for each in (outcome.table, outcome.partial)
+        )
+        outcomes[which] = replace(outcome, table=table, partial=partial)
+    return outcomes
 
 
 def _failed(outcomes: Outcomes) -> Outcomes:
@@ -214,7 +228,8 @@ def _refused(plan: _Plan, error: str, failed: Job | None = None) -> SceneCompari
 def _failure(plan: _Plan, failed: Outcomes) -> Validation:
     """Report a run that did not succeed: of several the first that crashed, if one did."""
     which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
-    name, outcome, job = " ".join((plan.tier, *which)), failed[which], plan.jobs[0][which]
+    name, outcome = " ".join((plan.tier, *which)), failed[which]
+    job = families(plan.scene, plan.models)[which]
     refusal = _refused(plan, failure(job.model, outcome), None if outcome.status == "bad input" else job)
     return Validation(
         refusal,
@@ -230,10 +245,9 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
     unable = ("bad input", "unusable")
     if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
         return None
-    for jobs, outcomes in zip(plan.jobs[1:], (dense, ideal), strict=True):
+    for jobs, outcomes in zip(plan.jobs, (dense, ideal), strict=True):
         for which, outcome in _failed(outcomes).items():
-            failed = FailedRun(jobs[which], outcome, ideal=outcomes is ideal)
-            return ReliabilityComparison(scene.reliability, missing=failed)
+            return ReliabilityComparison(scene.reliability, missing=FailedRun(jobs[which], outcome))
     runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
     limits = thresholds(plan.tier)
     try:

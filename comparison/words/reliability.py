@@ -20,8 +20,7 @@ def missing(comparison: ReliabilityComparison) -> str:
     """Return what prevented the comparison, in one line; empty where nothing did."""
     why = comparison.missing
     if isinstance(why, FailedRun):
-        run = "the ideal mechanism" if why.ideal else "with more samples"
-        return f"{run}: {describe(why.job, why.outcome)}"
+        return f"a run failed: {describe(why.job, why.outcome)}"
     return "" if why is None else str(why)
 
 

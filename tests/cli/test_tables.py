@@ -195,7 +195,7 @@ def test_every_part_of_a_mapping_counts(old, new, adams, sixbar):
         ('"mm"', '"kg"', "'kg'|slider_x"),
         (', unit = "mm"', "", "adams.tab: |'.press.X'|unit"),
         ("sign = -1", "signs = -1", "map.toml|signs"),
-        ("sign = -1", "sign = 2", "map.toml|columns.'.press.X'.sign = 2|1 or -1"),
+        ("sign = -1", "sign = 2", "map.toml|columns.'.press.X'.sign = 2|must be -1 or 1"),
         ('channel = "slider_x", ', "", "map.toml|columns.'.press.X'.channel|missing"),
         ('channel = "slider_x"', 'channel = "slider_z"', "map.toml|'slider_z'"),
         (".press.X", ".press.Z", "'.press.Z'|did you mean '.press.X'"),

@@ -16,6 +16,7 @@ from comparison.reliability.difference import (
     MARGIN,
     FailedRun,
     ReliabilityComparison,
+    at_own_samples,
     compare_reliability,
     dense_scene,
     ideal_scenes,
@@ -154,10 +155,10 @@ def test_without_a_refined_run_or_an_ideal_one_nothing_is_decided_and_the_line_s
     assert np.isnan(unknown.half_width)
     assert unknown.verdict == "undecided"
     assert line(ReliabilityComparison(SETTINGS, {"acceleration": unknown})).endswith("of unknown uncertainty")
-    failed = FailedRun(Job(load_scene("ideal"), "exudyn"), Outcome("crashed", "exit code 9"), ideal=True)
+    failed = FailedRun(Job(load_scene("ideal"), "exudyn"), Outcome("crashed", "exit code 9"))
     for missing, words in (
         (TableError("the two results: cover other parts"), "the two results: cover other parts"),
-        (failed, "the ideal mechanism: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"),
+        (failed, "a run failed: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"),
     ):
         nothing = ReliabilityComparison(SETTINGS, missing=missing)
         assert (line(nothing), nothing.verdict) == (f"not available: {words}", "undecided")
@@ -205,18 +206,31 @@ def test_an_ideal_scene_is_as_long_and_the_coarser_one_as_sparse_as_the_scene():
     assert samples == {"base": 10_200, "coarser": 300}
 
 
-def test_a_dense_scene_has_a_whole_multiple_of_samples_and_no_forces_at_corners():
-    scene = load_scene("150rpm-0.2mm")
+def test_a_dense_scene_has_a_whole_multiple_of_samples():
+    scene = load_scene("150rpm-0.2mm", {"output.groups": ["corners"]})
     for own, most in ((1000, 10_000), (300, 10_200), (333, 10_323), (30_000, 30_000), (10_000, 10_000)):
         dense = dense_scene(scene.with_values({"output.samples_per_cycle": own}))
-        assert dense.data["output"] == {"samples_per_cycle": most, "groups": ["accelerations"]}
-    # Joints and energies decide which of Exudyn's integrators runs.
-    asked = scene.with_values({"output.groups": ["corners", "energy"]})
-    assert dense_scene(asked).data["output"]["groups"] == ["accelerations", "energy"]
+        assert dense.data["output"] == {"samples_per_cycle": most, "groups": ["accelerations", "corners"]}
     # A long run does not become too large to be stored.
     long = dense_scene(scene.with_values({"drive.cycles": 100.0}))
     assert long.data["output"]["samples_per_cycle"] == 4000
     assert dense_scene(dense_scene(scene)).hash == dense_scene(scene).hash
+
+
+@pytest.mark.parametrize("groups", [[], ["accelerations", "corners"]])
+@pytest.mark.parametrize("own", [300, 333])
+def test_a_dense_run_at_the_samples_of_the_scene_is_the_run_of_the_scene(own, groups):
+    """But for the last digits of Hermite's interpolation between the solver's steps."""
+    scene = load_scene("90rpm-0.5mm", {"output.samples_per_cycle": own, "output.groups": groups})
+    run, dense = run_one(scene, "reference"), run_one(dense_scene(scene), "reference")
+    thinned = at_own_samples(dense, scene)
+    assert thinned.names == run.names
+    assert thinned.time.tobytes() == run.time.tobytes()
+    assert thinned.extrema == run.extrema
+    assert thinned.provenance["scene_hash"] == run.provenance["scene_hash"]
+    for name in run.channels:
+        values = run.values(name)
+        np.testing.assert_allclose(thinned.values(name), values, rtol=0, atol=1e-9 * np.ptp(values))
 
 
 @pytest.mark.slow

@@ -25,11 +25,12 @@ def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal], n_jobs=2)
     assert [len(of.runs["exudyn"].perturbed_runs) for of in (with_clearance, without)] == [2, 0]
-    # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
-    # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
-    # mechanism runs at two levels; by the reference the ideal scene's are these already.
-    # All but those of the ideal mechanism run once more with the samples of the reliability.
-    assert len(fake_models.read_text().splitlines()) == 2 * ((10 + 6) + (5 + 4)) + 2 + (4 + 2)
+    # Ten at the standard tier. At the tight one the tree has five and the reference four: its coarser run is
+    # the finer one of the standard tier. The ideal mechanism runs at two levels by each model.
+    # The ideal scene: by the reference two runs at each tier, since its base run is that of the ideal
+    # mechanism and its coarser one at the tight tier the finer one of the other; three by five bodies at both
+    # tiers. Of its ideal mechanism only the coarser runs have other samples.
+    assert len(fake_models.read_text().splitlines()) == (10 + 9 + 4) + (2 + 2 + 3 + 2)
     kinds = ("finer", "coarser", "perturbed", "other perturbed")
     of = {kind: with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"] for kind in kinds}
     assert [of[kind]["solver"]["exudyn"]["step"] for kind in kinds] == [1e-6, 4e-6, 4e-6, 4e-6]

@@ -117,7 +117,7 @@ def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
         assert (result.verdict, level) == ("differ", 0)
         assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
         assert (run, run_families) == (pair.ensemble, pair.families)
-        made = Confirmation("underestimated", (99, 30), factor=7.0)
+        made = Confirmation("underestimated", members=(99, 30), factor=7.0)
         return Settled(replace(result, verdict="agree", confirmation=made), of, scene)
 
     monkeypatch.setattr(pairs, "settle", confirm)
