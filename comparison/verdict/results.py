@@ -284,16 +284,26 @@ class Refinement:
 class Attribution:
     """Attribution of the difference of a scene at one tier; unknown values are nan or empty.
 
-    Attributes ---------- explained Share of the judged samples of all excited channels together that are
-    within k u. cause "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models".
-    remaining, channels Remaining share of the difference with the run of "a", "b" or "both" refined; the same
-    by channel. still_moves "a", "b": share of the samples outside the band near which refinement moves the
-    run by as much. unpredictable, unpredictable_from Why the samples of the indeterminate channels are not
-    predictable: share by the u of "a" alone, of "b" alone, of "each" by itself, of the two only "together";
-    and that of "neighbours" whose spread suffices. First of the most frequent of these, s. outside_from,
-    outside_in First judged sample outside the band or the tolerance, s, and its channel. refinements Of both
-    models, where both can be refined. strict_helps Whether the model that limits the coverage runs coarser
-    than at "strict".
+    Attributes
+    ----------
+    explained
+        Share of the judged samples of all excited channels together that are within k u.
+    cause
+        "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models".
+    remaining, channels
+        Remaining share of the difference with the run of "a", "b" or "both" refined; the same by channel.
+    still_moves
+        "a", "b": share of the samples outside the band near which refinement moves the run by as much.
+    unpredictable, unpredictable_from
+        Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
+        alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread
+        suffices. First of the most frequent of these, s.
+    outside_from, outside_in
+        First judged sample outside the band or the tolerance, s, and its channel.
+    refinements
+        Of both models, where both can be refined.
+    strict_helps
+        Whether the model that limits the coverage runs coarser than at "strict".
     """
 
     explained: float = nan
