@@ -89,8 +89,8 @@ def sorted_runs(
             refinement=refinement(model, scene),
             **{
                 kind: table
-                for (of, kind), outcome in outcomes.items()
-                if of == model and (table := table_of_family(kind, outcome)) is not None
+                for (name, kind), outcome in outcomes.items()
+                if name == model and (table := table_of_family(kind, outcome)) is not None
             },
         )
         for model in models

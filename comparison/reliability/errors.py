@@ -125,7 +125,7 @@ def _extrema(table: Table, name: str) -> tuple[Array, Array]:
     """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
     parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
     whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
-    held = next((of for of in (table.cycle_extrema or {}, whole) if of.keys() >= set(parts)), None)
+    held = next((known for known in (table.cycle_extrema or {}, whole) if known.keys() >= set(parts)), None)
     if held is None:
         return np.empty(0), np.empty(0)
     times, values = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)

@@ -85,7 +85,7 @@ def compare_recorded(
     result = judge()
     if result.verdict != "differ":
         return result
-    ensembles = {side: of.perturbed[2:] for side, of in enumerate((a, b)) if of.perturbed[2:]}
+    ensembles = {side: runs.perturbed[2:] for side, runs in enumerate((a, b)) if runs.perturbed[2:]}
     if not ensembles:
         return unconfirmed(result, Doubt.NO_STARTS)
     return decided(result, runs, ensembles, lambda large: judge(ensembles=large))

@@ -273,17 +273,20 @@ def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
 
 def standing(result: Standing) -> str:
     """Return the position of three or more models to each other as a sentence."""
-    models, of = (
-        result.compared,
-        {
-            verdict: [listed(pair) for pair, found in result.verdicts.items() if found == verdict]
-            for verdict in ("differ", "indeterminate", "cannot compare", "agree")
-        },
-    )
+    models = result.compared
     others = [model for model in models if model != result.outlier]
-    parts = [f"{pair} differ" for pair in of["differ"]]
-    parts += [f"{pair}: {verdict}" for verdict in ("indeterminate", "cannot compare") for pair in of[verdict]]
-    parts += [f"{pair} agree" for pair in of["agree"]]
+    phrases = {
+        "differ": "{} differ",
+        "indeterminate": "{}: indeterminate",
+        "cannot compare": "{}: cannot compare",
+        "agree": "{} agree",
+    }
+    parts = [
+        phrase.format(listed(pair))
+        for verdict, phrase in phrases.items()
+        for pair, judged in result.verdicts.items()
+        if judged == verdict
+    ]
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
     elif result.outcome == "agree":
