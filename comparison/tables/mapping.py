@@ -31,7 +31,7 @@ class Rule(Section):
     channel: str
     unit: str | None = None
     """None: as stated in the table."""
-    sign: Annotated[Literal[1, -1], BeforeValidator(integer)] = 1
+    sign: Annotated[Literal[-1, 1], BeforeValidator(integer)] = 1
     offset: Real = 0.0
     """In the column's unit."""
     factor: Real | None = None

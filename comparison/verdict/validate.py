@@ -56,13 +56,19 @@ class _Plan:
 
     @cached_property
     def jobs(self) -> list[dict[tuple[str, str], Job]]:
-        """Runs at the samples of the reliability, and those of the ideal mechanism."""
+        """Runs with the samples of the reliability, those of the ideal mechanism, other models' own.
+
+        Our models run once: the verdict takes its samples from the first. Another package's model may lack
+        accelerations that the scene does not ask for, and chooses its times.
+        """
         ideal = {
             (model, which): Job(scene, model)
             for model in self.models
             for which, scene in ideal_scenes(self.scene, model).items()
         }
-        return [families(dense_scene(self.scene), self.models), ideal]
+        own = families(self.scene, self.models)
+        others = {which: job for which, job in own.items() if which[0] not in MODELS}
+        return [families(dense_scene(self.scene), self.models), ideal, others]
 
 
 def validate(
@@ -104,9 +110,8 @@ def validate(
         return [outcome.table for outcome in members if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        jobs = families(dense_scene(scene), models)
-        dense = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
-        outcomes = _at_own_samples(dense, scene, models)
+        jobs = families(scene, models)
+        outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
         return None if _failed(outcomes) else sorted_runs(scene, models, outcomes)
 
     plans = [plan for scene in scenes for plan in _plans(scene, models, accuracy, tiers)]
@@ -114,8 +119,8 @@ def validate(
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     results: list[Validation] = []
     for plan in plans:
-        dense, ideal = ({which: next(outcomes) for which in part} for part in plan.jobs)
-        own = _at_own_samples(dense, plan.scene, models)
+        dense, ideal, others = ({which: next(outcomes) for which in part} for part in plan.jobs)
+        own = _at_own_samples(plan, dense) | others
         result = _settled(plan, own, run, run_families)
         if result.runs:
             reliability = _reliability(plan, dense, ideal)
@@ -161,15 +166,15 @@ def _plans(
     return plans if strict is None else [*plans, _Plan(strict, "tight", models, command)]
 
 
-def _at_own_samples(dense: Outcomes, scene: Scene, models: tuple[str, str]) -> Outcomes:
-    """Return the outcomes of families at the samples of the scene, which are those of its verdict."""
+def _at_own_samples(plan: _Plan, dense: Outcomes) -> Outcomes:
+    """Return the runs of our models at the samples of the scene."""
     outcomes = {}
-    for which, job in families(scene, models).items():
-        outcome = dense[which]
-        table, partial = (
-            each and at_own_samples(each, job.scene) for each in (outcome.table, outcome.partial)
-        )
-        outcomes[which] = replace(outcome, table=table, partial=partial)
+    for which, job in families(plan.scene, plan.models).items():
+        if which[0] in MODELS:
+            run = dense[which]
+            table = run.table and at_own_samples(run.table, job.scene)
+            partial = run.partial and at_own_samples(run.partial, job.scene)
+            outcomes[which] = replace(run, table=table, partial=partial)
     return outcomes
 
 
@@ -245,7 +250,7 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
     unable = ("bad input", "unusable")
     if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
         return None
-    for jobs, outcomes in zip(plan.jobs, (dense, ideal), strict=True):
+    for jobs, outcomes in zip(plan.jobs, (dense, ideal), strict=False):
         for which, outcome in _failed(outcomes).items():
             return ReliabilityComparison(scene.reliability, missing=FailedRun(jobs[which], outcome))
     runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
