@@ -61,12 +61,14 @@ def tried(scene_file, tmp_path, monkeypatch, fake_model, capsys):
     written = origin()
     monkeypatch.setattr("comparison.report.templates.origin", lambda: written)  # with the time of day
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
+    for which, gravity in (("old", "9.0"), ("new", "9.5")):  # now, while the disk has no fault
+        (tmp_path / f"{which}-scene").mkdir()
+        (tmp_path / f"{which}-scene" / "own.toml").write_text(text.replace("9.0", gravity))
     kept = {}
 
     def give(name: str, which: str) -> int:
-        speed, gravity = {"old": (100, "9.0"), "new": (150, "9.5")}[which]
-        (tmp_path / "own.toml").write_text(text.replace("9.0", gravity))
-        return main(COMMANDS[name].format(scene=tmp_path / "own.toml", speed=speed).split())
+        scene, speed = tmp_path / f"{which}-scene" / "own.toml", {"old": 100, "new": 150}[which]
+        return main(COMMANDS[name].format(scene=scene, speed=speed).split())
 
     def attempt(name: str, fault) -> object:
         if not kept:
