@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -209,16 +210,28 @@ def _validate_batches(
     waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     results: list[Validation] = []
     most = 0.0
+
+    def progress_of(done: float, cost: float, share: float) -> None:
+        nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
+        most = max(most, (done + cost * share) / sum(costs))
+        report(most)
+
     with suppress(KeyboardInterrupt):
+        if len(scenes) > 1:
+            # A first verdict before the tight tier and the other scenes compile code of their own.
+            with suppress(Exception):  # raised again, and reported, by the scene's own batch
+                (first,) = validate_scenes(
+                    scenes[:1],
+                    models=models,
+                    n_jobs=request.jobs,
+                    accuracy=request.accuracy,
+                    tiers=request.tiers[:1],
+                    on_progress=partial(progress_of, 0.0, costs[0] / len(request.tiers)),
+                )
+                report(most, f"{first.comparison.name}, standard tier: {first.comparison.verdict}")
         while waiting:
             batch = waiting.pop(0)
             done, cost = sum(costs[: batch.start]), sum(costs[batch.start : batch.stop])
-
-            def within(share: float, done: float = done, cost: float = cost) -> None:
-                nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
-                most = max(most, (done + cost * share) / sum(costs))
-                report(most)
-
             try:
                 results += validate_scenes(
                     [scenes[number] for number in batch],
@@ -226,7 +239,7 @@ def _validate_batches(
                     n_jobs=request.jobs,
                     accuracy=request.accuracy,
                     tiers=request.tiers,
-                    on_progress=within,
+                    on_progress=partial(progress_of, done, cost),
                 )
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is

@@ -66,8 +66,8 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
     names = ["ideal", "wedge", "crank-pin", "69GPa", "surface"]
     sizes, shares = [], []
 
-    def validate(batch, *, on_progress, **_):
-        sizes.append(len(batch))
+    def validate(batch, *, on_progress, tiers, **_):
+        sizes.append((len(batch), len(tiers)))
         for share in (0.0, 1.0, 0.2):  # an ensemble starts anew
             on_progress(share)
         return [
@@ -78,7 +78,7 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
     monkeypatch.setattr(judge, "validate", validate)
     monkeypatch.setattr("comparison.cli.progress._silence", lambda share, _="": shares.append(share))
     assert main(["validate", *names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v"]) == 2
-    assert sizes == [2, 2, 1]
+    assert sizes == [(1, 1), (2, 2), (2, 2), (1, 2)]  # a first verdict at one tier
     assert [scene["name"] for scene in summary()] == [f"{name}+drive.cycles=1" for name in names]
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
