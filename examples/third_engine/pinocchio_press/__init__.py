@@ -8,8 +8,7 @@ module             sections of ``docs/model.md``
 ``contact``        5, 6: corners of the slider, contact force, energy stored
 ``motion``         6: memory of the impact speed, right-hand side, switching surfaces
 ``integration``    DOP853 from one switching instant to the next
-``recording``      8, 9: channels and contacts
-``simulation``     the interface of ``docs/engine.md``
+``simulation``     8, 9: channels and contacts; the interface of ``docs/engine.md``
 =================  =======================================================================
 
 Points and vectors in the plane are complex numbers, x + iy.

@@ -4,8 +4,6 @@ A contact is one of a corner, or of a whole side with two corners (law "foundati
 point of it, whose motion its damping and friction see, and is shared by its corners.
 """
 
-from __future__ import annotations
-
 from cmath import exp
 from collections.abc import Mapping, Sequence
 from math import copysign, hypot, sqrt
@@ -43,14 +41,10 @@ class Force(NamedTuple):
 
 
 class Guide:
-    """The two walls and the law of contact with them."""
+    """The two walls and the law of contact with them; ``inside`` says which corners are in their wall."""
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
-        slider, contact, friction = (
-            scene["mechanism"]["slider"],
-            scene["contact"],
-            scene["friction"],
-        )
+        slider, contact, friction = scene["mechanism"]["slider"], scene["contact"], scene["friction"]
         self.law = contact["law"]
         if self.law not in LAWS:
             raise ValueError(f"contact.law = {self.law!r} must be one of {', '.join(LAWS)}")
@@ -71,39 +65,31 @@ class Guide:
 
     def locate(self, centre: complex, velocity: complex, angle: float, rate: float) -> list[Corner]:
         """Return the corners at a state of the slider."""
-        turned = exp(1j * angle)
         found = []
         for place, sign in zip(self.corners, self.normals, strict=True):
-            arm = place * turned
-            found.append(
-                Corner(
-                    arm,
-                    sign * (centre.real + arm.real - self.x) + self.half_width,
-                    -sign * (velocity.real - rate * arm.imag),
-                    velocity.imag + rate * arm.real,
-                )
-            )
+            arm = place * exp(1j * angle)
+            gap = sign * (centre.real + arm.real - self.x) + self.half_width
+            depth_rate, slip = -sign * (velocity.real - rate * arm.imag), velocity.imag + rate * arm.real
+            found.append(Corner(arm, gap, depth_rate, slip))
         return found
 
-    def contact_of(self, corner: int) -> int:
-        """Return the contact that a corner has a part in."""
-        return next(c for c, its in enumerate(self.contacts) if corner in its)
-
     def point(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> Point:
-        """Return where the force of a closed contact acts; ``inside``: which corners are."""
-        its = [corners[k] for k in self.contacts[contact]]
-        elastic = self._elastic(contact, corners, inside)
-        total = sum(elastic)
-        deepest = min(range(len(its)), key=lambda i: its[i].gap)
-        shares = tuple(f / total if total else float(i == deepest) for i, f in enumerate(elastic))
-        rate = sum(share * corner.depth_rate for share, corner in zip(shares, its, strict=True))
-        slip = sum(share * corner.slip for share, corner in zip(shares, its, strict=True))
+        """Return where the force of a closed contact acts."""
+        its = self.contacts[contact]
+        side = SIDES[its[0] % 2]
+        a, b = (-corners[k].gap for k in side)
+        forces = self._elastic(a, b, self._surface(side, inside))
+        elastic = [forces[side.index(k)] for k in its]
+        total, deepest = sum(elastic), min(its, key=lambda k: corners[k].gap)
+        shares = tuple(f / total if total else float(k == deepest) for k, f in zip(its, elastic, strict=True))
+        rate = sum(share * corners[k].depth_rate for k, share in zip(its, shares, strict=True))
+        slip = sum(share * corners[k].slip for k, share in zip(its, shares, strict=True))
         return Point(total, rate, slip, shares)
 
     def force(self, contact: int, point: Point, impact_speed: float, inside: Sequence[bool]) -> Force:
         """Return the force of a closed contact."""
         normal = point.elastic
-        if not self._surface(contact, inside):
+        if not self._surface(SIDES[contact % 2], inside):
             normal *= max(0.0, self.damping(point.depth_rate, impact_speed))
         ramp = min(1.0, max(0.0, (abs(point.slip) - self.v0) / (self.v1 - self.v0)))
         return Force(normal, -self.c_f * ramp * copysign(normal, point.slip))
@@ -115,40 +101,35 @@ class Guide:
 
     def stored(self, corners: Sequence[Corner], inside: Sequence[bool]) -> float:
         """Return the energy stored in the contacts that are closed."""
-        return sum(self._stored(-corners[a].gap, -corners[b].gap, inside[a], inside[b]) for a, b in SIDES)
+        total = 0.0
+        for side in SIDES:
+            a, b = (-corners[k].gap for k in side)
+            if self.law == "foundation" and min(a, b) <= 0.0:
+                a, b = max(a, b), min(a, b)
+                total += self.K_surface * a**3 / (6.0 * (a - b)) if a > 0.0 else 0.0
+            elif self.law == "foundation" or self._surface(side, inside):
+                total += self.K_surface / 6.0 * (a * a + a * b + b * b)
+            else:
+                depths = [max(-corners[k].gap, 0.0) for k in side if inside[k]]
+                total += sum(self.K / (self.n + 1.0) * depth ** (self.n + 1.0) for depth in depths)
+        return total
 
-    def _surface(self, contact: int, inside: Sequence[bool]) -> bool:
-        """Return whether a corner has the undamped law of two corners."""
-        return self.law == "paper-switching" and inside[contact] and inside[contact ^ 2]
+    def _surface(self, side: tuple[int, int], inside: Sequence[bool]) -> bool:
+        """Return whether a side has the undamped law of two corners."""
+        return self.law == "paper-switching" and all(inside[k] for k in side)
 
-    def _elastic(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> tuple[float, ...]:
-        """Return the elastic force of each corner of a contact."""
-        if self.law == "foundation":
-            a, b = (-corners[k].gap for k in self.contacts[contact])
-            return self._foundation(a, b) if a >= b else self._foundation(b, a)[::-1]
-        depth, other = (max(-corners[k].gap, 0.0) for k in (contact, contact ^ 2))
-        if self._surface(contact, inside):
-            return (self.K_surface * (2.0 * depth + other) / 6.0,)
-        return (self.K * depth**self.n,)
-
-    def _foundation(self, a: float, b: float) -> tuple[float, float]:
-        """Return the elastic forces of a side's corners, a the deeper."""
-        if b > 0.0:
+    def _elastic(self, a: float, b: float, surface: bool) -> tuple[float, float]:
+        """Return the elastic forces of a side's corners at their depths."""
+        if self.law != "foundation":
+            a, b = max(a, 0.0), max(b, 0.0)
+        elif b > a:
+            return self._elastic(b, a, surface)[::-1]
+        if surface or (self.law == "foundation" and b > 0.0):
             return self.K_surface * (2.0 * a + b) / 6.0, self.K_surface * (a + 2.0 * b) / 6.0
-        if a <= 0.0:
-            return 0.0, 0.0
-        k = self.K_surface * a * a / (6.0 * (a - b) ** 2)
+        if self.law != "foundation":
+            return self.K * a**self.n, self.K * b**self.n
+        k = self.K_surface * a * a / (6.0 * (a - b) ** 2) if a > 0.0 else 0.0
         return k * (2.0 * a - 3.0 * b), k * a
-
-    def _stored(self, a: float, b: float, a_inside: bool, b_inside: bool) -> float:
-        """Return the energy that a side stores, of the depths of its corners."""
-        if self.law == "foundation" and min(a, b) <= 0.0:
-            a, b = max(a, b), min(a, b)
-            return float(self.K_surface * a**3 / (6.0 * (a - b))) if a > 0.0 else 0.0
-        if self.law == "foundation" or (self.law == "paper-switching" and a_inside and b_inside):
-            return float(self.K_surface / 6.0 * (a * a + a * b + b * b))
-        depths = [max(d, 0.0) for d, inside in ((a, a_inside), (b, b_inside)) if inside]
-        return float(sum(self.K / (self.n + 1.0) * d ** (self.n + 1.0) for d in depths))
 
 
 def _compliance(contact: Mapping[str, Any], partner: str) -> float:

@@ -1,11 +1,8 @@
 """DOP853 from one switching instant to the next, located on its dense output."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +32,7 @@ class System(Protocol):
         """Change the right-hand side."""
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """Solution over a step, or over the part of it before a switch."""
 
     start: float
@@ -53,25 +49,9 @@ class StepError(RuntimeError):
 def integrate(
     system: System, y: Vector, end: float, tolerance: Vector, largest_step: float
 ) -> Iterator[Piece]:
-    """Integrate from 0 to an end, piece by piece; the system switches after the caller had the piece.
+    """Integrate from 0 to an end (s) within a local error of each component, piece by piece.
 
-    Parameters
-    ----------
-    system
-        What is integrated.
-    y
-        Initial state.
-    end
-        Time, s.
-    tolerance
-        Absolute local error of each component.
-    largest_step
-        In seconds.
-
-    Raises
-    ------
-    StepError
-        If the steps become too small.
+    The system switches after the caller had the piece. Steps that become too small are a `StepError`.
     """
     t, relative = 0.0, 100 * np.finfo(float).eps  # the least that scipy accepts
     while t < end:

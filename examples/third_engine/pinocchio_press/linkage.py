@@ -1,16 +1,12 @@
 """Crank, rod 2 and rocker: a chain of one degree of freedom, known at every crank angle."""
 
-from __future__ import annotations
-
 from cmath import exp, phase
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import pi, radians, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 
-@dataclass(frozen=True)
-class Pose:
+class Pose(NamedTuple):
     """The driven chain at one time: angles, their rates, and the rocker's tip C with its velocity."""
 
     angles: tuple[float, float, float]
@@ -28,18 +24,11 @@ class Linkage:
         self.crank, self.rod2, self.rocker, self.rod4 = (
             mechanism[name]["length"] for name in ("crank", "rod2", "rocker", "rod4")
         )
-        self.arm = mechanism["rocker"]["centroid"]
-        self.pivot = complex(*mechanism["rocker_pivot"])
+        self.arm, self.pivot = mechanism["rocker"]["centroid"], complex(*mechanism["rocker_pivot"])
         self.rocker_branch, self.slider_branch = mechanism["rocker_branch"], mechanism["slider_branch"]
 
     def at(self, t: float) -> Pose:
-        """Close the chain.
-
-        Raises
-        ------
-        ValueError
-            If it cannot be closed at this crank angle.
-        """
+        """Close the chain; a `ValueError` where it cannot be closed."""
         theta1 = self.omega * t + self.theta0
         u1 = exp(1j * theta1)
         A = self.crank * u1
@@ -53,26 +42,15 @@ class Linkage:
         u2, u3 = (B - A) / self.rod2, (B - self.pivot) / self.arm
         share = self.omega * self.crank / cross(u3, u2)
         omega2, omega3 = share * cross(u1, u3) / self.rod2, share * cross(u1, u2) / self.arm
-        return Pose(
-            (theta1, phase(u2), phase(u3)),
-            (self.omega, omega2, omega3),
-            self.pivot + self.rocker * u3,
-            1j * omega3 * self.rocker * u3,
-        )
+        tip, tip_velocity = self.pivot + self.rocker * u3, 1j * omega3 * self.rocker * u3
+        return Pose((theta1, phase(u2), phase(u3)), (self.omega, omega2, omega3), tip, tip_velocity)
 
     def hang(self, pose: Pose, x: float, vx: float) -> tuple[float, float]:
-        """Return the angle of rod 4 and its rate with its end at an abscissa x that moves at vx.
-
-        Raises
-        ------
-        ValueError
-            If rod 4 does not reach.
-        """
+        """Return angle and rate of rod 4 with its end at x moving at vx; a `ValueError` out of its reach."""
         cosine = (x - pose.tip.real) / self.rod4
         if abs(cosine) >= 1.0:
-            raise ValueError(
-                f"mechanism: rod 4 does not reach the guide at crank angle {pose.angles[0]:g} rad"
-            )
+            angle = pose.angles[0]
+            raise ValueError(f"mechanism: rod 4 does not reach the guide at crank angle {angle:g} rad")
         sine = self.slider_branch * sqrt(1.0 - cosine * cosine)
         return phase(complex(cosine, sine)), (pose.tip_velocity.real - vx) / (self.rod4 * sine)
 

@@ -4,25 +4,21 @@ Free are the angles of rod 4 and of the slider, and none with an ideal slider. I
 work of the motor, losses by damping and by friction, and the impulse of each contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pinocchio_press.contact import Corner, Force, Guide, Point
 from pinocchio_press.linkage import Linkage, Pose
-from pinocchio_press.press import Balance, Press, Vector
+from pinocchio_press.press import Press, Vector
 
 FREE, INTEGRALS = 4, 7
 """Angles and rates of rod 4 and slider; drive, damping, friction and up to four impulses."""
 DRIVE, DAMPING, FRICTION, IMPULSE = FREE, FREE + 1, FREE + 2, FREE + 3
 
 
-@dataclass(frozen=True)
-class Moment:
+class Moment(NamedTuple):
     """Everything known at a time."""
 
     centre: complex
@@ -43,6 +39,7 @@ class Motion:
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
         self.press, self.guide = Press(scene), Guide(scene)
+        self.ideal = self.press.ideal_slider
         self.linkage = Linkage(scene["mechanism"], scene["drive"])
         self.rod4 = scene["mechanism"]["rod4"]["length"]
         self.line = scene["mechanism"]["guide_x"] + scene["mechanism"]["reference_offset"]
@@ -53,11 +50,6 @@ class Motion:
         """The corner that touched first."""
         # Which side of each kink of its force a contact is on.
         self.sides: dict[tuple[str, int], float] = {}
-
-    @property
-    def ideal(self) -> bool:
-        """Whether the slider is tied to its line."""
-        return self.press.ideal_slider
 
     def start(self, initial: Mapping[str, float]) -> Vector:
         """Return the initial state; corners inside their walls are in contact from there on."""
@@ -103,14 +95,10 @@ class Motion:
         angles, rates = np.array([*pose.angles, y[0], y[1]]), np.array([*pose.rates, y[2], y[3]])
         return Moment(centre, velocity, angles, rates, corners, points, contacts, forces, load)
 
-    def balance(self, now: Moment) -> Balance:
-        """Return accelerations and multipliers."""
-        return self.press.balance(now.angles, now.rates, now.load)
-
     def rates(self, t: float, y: Vector) -> Vector:
         """Right-hand side of the differential equations."""
         now = self.at(t, y)
-        balance = self.balance(now)
+        balance = self.press.balance(now.angles, now.rates, now.load)
         found = np.zeros(FREE + INTEGRALS)
         if not self.ideal:
             # From the rates of the joints' angles back to those of rod 4 and slider.
@@ -127,9 +115,7 @@ class Motion:
     def surfaces(self, t: float, y: Vector) -> dict[tuple[str, int], tuple[float, float]]:
         """Return what is positive until the next switch, with its rate (nan where that is not needed)."""
         found: dict[tuple[str, int], tuple[float, float]] = {}
-        if self.ideal:
-            return found
-        corners = self.locate(t, y)
+        corners = [] if self.ideal else self.locate(t, y)
         for k, corner in enumerate(corners):
             sign = -1.0 if self.inside[k] else 1.0
             found["gap", k] = sign * corner.gap, -sign * corner.depth_rate
@@ -145,7 +131,7 @@ class Motion:
             self.sides[kind, k] *= -1.0
             return
         self.inside[k] = not self.inside[k]
-        contact = self.guide.contact_of(k)
+        contact = next(c for c, its in enumerate(self.guide.contacts) if k in its)
         if not any(self.inside[each] for each in self.guide.contacts[contact]):
             self.impact_speeds[contact] = 0.0
         elif not self.impact_speeds[contact]:

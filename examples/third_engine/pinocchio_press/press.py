@@ -5,11 +5,8 @@ nonlinear effects and the Jacobians of the branches; the rows of the drive, of j
 close the system; the recursive Newton-Euler algorithm then gives the force in every joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,29 +18,19 @@ BODIES = {"O": "crank", "A": "rod2", "H": "rocker", "C": "rod4", "F": "slider"}
 PARENTS = {"O": None, "A": "O", "H": None, "C": "H", "F": "C"}
 
 
-@dataclass(frozen=True)
-class Balance:
-    """Solution of the equations of motion at a state.
-
-    Attributes
-    ----------
-    joint_rates
-        Second derivatives of the joints' angles, rad/s^2.
-    slider
-        Acceleration of the slider: x, y (m/s^2), angle (rad/s^2).
-    torque
-        Of the motor on the crank, N m.
-    on_rocker
-        Force of rod 2 on the rocker, N.
-    guide
-        Force along x (N) and moment (N m) of an ideal guide on the slider; zeros with clearance.
-    """
+class Balance(NamedTuple):
+    """Solution of the equations of motion at a state."""
 
     joint_rates: Vector
+    """Second derivatives of the joints' angles, rad/s^2."""
     slider: Vector
+    """Acceleration of the slider: x, y (m/s^2), angle (rad/s^2)."""
     torque: float
+    """Of the motor on the crank, N m."""
     on_rocker: Vector
+    """Force of rod 2 on the rocker, N."""
     guide: Vector
+    """Force along x (N) and moment (N m) of an ideal guide on the slider; zeros with clearance."""
 
 
 class Press:

@@ -1,6 +1,4 @@
-"""Run a scene: the function that the entry point names."""
-
-from __future__ import annotations
+"""Run a scene, with its channels at the samples and its contacts: the function that the entry point names."""
 
 from collections.abc import Callable, Mapping
 from importlib.metadata import version
@@ -9,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pinocchio_press.integration import StepError, integrate
-from pinocchio_press.motion import FREE, INTEGRALS, Motion
+from pinocchio_press.contact import CORNERS
+from pinocchio_press.integration import Piece, StepError, integrate
+from pinocchio_press.motion import DAMPING, DRIVE, FREE, FRICTION, IMPULSE, INTEGRALS, Moment, Motion
 from pinocchio_press.press import Vector
-from pinocchio_press.recording import Recording
 
 TOLERANCE = 1e-10
 """Absolute local error of the angles, rad, where the scene gives none."""
@@ -20,6 +18,7 @@ LIMIT = 100_000
 """Steps and parts of steps in a cycle after which a run is stopped: over twenty times those of the shipped
 scenes at 1e-12. The law "paper-switching" adds energy without bound where a slider is wedged.
 """
+EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> SimpleNamespace:
@@ -56,10 +55,13 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     for t in times:  # what cannot be assembled is refused before it is run
         motion.linkage.at(t)
     y = motion.start(scene["initial"])
-    record = Recording(motion, y, times, scene["output"]["groups"])
+    record = Recording(motion, y, times, set(scene["output"]["groups"]))
+    # Angles, their rates, integrals (J and N s); an error of a rate acts over a flight of some 10 ms.
+    tolerances = np.full(FREE + INTEGRALS, tolerance)
+    tolerances[2:4] = tolerance / 0.01
     status, remedy, pieces, switches = "success", "", 0, 0
     try:
-        for piece in integrate(motion, y, times[-1], _tolerances(tolerance), cycle / 200.0):
+        for piece in integrate(motion, y, times[-1], tolerances, cycle / 200.0):
             if pieces == LIMIT * max(1.0, drive["cycles"]):
                 status, remedy = "work-limit", f"{pieces} steps up to {piece.start:g} s; run fewer cycles"
                 break
@@ -68,13 +70,15 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
             if progress:
                 progress(piece.end / times[-1])
         else:
-            record.finish()
+            record.begin_and_end(*record.last)
+            record.sample(*record.last)
     except StepError as error:
         status, remedy = "step-too-small", f"{error}; set a larger solver.pinocchio.tolerance"
-    record.close()
+    for contact in list(record.open):  # they end with the run
+        record.close(contact, *record.last)
     return SimpleNamespace(
         columns={name: np.array(values) for name, values in record.columns.items()},
-        events=record.events(),
+        events={name: np.array([contact[name] for contact in record.contacts]) for name in EVENTS},
         extrema={},
         provenance={
             "integrator": "DOP853 between switching instants",
@@ -87,11 +91,82 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     )
 
 
-def _tolerances(angle: float) -> Vector:
-    """Return the absolute tolerance of each component: angles, their rates, integrals (J and N s).
+class Recording:
+    """Samples and contacts of a run, fed piece by piece."""
 
-    An error of a rate acts over a flight of some 10 ms.
-    """
-    tolerance = np.full(FREE + INTEGRALS, angle)
-    tolerance[2:4] = angle / 0.01
-    return tolerance
+    def __init__(self, motion: Motion, y: Vector, times: Vector, groups: set[str]) -> None:
+        self.motion, self.times, self.groups = motion, times, groups
+        self.columns: dict[str, list[float]] = {}
+        self.contacts: list[dict[str, Any]] = []
+        self.open: dict[int, dict[str, Any]] = {}
+        self.samples = 0
+        self.last = 0.0, y
+        self.at_start = self.energies(motion.at(0.0, y))
+
+    def add(self, piece: Piece) -> None:
+        """Record a piece: its samples, and the largest forces and depths of the contacts.
+
+        A sample at the piece's end is left to the next one: at a jump the right limit counts.
+        """
+        self.begin_and_end(piece.start, piece.at(piece.start))
+        self.last = piece.end, piece.at(piece.end)
+        until = int(np.searchsorted(self.times, piece.end, side="left"))
+        for t in self.times[self.samples : until]:
+            self.sample(t, piece.at(t))
+        for t in (*piece.checked, piece.end) if self.open else ():
+            now = self.motion.at(t, piece.at(t))
+            for c, contact in self.open.items():
+                contact["peak_force"] = max(contact["peak_force"], now.contacts[c].normal)
+                depths = [-now.corners[k].gap for k in self.motion.guide.contacts[c]]
+                contact["largest_depth"] = max(contact["largest_depth"], *depths)
+
+    def begin_and_end(self, t: float, y: Vector) -> None:
+        """Note the contacts that begin or end at a time."""
+        for c, impact_speed in enumerate(self.motion.impact_speeds):
+            if impact_speed and c not in self.open:
+                contact = {"corner": CORNERS[self.motion.first[c]], "start": t, "normal_speed": impact_speed}
+                contact |= {"impulse": y[IMPULSE + c], "peak_force": 0.0, "largest_depth": 0.0}
+                self.open[c] = contact
+                self.contacts.append(contact)
+            if c in self.open and not impact_speed:
+                self.close(c, t, y)
+
+    def close(self, c: int, t: float, y: Vector) -> None:
+        """End a contact."""
+        contact = self.open.pop(c)
+        contact |= {"end": t, "impulse": y[IMPULSE + c] - contact["impulse"]}
+
+    def sample(self, t: float, y: Vector) -> None:
+        """Record the channels at a time."""
+        now, press = self.motion.at(t, y), self.motion.press
+        found = {"time": t, "slider_x": now.centre.real, "slider_y": now.centre.imag}
+        found |= {"slider_angle": now.angles[4], "slider_omega": now.rates[4]}
+        found |= {"slider_vx": now.velocity.real, "slider_vy": now.velocity.imag}
+        balance = press.balance(now.angles, now.rates, now.load)
+        if "accelerations" in self.groups:
+            found |= zip(("slider_ax", "slider_ay", "slider_alpha"), balance.slider, strict=True)
+        if "corners" in self.groups and not self.motion.ideal:
+            for name, corner, force in zip(CORNERS, now.corners, now.forces, strict=True):
+                found |= {f"corner_{name}_gap": corner.gap, f"corner_{name}_normal": force.normal}
+                found[f"corner_{name}_friction"] = force.friction
+        if "joints" in self.groups:
+            reactions = press.reactions(now.angles, now.rates, now.load, balance)
+            for joint, (fx, fy) in reactions.items():
+                found |= {f"reaction_{joint}_x": fx, f"reaction_{joint}_y": fy}
+            found["crank_torque"] = balance.torque
+            if self.motion.ideal:
+                found["guide_force"], found["guide_moment"] = balance.guide
+        if "energy" in self.groups:
+            kinetic, stored, potential = self.energies(now)
+            gravity, gained = self.at_start[2] - potential, kinetic + stored - sum(self.at_start[:2])
+            found |= {"energy_kinetic": kinetic, "energy_contact": stored, "energy_gravity": gravity}
+            found |= {"energy_drive": y[DRIVE], "energy_damping": y[DAMPING], "energy_friction": y[FRICTION]}
+            found["energy_residual"] = y[DRIVE] + gravity - gained - y[DAMPING] - y[FRICTION]
+        for name, value in found.items():
+            self.columns.setdefault(name, []).append(float(value))
+        self.samples += 1
+
+    def energies(self, now: Moment) -> tuple[float, float, float]:
+        """Return kinetic, stored and potential energy."""
+        kinetic, potential = self.motion.press.energies(now.angles, now.rates)
+        return kinetic, self.motion.guide.stored(now.corners, self.motion.inside), potential
