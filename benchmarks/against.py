@@ -1,95 +1,185 @@
-"""Cost of a reference run relative to another checkout of this project: ratios of interleaved runs.
+"""Speed relative to another checkout of this project: ratios of interleaved runs.
 
-In each round each checkout gets a new process, in which its kernels are compiled or loaded before anything is
-measured: where memory and code come to lie makes processes of the same code differ by up to 25 %. The two run
-in turn, a batch each, of runs from starts a micrometre apart, as one trajectory may have more contacts than
-another. A batch's processor time counts, and of all rounds the median of the ratios.
+    git worktree add /tmp/before COMMIT
+    python benchmarks/against.py /tmp/before runs [--rounds 7]
+    python benchmarks/against.py /tmp/before five-bodies
+    python benchmarks/against.py /tmp/before commands [NAME ...]
 
-    git worktree add /tmp/before f248ffa
-    python benchmarks/against.py /tmp/before [--rounds 15] [--batch 20] [--tolerance 1e-9]
+In each round the two run in turn, each in a new process: where memory and code come to lie makes processes of
+the same code differ by up to 25 %. Processor time counts, and of all rounds the quartiles of the ratios.
+
+runs: the reference, a batch each of runs from starts a micrometre apart, as one trajectory may have more
+contacts than another.
+five-bodies: Exudyn's, a cycle at four steps.
+commands: whole calls of `sixbar` with their children, wall time and peak memory beside, each checkout with a
+cache of its own, filled by one call before ("warm") or empty ("cold"). Without names all but the long ones.
 """
 
 import argparse
+import json
 import os
-import statistics
+import shutil
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
+from typing import Any
 
-SCENES = ("150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm", "crank-pin", "both-clearances")
+import pandas as pd
 
-_RUNNER = """
-import sys, time
+HERE = Path(__file__).resolve().parents[1]
+RUNS: dict[str, dict[str, tuple[Any, ...]]] = {
+    "runs": {
+        scene: ("reference_model", scene, {"output.groups": [], "solver.reference.tolerance": 1e-9}, 20)
+        for scene in ("150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm", "crank-pin", "both-clearances")
+    },
+    "five-bodies": {
+        f"{scene}, {step:g} s": ("exudyn_model", scene, {"drive.cycles": 1, "solver.exudyn.step": step}, 1)
+        for scene in ("150rpm-0.2mm", "300rpm-0.2mm")
+        for step in (8e-6, 4e-6, 2e-6, 1e-6)
+    },
+}
+"""Model, scene, changes, and runs of a batch."""
+Row = dict[str, Any]
+
+_WORKER = """
+import importlib, json, sys, time
 from comparison.scene import load_scene
-from reference_model import simulate
-changes = {"output.groups": [], "solver.reference.tolerance": float(sys.argv[1])}
 for line in sys.stdin:
-    name, batch = line.split()
+    model, name, changes, batch = json.loads(line)
+    simulate = importlib.import_module(model).simulate
     start = load_scene(name).data["initial"]["slider_offset"]
-    starts = [start + 1e-6 * i for i in range(int(batch))]
-    data = [load_scene(name, changes | {"initial.slider_offset": x}).data for x in starts]
-    simulate(data[0])
+    starts = [{"initial.slider_offset": start + 1e-6 * i} for i in range(batch)]
+    data = [load_scene(name, changes | each).data for each in starts]
+    simulate(load_scene(name, changes | {"drive.cycles": 0.02}).data)  # compiles, or loads what is compiled
     started = time.process_time()
-    status = [simulate(each).status for each in data]
-    worst = min(set(status) - {"success"}, default="success")
-    print((time.process_time() - started) / int(batch), worst, flush=True)
+    results = [simulate(each) for each in data]
+    seconds = (time.process_time() - started) / batch
+    for result in results:
+        if result.status != "success":
+            sys.exit(f"{name}: {result.status}")
+    print(json.dumps({"seconds": seconds, "steps": results[0].provenance["counters"]["steps"]}), flush=True)
 """
 
 
-class Runner:
+class Worker:
     """A process with one checkout's code."""
 
-    def __init__(self, checkout: Path, tolerance: float) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _RUNNER, str(tolerance)],
+    def __init__(self, checkout: Path) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", _WORKER],
             cwd=checkout, env=os.environ | {"PYTHONPATH": str(checkout)}, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
 
-    def seconds(self, scene: str, batch: int) -> float:
-        """Return the processor time of a run, s, the mean of a batch."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(f"{scene} {batch}\n")
-        self._process.stdin.flush()
-        seconds, status = self._process.stdout.readline().split()
-        if status != "success":
-            raise SystemExit(f"{scene}: {status}")
-        return float(seconds)
+    def run(self, *case: Any) -> Row:
+        """Return processor time (s) and steps of a run; a case: model, scene, changes, size of the batch."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps(case) + "\n")
+        self.process.stdin.flush()
+        if not (line := self.process.stdout.readline()):
+            raise SystemExit(1)  # it said why
+        return dict(json.loads(line))
 
-    def close(self) -> None:
-        """End the process."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        self._process.wait()
+
+def interleaved(checkouts: dict[str, Path], cases: dict[Any, tuple[Any, ...]], rounds: int) -> pd.DataFrame:
+    """Return a row a round, case and checkout."""
+    rows = []
+    for number in range(rounds):
+        workers = {which: Worker(path) for which, path in checkouts.items()}
+        for case, arguments in cases.items():
+            for which, worker in workers.items():
+                rows.append({"case": case, "round": number, "which": which} | worker.run(*arguments))
+        for worker in workers.values():
+            worker.process.communicate()
+    return pd.DataFrame(rows)
+
+
+def ratios(measured: pd.DataFrame, *beside: str) -> pd.DataFrame:
+    """Return, for each case, medians of either checkout, and the quartiles of here / there in time."""
+    seconds = measured.pivot_table("seconds", ["case", "round"], "which", sort=False)
+    by_case = (seconds["here"] / seconds["there"]).groupby("case", sort=False)
+    found = {
+        f"{which} (s)": seconds[which].groupby("case", sort=False).median() for which in ("there", "here")
+    }
+    found |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
+    for what in beside:
+        of = measured.pivot_table(what, "case", "which", aggfunc="median", sort=False)
+        found |= {f"{what} {which}": of[which] for which in ("there", "here")}
+    return pd.DataFrame(found)
+
+
+COMMANDS = {
+    "help": "warm --help",
+    "ideal": "warm run ideal --model reference --out OUT/ideal.csv",
+    "cycles": "warm run 150rpm-0.2mm --model reference --set drive.cycles=100 "
+    "--set output.samples_per_cycle=400 --out OUT/cycles.csv",
+    "validate": "cold validate --out OUT/validate",
+    "ensemble": "cold study sweep 150rpm-0.2mm --latin drive.speed_rpm=120:180 --points 10000 "
+    "--model reference --out OUT/ensemble",
+}
+LONG = ("validate", "ensemble")
+"""A round takes minutes."""
+
+
+def commands(checkouts: dict[str, Path], rounds: int, names: list[str]) -> pd.DataFrame:
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            state, *arguments = COMMANDS[name].split()
+            for number in range(rounds):
+                for which, checkout in checkouts.items():
+                    if state == "warm" and number == 0:
+                        called(checkout, arguments, Path(folder, which))
+                    elif state == "cold":
+                        shutil.rmtree(Path(folder, which), ignore_errors=True)
+                    found = called(checkout, arguments, Path(folder, which))
+                    rows.append({"case": name, "round": number, "which": which} | found)
+    return pd.DataFrame(rows)
+
+
+def called(checkout: Path, arguments: list[str], cache: Path) -> Row:
+    """Call a command; return processor and wall time (s) and peak memory (GB), its children's too."""
+    with tempfile.TemporaryDirectory() as out:
+        full = [each.replace("OUT", out) for each in arguments]
+        # Bytecode is kept, as by a user's Python, whatever this machine's setting.
+        own = {"PYTHONPATH": str(checkout), "SIXBAR_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": ""}
+        own["PYTHONPYCACHEPREFIX"] = str(cache.with_suffix(".bytecode"))
+        with Path(out, "stderr").open("w+") as said:
+            begun = time.perf_counter()
+            child = subprocess.Popen(
+                [sys.executable, "-m", "comparison", *full],
+                cwd=out, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said,
+            )  # fmt: skip
+            _, status, usage = os.wait4(child.pid, 0)
+            wall = time.perf_counter() - begun
+            child.returncode = os.waitstatus_to_exitcode(status)
+            # 1: a verdict "differ", by chance or by a fault of that checkout.
+            if child.returncode not in (0, 1):
+                said.seek(0)
+                raise SystemExit(f"{checkout}: {' '.join(full)}: exit code {child.returncode}\n{said.read()}")
+    largest = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9
+    return {"seconds": usage.ru_utime + usage.ru_stime, "wall": wall, "GB": largest}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("checkout", type=Path)
-    parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--batch", type=int, default=20)
-    parser.add_argument("--tolerance", type=float, default=1e-9)
-    options = parser.parse_args()
-    checkouts = {"there": options.checkout.resolve(), "here": Path(__file__).resolve().parents[1]}
-    times: dict[tuple[str, str], list[float]] = {
-        (scene, which): [] for scene in SCENES for which in checkouts
-    }
-    for _ in range(options.rounds):
-        runners = {which: Runner(path, options.tolerance) for which, path in checkouts.items()}
-        for scene in SCENES:
-            for which, runner in runners.items():
-                runner.seconds(scene, 1)
-                times[scene, which].append(runner.seconds(scene, options.batch))
-        for runner in runners.values():
-            runner.close()
-    print("| scene | there (ms) | here (ms) | here / there: quartile | median | quartile |")
-    print("|---|---|---|---|---|---|")
-    for scene in SCENES:
-        there, here = (statistics.median(times[scene, which]) for which in checkouts)
-        pairs = zip(times[scene, "there"], times[scene, "here"], strict=True)
-        low, median, high = statistics.quantiles([new / old for old, new in pairs], n=4)
-        print(f"| {scene} | {1e3 * there:.2f} | {1e3 * here:.2f} | {low:.3f} | {median:.3f} | {high:.3f} |")
+    parser.add_argument("what", choices=(*RUNS, "commands"))
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of commands: {', '.join(COMMANDS)}")
+    parser.add_argument("--rounds", type=int, default=7)
+    asked = parser.parse_args()
+    if unknown := set(asked.names) - set(COMMANDS):
+        parser.error(f"{min(unknown)} is none of {', '.join(COMMANDS)}")
+    checkouts = {"there": asked.checkout.resolve(), "here": HERE}
+    if asked.what == "commands":
+        names = asked.names or [name for name in COMMANDS if name not in LONG]
+        found = ratios(commands(checkouts, asked.rounds, names), "wall", "GB")
+    else:
+        found = ratios(interleaved(checkouts, RUNS[asked.what], asked.rounds), "steps")
+    print(found.to_string(float_format="{:.4g}".format))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Random runs of the reference for `corner_depths`: three populations, each run drawn from its own number."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -8,6 +8,7 @@ corners, walls and journal are follows from the scene's own numbers by formulas 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +40,7 @@ from reference_model.integrate import (
     advance,
     new_run,
 )
-from reference_model.parameters import Law, Parameters, read_parameters
+from reference_model.parameters import Law, read_parameters
 from reference_model.tableau import SHARES as NODES
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
@@ -63,41 +64,21 @@ VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
 """Columns: steps outside the bound, the largest (m), when (s), and which contact."""
 
 
-class Geometry(NamedTuple):
-    """The scene's lengths (m), angles (rad), speed (rad/s) and branches."""
-
-    formulation: int
-    omega: float
-    theta0: float
-    crank: float
-    rod2: float
-    to_pin: float
-    rocker: float
-    pivot_x: float
-    pivot_y: float
-    branch: float
-    rod4: float
-    half_width: float
-    half_length: float
-    left: float
-    right: float
-    pin_clearance: float
-
-
-def kind_of(p: Parameters) -> int:
-    """Return the number of a scene's formulation: slider, pin, both, multiplier."""
-    if p.multipliers:
-        return 3
-    return 0 if p.ideal_pin else 1 if p.ideal_slider else 2
+Geometry = namedtuple(
+    "Geometry",
+    "formulation omega theta0 crank rod2 to_pin rocker pivot_x pivot_y branch rod4 half_width half_length "
+    "left right pin_clearance",
+)
+"""The scene's lengths (m), angles (rad), speed (rad/s); formulation: slider, pin, both or multiplier."""
 
 
 def geometry(scene: Scene) -> Geometry:
     """Return the numbers of a scene that its gaps follow from."""
-    data = scene.data
+    data, p = scene.data, read_parameters(scene.data)
     m, slider, clearance = data["mechanism"], data["mechanism"]["slider"], data["clearance"]
     room = slider["width"] / 2 + clearance["slider"]
     return Geometry(
-        formulation=kind_of(read_parameters(data)),
+        formulation=3 if p.multipliers else 0 if p.ideal_pin else 1 if p.ideal_slider else 2,
         omega=data["drive"]["speed_rpm"] * 2 * math.pi / 60,
         theta0=math.radians(m["crank_angle_deg"]),
         crank=m["crank"]["length"],
@@ -235,7 +216,7 @@ def follow(
 
 
 class Followed(NamedTuple):
-    """Result of a run: reason of its end, accepted steps, findings (3, 4), final state."""
+    """Reason of a run's end, its accepted steps, what was found (3, 4), and its final state."""
 
     status: int
     steps: int
@@ -244,18 +225,9 @@ class Followed(NamedTuple):
 
 
 def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -> Followed:
-    """Follow a scene's run by the compiled integrator.
+    """Follow a scene's run for so many attempted steps and switches, and count what is outside the bound (m).
 
-    Parameters
-    ----------
-    scene
-        What is run.
-    bound
-        m; steps with an open contact deeper in its wall, or a closed one farther from it, are counted.
-    limit
-        Attempted steps and switches after which the run is stopped.
-    judged
-        Whose geometry the gaps are of; that of `scene` by default.
+    The gaps are those of the geometry of `judged`, by default of the scene itself.
     """
     p = read_parameters(scene.data)
     model, _ = running.formulation(p)

@@ -15,8 +15,6 @@ as the step taken again up to a touch does not end just where the longer step's 
 Exit code 1 if anything is deeper than it may be.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
@@ -31,6 +29,7 @@ import numpy as np
 from corner_depth_runs import Draw, grazing_runs, random_runs, scipy_runs
 from corner_depth_steps import CLOSED, NOT_REPRODUCED, OUTSIDE, TIME, TOUCHING, VIOLATIONS, WORST, check
 
+from comparison.formatting import table
 from comparison.scene import Scene, load_scene
 from reference_model import integrate, simulation
 
@@ -67,15 +66,11 @@ class Worst(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Result of a run: steps outside the bound, the largest value (m), its time (s).
-
-    `missed`: open contacts in their wall; `late`: the same in the step that the touch ends; `held`: closed
-    ones off their wall.
-    """
+    """A run's result: open contacts in their wall, the same in the step of a touch, closed ones off it."""
 
     status: str
     steps: int
-    missed: Worst
+    missed: Worst = Worst()
     late: Worst = Worst()
     held: Worst = Worst()
 
@@ -91,11 +86,8 @@ def followed(draw: Draw, limit: int = LIMIT) -> Found:
     if run.status == NOT_REPRODUCED:
         raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.values}")
     rows = (run.found[row] for row in (OUTSIDE, TOUCHING, CLOSED))
-    return Found(
-        STATUS[run.status],
-        run.steps,
-        *(Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows),
-    )
+    worst = (Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
+    return Found(STATUS[run.status], run.steps, *worst)
 
 
 def tabulated(draw: Draw) -> Found:
@@ -105,19 +97,18 @@ def tabulated(draw: Draw) -> Found:
         with patch.object(simulation, "SCIPY_STEPS_PER_CYCLE_LIMIT", SCIPY_LIMIT):
             result = simulation.simulate(scene.data)
     except ValueError:  # a tolerance too coarse for the clearance
-        return Found(REFUSED, 0, Worst())
+        return Found(REFUSED, 0)
     times, events = result.columns["time"], result.events
-    deepest, when, violations = 0.0, 0.0, 0
+    worst, violations = Worst(), 0
     for corner, depth in depths(scene, result.columns).items():
         mine = [f"{end}{corner[1]}" for end in "lu"] if draw.values["contact.law"] == OF_SIDES else [corner]
         rows = np.isin(events["corner"], mine)
         depth[closed(times, events["start"][rows], events["end"][rows])] = 0.0
         violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.values["solver.reference.tolerance"]))
-        if depth.size and depth.max() > deepest:
-            deepest, when = float(depth.max()), float(times[depth.argmax()])
-    steps = int(result.provenance["counters"]["steps"])
+        if depth.max(initial=0.0) > worst.value:
+            worst = Worst(0, float(depth.max()), float(times[depth.argmax()]))
     status = {"success": FINISHED, "work-limit": STOPPED}.get(result.status, result.status)
-    return Found(status, steps, Worst(violations, deepest, when))
+    return Found(status, int(result.provenance["counters"]["steps"]), worst._replace(steps=violations))
 
 
 def depths(scene: Scene, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -142,56 +133,46 @@ def closed(times: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarra
     return np.asarray(begun > ended)
 
 
-def work(
-    what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs: int
-) -> list[tuple[Draw, Found]]:
+def work(what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs: int) -> list[Found]:
     """Check all runs of a population."""
     begun, found = time.monotonic(), []
     with ProcessPoolExecutor(jobs) as pool:
         for draw, one in zip(draws, pool.map(judge, draws), strict=True):
-            found.append((draw, one))
+            found.append(one)
+            said = f"{what}: {len(found)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
+            if one.too_deep:
+                deepest = max(one.missed, one.late, key=lambda worst: worst.value)
+                said += f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
             if one.too_deep or len(found) % max(1, len(draws) // 20) == 0:
-                reported = f"{what}: {len(found)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
-                if one.too_deep:
-                    deepest = max(one.missed, one.late, key=lambda worst: worst.value)
-                    reported += (
-                        f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
-                    )
-                print(reported, file=sys.stderr, flush=True)
+                print(said, file=sys.stderr, flush=True)
     return found
 
 
-def report(what: str, found: Sequence[tuple[Draw, Found]]) -> int:
-    """Print what came of a population; return how many of its runs are deeper than they may be."""
-    print(f"\n{what}: {len(found)} runs, {sum(one.steps for _, one in found)} accepted steps")
-    print(", ".join(f"{n} {status}" for status, n in Counter(one.status for _, one in found).items()))
-    print("\n| of | | runs | in the wall, open | deepest (m) | at its touch | deepest (m) ", end="")
-    print("| off the wall, closed | farthest (m) |\n|---|---|---|---|---|---|---|---|---|")
-    groups = [
-        (key, value) for key in found[0][0].labels for value in sorted({d.labels[key] for d, _ in found})
-    ]
+def report(what: str, draws: Sequence[Draw], found: Sequence[Found]) -> None:
+    """Print what came of a population, in all and by each label."""
+    print(f"\n{what}: {len(found)} runs, {sum(one.steps for one in found)} accepted steps")
+    print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in found).items()))
+    head = ["of", "", "runs", "in the wall, open", "deepest (m)", "at its touch", "deepest (m)"]
+    groups = [(key, value) for key in draws[0].labels for value in sorted({d.labels[key] for d in draws})]
+    rows = []
     for key, value in [("all", ""), *groups]:
-        some = [one for draw, one in found if draw.labels.get(key, "") == value and one.status in JUDGED]
-        cells = [key, value, str(len(some))]
-        for of in ("missed", "late", "held"):
-            worst = [getattr(one, of) for one in some]
-            cells += [
-                str(sum(one.steps > 0 for one in worst)),
-                f"{max((one.value for one in worst), default=0.0):.1e}",
-            ]
-        print(f"| {' | '.join(cells)} |")
-    return sum(one.too_deep for _, one in found)
+        some = [
+            one
+            for draw, one in zip(draws, found, strict=True)
+            if draw.labels.get(key, "") == value and one.status in JUDGED
+        ]
+        rows.append([key, value, str(len(some))])
+        for worst in ([getattr(one, of) for one in some] for of in ("missed", "late", "held")):
+            rows[-1] += [str(sum(one.steps > 0 for one in worst))]
+            rows[-1] += [f"{max((one.value for one in worst), default=0.0):.1e}"]
+    print(f"\n{table([*head, 'off the wall, closed', 'farthest (m)'], rows)}")
 
 
 def main() -> int:
-    """Check the populations asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=2000)
-    parser.add_argument("--grazing", type=int, default=240)
-    parser.add_argument("--scipy", type=int, default=40)
-    parser.add_argument("--limit", type=int, default=LIMIT)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
+    defaults = {"runs": 2000, "grazing": 240, "scipy": 40, "limit": LIMIT, "seed": 0, "jobs": 1}
+    for name, default in defaults.items():
+        parser.add_argument(f"--{name}", type=int, default=default)
     options = parser.parse_args()
     begun, wrong = time.monotonic(), 0
     compiled = partial(followed, limit=options.limit)
@@ -201,7 +182,9 @@ def main() -> int:
         ("scipy", tabulated, scipy_runs(options.scipy, options.seed)),
     ):
         if drawn := list(draws):
-            wrong += report(what, work(what, judge, drawn, options.jobs))
+            found = work(what, judge, drawn, options.jobs)
+            report(what, drawn, found)
+            wrong += sum(one.too_deep for one in found)
     print(f"\n{time.monotonic() - begun:.0f} s")
     return 1 if wrong else 0
 

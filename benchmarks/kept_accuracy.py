@@ -4,7 +4,7 @@ Each scene runs by the reference and by Exudyn's tree, over part of a cycle, at 
 judged on its predictable part by the strict run of the other model, by that of its own where the other has
 none; once on all of that part, and once where the judge's own estimate is as small.
 "Strict reaches": the estimate of the model's own strict run is as small on as many samples. Scenes that were
-measured are cached, so that a pass can be resumed; `--table` prints those that were.
+measured are cached, so that a pass can be resumed.
 
     python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--campaign]
 """
@@ -12,7 +12,7 @@ measured are cached, so that a pass can be resumed; `--table` prints those that 
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import nan
 from typing import Any
 
@@ -20,16 +20,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import solver_values
-from comparison.accuracy.refine import (
-    CHANNEL,
-    ENOUGH,
-    FLOOR,
-    AccurateRun,
-    Estimate,
-    Level,
-    accurate_run,
-    tried_level,
-)
+from comparison.accuracy.refine import CHANNEL, ENOUGH, FLOOR, AccurateRun, Level, accurate_run, tried_level
 from comparison.execution.run import Outcome, RunError, run_one
 from comparison.execution.store import append_row, cache_folder, read_rows
 from comparison.formatting import table
@@ -54,30 +45,19 @@ class OutOfTime(BaseException):
     """Ends a run at its limit; no exception that a model might take for its own."""
 
 
-class Limited:
-    """Runs scenes by a model within a limit of processor time each, s; each once."""
+def limited(model: str, limit: float) -> Callable[[Sequence[Scene]], list[Outcome]]:
+    """Return what runs scenes by a model within a limit of processor time each, s; each once."""
+    ran: dict[str, Outcome] = {}
 
-    def __init__(self, model: str, limit: float) -> None:
-        self._model, self._limit = model, limit
-        self._ran: dict[str, Outcome] = {}
+    def attempt(scene: Scene) -> Outcome:
+        begun = time.process_time()
 
-    def __call__(self, scenes: Sequence[Scene]) -> list[Outcome]:
-        return [self._one(scene) for scene in scenes]
-
-    def _one(self, scene: Scene) -> Outcome:
-        if scene.hash not in self._ran:
-            late = sum(outcome.status == "late" for outcome in self._ran.values())
-            begun = time.process_time()
-            self._ran[scene.hash] = Outcome("late") if late >= HOPELESS else self._new(scene, begun)
-        return self._ran[scene.hash]
-
-    def _new(self, scene: Scene, begun: float) -> Outcome:
         def progress(share: float) -> None:
-            if share < 1.0 and time.process_time() - begun > self._limit:
+            if share < 1.0 and time.process_time() - begun > limit:
                 raise OutOfTime
 
         try:
-            return Outcome("success", table=run_one(scene, self._model, progress))
+            return Outcome("success", table=run_one(scene, model, progress))
         except RunError as error:
             return error.outcome
         except SceneError as error:
@@ -85,23 +65,30 @@ class Limited:
         except OutOfTime:
             return Outcome("late")
 
+    def run(scenes: Sequence[Scene]) -> list[Outcome]:
+        for scene in scenes:
+            hopeless = sum(outcome.status == "late" for outcome in ran.values()) >= HOPELESS
+            if scene.hash not in ran:
+                ran[scene.hash] = Outcome("late") if hopeless else attempt(scene)
+        return [ran[scene.hash] for scene in scenes]
+
+    return run
+
 
 def population(number: int, seed: int, *, campaign: bool) -> Scene:
     """Return one of the random scenes; raises `SceneError` where there is no such scene."""
-    if campaign:
-        return case(number, seed).scene.with_values(
-            {"output.groups": [], "output.samples_per_cycle": SAMPLES}
-        )
-    return hypercube(200, seed)[number].scene
+    if not campaign:
+        return hypercube(200, seed)[number].scene
+    return case(number, seed).scene.with_values({"output.groups": [], "output.samples_per_cycle": SAMPLES})
 
 
 def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
     """Return a row a model and accuracy."""
-    usual = drawn.with_values({"drive.cycles": cycles})
     scenes = {
-        model: usual.with_values({f"solver.{model}.formulation": name}) for model, name in MODELS.items()
+        model: drawn.with_values({"drive.cycles": cycles, f"solver.{model}.formulation": name})
+        for model, name in MODELS.items()
     }
-    run = {model: Limited(model, limit) for model in MODELS}
+    run = {model: limited(model, limit) for model in MODELS}
     # Before the strict runs, of which more may take too long.
     ran = {
         (model, accuracy): attempt(scene, model, accuracy, run[model])
@@ -116,17 +103,18 @@ def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
     for (model, accuracy), found in ran.items():
         row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
         if isinstance(found, str):
-            rows.append(row | {"kept": False, "limit": found, "result": False})
-            continue
-        row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
-        row |= {"runs": found.runs, "levels": len(found.tried)}
-        row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
-        other = next(name for name in MODELS if name != model)
-        rows.append(row | judged(found, strict[other], strict[model]))
+            row |= {"kept": False, "limit": found, "result": False}
+        else:
+            (other,) = MODELS.keys() - {model}
+            row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
+            row |= {"runs": found.runs, "levels": len(found.tried)}
+            row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
+            row |= judged(found, strict[other], strict[model])
+        rows.append(row)
     return rows
 
 
-def attempt(scene: Scene, model: str, accuracy: float, run: Limited) -> AccurateRun | str:
+def attempt(scene: Scene, model: str, accuracy: float, run: Any) -> AccurateRun | str:
     """Return the run, or the status of one that did not succeed."""
     try:
         return accurate_run(scene, model, accuracy, run=run)
@@ -139,21 +127,16 @@ def attempt(scene: Scene, model: str, accuracy: float, run: Limited) -> Accurate
 def judged(found: AccurateRun, other: Level, own: Level) -> Found:
     """Return the largest error on the predictable part over the wanted one, and by whom it is judged."""
     judge = other if other.table is not None else own
-    table, estimate = judge.table, found.estimate
-    if table is None or estimate is None or found.wanted is None:
+    if judge.table is None or found.estimate is None or found.wanted is None:
         return {"judge": "", "error": nan, "sure_error": nan}
-    error = np.abs(found.table.values(CHANNEL) - table.values(CHANNEL)) / found.wanted
-    predictable = estimate.u <= found.wanted
-    sure = predictable & (_u(judge.estimate, predictable.size) <= found.wanted)
+    error = np.abs(found.table.values(CHANNEL) - judge.table.values(CHANNEL)) / found.wanted
+    predictable = found.estimate.u <= found.wanted
+    sure = predictable & (judge.estimate is not None and judge.estimate.u <= found.wanted)
     return {
         "judge": "other" if judge is other else "own",
         "error": float(error[predictable].max(initial=0.0)),
         "sure_error": float(error[sure].max(initial=0.0)),
     }
-
-
-def _u(estimate: Estimate | None, size: int) -> np.ndarray:
-    return np.full(size, np.inf) if estimate is None else estimate.u
 
 
 def summary(rows: pd.DataFrame) -> str:
@@ -168,22 +151,20 @@ def summary(rows: pd.DataFrame) -> str:
         "of these strict reaches it",
     ]
     head += [f"kept: error above {MOST:g}", "where the judge is sure", "largest error, judge sure"]
-    head += [f"coverage below {LEAST_COVERAGE:g} of strict's"]
     body, reasons = [], []
     for (model, accuracy), of in rows.groupby(["model", "accuracy"]):
         result, kept = of[of["result"]], of[of["kept"]]
-        missed = result[~result["kept"].astype(bool)]
-        strict = missed[missed["strict"] >= FLOOR]
-        compared = result[result["strict"] > 0]
-        thin = compared[compared["coverage"] < LEAST_COVERAGE * compared["strict"]]
-        numbers = [len(of), len(of) - len(result), len(kept), len(missed), len(strict)]
-        numbers += [int((kept[name] > MOST).sum()) for name in ("error", "sure_error")]
+        missed, compared = result[~result["kept"].astype(bool)], result[result["strict"] > 0]
+        numbers = [len(of), len(of) - len(result), len(kept), len(missed), (missed["strict"] >= FLOOR).sum()]
+        numbers += [(kept[name] > MOST).sum() for name in ("error", "sure_error")]
+        thin = (compared["coverage"] < LEAST_COVERAGE * compared["strict"]).sum()
         line = [str(model), f"{accuracy:g}", *map(str, numbers), f"{kept['sure_error'].max():.2g}"]
-        body.append([*line, f"{len(thin)} of {len(compared)}"])
-        counts = of[~of["kept"].astype(bool)].groupby("limit").size()
+        body.append([*line, f"{thin} of {len(compared)}"])
+        counts = of.loc[~of["kept"].astype(bool), "limit"].value_counts().sort_index()
         reasons += [[str(model), f"{accuracy:g}", str(why), str(n)] for why, n in counts.items()]
     why_head = ("model", "accuracy (m)", "not reachable, or no result: why", "runs")
-    return f"{table(head, body)}\n\n{table(why_head, reasons)}"
+    found = table([*head, f"coverage below {LEAST_COVERAGE:g} of strict's"], body)
+    return f"{found}\n\n{table(why_head, reasons)}"
 
 
 def main() -> None:
@@ -193,23 +174,15 @@ def main() -> None:
     parser.add_argument("--cycles", type=float, default=1.0)
     parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
     parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
-    parser.add_argument("--table", action="store_true", help="only print what was measured")
     asked = parser.parse_args()
     ledger = cache_folder() / "kept-accuracy.jsonl"
     ledger.parent.mkdir(parents=True, exist_ok=True)
-    cached = read_rows(ledger)
-    code = [
-        code_hash(accurate_run.__module__),
-        *map(fingerprint, MODELS),
-        platform_name(),
-    ]
-    rows: list[Found] = []
+    cached, rows = read_rows(ledger), []
+    code = [code_hash(accurate_run.__module__), *map(fingerprint, MODELS), platform_name()]
     for model, name in MODELS.items():  # compile
         run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)
     for number in range(asked.scenes):
         key = digest([asked.campaign, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
-        if key not in cached and asked.table:
-            continue
         if key not in cached:
             try:
                 drawn = population(number, asked.seed, campaign=asked.campaign)
@@ -221,8 +194,7 @@ def main() -> None:
         rows += [{"scene": number, **row} for row in cached[key]["rows"]]
     frame = pd.DataFrame(rows)
     floors = f"enough is {ENOUGH:g}, floor {FLOOR:g}"
-    print(f"{frame['scene'].nunique()} scenes, {asked.cycles:g} cycles, {floors}\n")
-    print(summary(frame))
+    print(f"{frame['scene'].nunique()} scenes, {asked.cycles:g} cycles, {floors}\n\n{summary(frame)}")
     worst = frame[frame["error"] > MOST]
     if len(worst):
         print("\n" + worst.to_string())

@@ -44,11 +44,10 @@ def judged(scene: Scene, found: WorkPrecision, jobs: int) -> tuple[int, int, flo
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--first", type=int, default=0, help="Number of the first scene: to go on with.")
-    parser.add_argument("--scenes", type=int, default=50)
+    parser.add_argument("--first", type=int, default=0, help="number of the first scene, to go on with")
+    for name, default in {"scenes": 50, "seed": 1, "jobs": 2}.items():
+        parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
     asked = parser.parse_args()
     rows: list[list[str]] = []
@@ -65,11 +64,11 @@ def main() -> None:
         judges, count, worst = judged(scene, found, asked.jobs)
         outside += worst > MOST
         confirmed = "yes" if found.confirmed else "no"
-        numbers = [str(count), str(judges), f"{worst:.2g}"]
-        rows.append([str(number), scene.data["contact"]["law"], f"{took:.0f}", confirmed, *numbers])
+        row = [number, scene.data["contact"]["law"], f"{took:.0f}", confirmed, count, judges, f"{worst:.2g}"]
+        rows.append([str(cell) for cell in row])
         print(rows[-1], flush=True)
-    head = ("scene", "law", "wall time (s)", "confirmed by both models", "errors with a command", "judges")
-    print(table((*head, "largest error over the recommended"), rows))
+    head = ["scene", "law", "wall time (s)", "confirmed by both models", "errors with a command", "judges"]
+    print(table([*head, "largest error over the recommended"], rows))
     print(f"{outside} of {len(rows)} outside a factor of {MOST:g}")
 
 
