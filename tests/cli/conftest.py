@@ -4,17 +4,14 @@ Nothing of the inside is imported, so that the same tests hold for any version t
 Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -31,23 +28,23 @@ class Ended(NamedTuple):
     err: str
 
     @property
-    def lines(self) -> list[str]:
+    def lines(self):
         return self.out.splitlines()
 
 
 class Sixbar:
     """``sixbar`` in a folder of its own; called with the arguments of a command."""
 
-    def __init__(self, folder: Path, environment: dict[str, str], site: Path) -> None:
+    def __init__(self, folder, environment, site):
         self.folder, self.environment, self.sites = folder, environment, [str(site)]
         self.last = Ended(0, "", "")
 
     @property
-    def numbers(self) -> Any:
+    def numbers(self):
         """What the last command printed with ``--json``."""
         return json.loads(self.last.out)
 
-    def __call__(self, *arguments: object, code: int = 0, **variables: str) -> Ended:
+    def __call__(self, *arguments, code=0, **variables):
         """Run a command in this process and require its exit code."""
         out, err = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
@@ -55,21 +52,21 @@ class Sixbar:
             patch.setattr(sys, "path", [*self.sites, *sys.path])
             for name, value in (self.environment | variables).items():
                 patch.setenv(name, value)
-            ended = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
-        assert "Traceback" not in ended.out + ended.err
-        assert ended.code == code, (arguments, ended)
-        self.last = ended
-        return ended
+            self.last = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
+        assert "Traceback" not in self.last.out + self.last.err
+        assert self.last.code == code, (arguments, self.last)
+        return self.last
 
-    def start(self, *arguments: str, env: dict[str, str] | None = None, **options: Any) -> subprocess.Popen:
+    def start(self, *arguments, env=None, **options):
         """Start a command as a process."""
         path = os.pathsep.join([*self.sites, *filter(None, [os.environ.get("PYTHONPATH")])])
         environment = os.environ | self.environment | {"PYTHONPATH": path} | (env or {})
         options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "cwd": self.folder} | options
-        command = [sys.executable, "-m", "comparison", *arguments]
-        return subprocess.Popen(command, env=environment, text=True, **options)
+        return subprocess.Popen(
+            [sys.executable, "-m", "comparison", *arguments], env=environment, text=True, **options
+        )
 
-    def process(self, *arguments: str, code: int = 0, **options: Any) -> Ended:
+    def process(self, *arguments, code=0, **options):
         """Run a command as a process and require its exit code."""
         with self.start(*arguments, **options) as process:
             out, err = (text or "" for text in process.communicate(timeout=600))  # s: it hangs
@@ -77,7 +74,7 @@ class Sixbar:
         assert process.returncode == code, (arguments, out, err)
         return Ended(code, out, err)
 
-    def refused(self, arguments: str | list[str], *pieces: str) -> str:
+    def refused(self, arguments, *pieces):
         """Require bad input to be one line on stderr with these pieces, and no file to change."""
         before = self.files()
         ended = self(*(arguments.split() if isinstance(arguments, str) else arguments), code=2)
@@ -86,37 +83,39 @@ class Sixbar:
         assert self.files() == before
         return ended.err
 
-    def files(self) -> dict[str, bytes]:
+    def files(self):
         """All files below the folder, and with an ending slash all folders."""
         paths = {str(path.relative_to(self.folder)): path for path in sorted(self.folder.rglob("*"))}
-        contents = {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
-        return contents | {f"{name}/": b"" for name, path in paths.items() if not path.is_file()}
+        return {
+            name if path.is_file() else f"{name}/": path.read_bytes() if path.is_file() else b""
+            for name, path in paths.items()
+        }
 
-    def write(self, name: str, text: str | bytes) -> str:
+    def write(self, name, text):
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         return name
 
-    def table(self, name: str, **columns: Any) -> str:
+    def table(self, name, **columns):
         """Write a table with all digits of its numbers: ``sixbar.table("a.csv", time=..., x=...)``."""
         rows = [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
         return self.write(name, "\n".join([",".join(columns), *rows, ""]))
 
-    def press(self, name: str, text: str = "", **settings: str) -> str:
+    def press(self, name, text="", **settings):
         """Write a scene for the models of `presses`: ``sixbar.press("bad", beta='does = "fail"')``."""
         head = f'[scene]\nextends = "150rpm-0.2mm"\n[drive]\ncycles = 1\n{text}'
         output = "[output]\ngroups = []\nsamples_per_cycle = 200\n"
         solvers = [f"[solver.{model}]\n{values}\n" for model, values in settings.items()]
         return self.write(f"{name}.toml", "".join([head, output, *solvers]))
 
-    def text(self, name: str) -> str:
+    def text(self, name):
         return (self.folder / name).read_text("utf-8")
 
-    def json(self, name: str) -> Any:
+    def json(self, name):
         return json.loads(self.text(name))
 
-    def junit(self, name: str) -> dict[tuple[str, str], tuple[str, str]]:
+    def junit(self, name):
         """Test cases by suite and name: what each ends with, and its message; the counts are right."""
         root, cases = ET.fromstring(self.text(name)), {}
         for suite in root.findall("testsuite"):
@@ -130,10 +129,10 @@ class Sixbar:
 
 
 @pytest.fixture(scope="session")
-def install(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+def install(tmp_path_factory):
     """Put a package with models where Python may find it, as an installer would, and return that place."""
 
-    def write(module: str, source: str, **models: str) -> Path:
+    def write(module, source, **models):
         site = tmp_path_factory.mktemp("site")
         info = site / f"{module}-1.dist-info"
         info.mkdir()
@@ -147,7 +146,7 @@ def install(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def make(tmp_path_factory: pytest.TempPathFactory, install: Callable[..., Path]) -> Callable[[], Sixbar]:
+def make(tmp_path_factory, install):
     """The program in a new folder, with a cache of the session, the models of `presses`, and unbroken lines.
 
     Machine code may come from where the user's own runs left it: only the first run of a version compiles.
@@ -161,12 +160,12 @@ def make(tmp_path_factory: pytest.TempPathFactory, install: Callable[..., Path])
 
 
 @pytest.fixture
-def sixbar(make: Callable[[], Sixbar]) -> Sixbar:
+def sixbar(make):
     return make()
 
 
 @pytest.fixture(scope="session")
-def runs(make: Callable[[], Sixbar]) -> Sixbar:
+def runs(make):
     """Short runs of both models: ``a.csv`` of the reference, ``b.csv`` of Exudyn's tree, ``a.parquet``."""
     sixbar, short = make(), "--set drive.cycles=0.02 --set output.samples_per_cycle=2000 -q"
     for out, model in (("a.csv", "reference"), ("a.parquet", "reference"), ("b.csv", "exudyn")):

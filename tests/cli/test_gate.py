@@ -1,7 +1,5 @@
 """`sixbar gate`: a baseline is made, held, and a change of a model, a scene or the file is seen."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Ctrl-C, a killed worker, a full or read-only disk, odd streams: one line, and nothing half-written."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -115,19 +113,16 @@ def test_a_reader_that_leaves_early_is_no_verdict(sixbar):
     assert process.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
 
 
-@pytest.mark.parametrize("closed", [0, 1, 2])
-def test_a_stream_that_is_closed_changes_no_exit_code(closed, sixbar):
-    def close():
-        os.close(closed)
-
-    assert bool(sixbar.process("scenes", preexec_fn=close).out) == (closed != 1)
-    assert bool(sixbar.process("plan", "nowhere", code=2, preexec_fn=close).err) == (closed != 2)
+def test_a_stream_that_is_closed_changes_no_exit_code(sixbar):
+    assert sixbar.process("scenes", preexec_fn=lambda: os.close(0)).out
+    assert not sixbar.process("plan", "ideal", preexec_fn=lambda: os.close(1)).out
+    assert not sixbar.process("plan", "nowhere", code=2, preexec_fn=lambda: os.close(2)).err
 
 
-@pytest.mark.parametrize("size", [0, 3000, 30_000])
+@pytest.mark.parametrize("size", [0, 30_000])
 def test_on_a_disk_that_is_full_old_files_stay_as_they_were(size, sixbar):
     def small_files():
-        import resource
+        import resource  # of POSIX
 
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # the write fails, the process does not end
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))

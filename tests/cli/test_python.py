@@ -1,7 +1,5 @@
 """Names that README.md and docs/*.md give to programs: the examples run, and do what is said of them."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import re

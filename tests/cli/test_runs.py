@@ -1,7 +1,5 @@
 """What `run`, `plan`, `scenes`, `channels`, `plot`, `animate`, `settings` and `study` print and write."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shlex
@@ -38,24 +36,21 @@ def test_help_and_version(sixbar):
 
 def test_scenes_and_channels(sixbar):
     def printed(*command):
-        return json.loads(sixbar(*command, "--json").out), sixbar(*command).lines
+        listed, lines = json.loads(sixbar(*command, "--json").out), sixbar(*command).lines[1:]
+        assert [line.split()[0] for line in lines] == [each["name"] for each in listed]
+        return {each.pop("name"): each for each in listed}
 
-    listed, lines = printed("scenes")
-    assert [line.split()[0] for line in lines[1:]] == [scene["name"] for scene in listed] == SCENES
-    by_name = {scene["name"]: scene for scene in listed}
+    by_name = printed("scenes")
+    assert list(by_name) == SCENES
     assert by_name["90rpm-0.5mm"]["clearance"] == {"slider": 5e-4}
     assert by_name["crank-pin"]["clearance"] == {"crank_pin": 2e-4}
     assert (by_name["300rpm-0.2mm"]["speed_rpm"], by_name["surface"]["cycles"]) == (300, 0.3)
-    assert all(scene["title"] and scene["hash"] for scene in listed)
-    listed, _ = printed("channels")
-    by_name = {channel["name"]: channel for channel in listed}
+    assert all(scene["title"] and scene["hash"] for scene in by_name.values())
+    by_name = {each["name"]: each for each in json.loads(sixbar("channels", "--json").out)}
     assert [name for name in by_name if by_name[name]["group"] == "motion"] == MOTION
     assert (by_name["corner_ll_normal"]["unit"], by_name["slider_alpha"]["unit"]) == ("N", "rad/s^2")
     assert {"crank_torque", "reaction_O_x", "guide_force", "energy_residual"} < set(by_name)
-    listed, lines = printed("channels", "ideal")
-    names = [line.split()[0] for line in lines[1:]]
-    assert names == [channel["name"] for channel in listed]
-    assert names == [*MOTION, "slider_ax", "slider_ay", "slider_alpha"]
+    assert list(printed("channels", "ideal")) == [*MOTION, "slider_ax", "slider_ay", "slider_alpha"]
 
 
 NAMES = {
@@ -67,26 +62,22 @@ NAMES = {
 }
 
 
-@pytest.mark.parametrize("changes", NAMES)
-def test_a_plan_names_what_is_changed_integrated_and_left_out(changes, sixbar):
-    ended = sixbar("plan", "150rpm-0.2mm", *changes.split())
-    assert ended.lines[0].startswith(f"{NAMES[changes]}: ")
-    assert "150 rpm, 21 channels" in ended.lines[0]
-    assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
-    assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
-    assert ended.err == ""
-
-
-def test_a_name_is_one_of_a_file_and_a_start_in_the_wall_is_a_warning(sixbar):
-    names = set()
-    for value in ("69e9", "70e9"):
-        changes = ["--set", "output.groups=[]", "--set", f"contact.youngs_modulus={value}"]
-        names.add(sixbar("plan", "150rpm-0.2mm", *changes).lines[0].partition(":")[0])
+def test_a_plan_names_what_is_changed_integrated_and_left_out(sixbar):
+    for changes, name in NAMES.items():
+        ended = sixbar("plan", "150rpm-0.2mm", *changes.split())
+        assert ended.lines[0].startswith(f"{name}: ")
+        assert "150 rpm, 21 channels" in ended.lines[0]
+        assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
+        assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
+        assert ended.err == ""
+    moduli = (f"--set=contact.youngs_modulus={value}" for value in ("69e9", "70e9"))
+    plans = [sixbar("plan", "150rpm-0.2mm", "--set=output.groups=[]", each).lines[0] for each in moduli]
+    names = {plan.partition(":")[0] for plan in plans}
     assert len(names) == 2
-    assert all(name.startswith("150rpm-0.2mm+") and "[" not in name for name in names)
-    ended = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4")
-    assert ended.err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")
-    assert ended.err.count("\n") == 1
+    assert all(name.startswith("150rpm-0.2mm+") and "[" not in name for name in names)  # names of files
+    err = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4").err
+    assert err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")  # it starts in the wall
+    assert err.count("\n") == 1
 
 
 def test_a_scene_extends_others_and_is_changed_last(sixbar):
@@ -171,15 +162,12 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     # What is no channel is ignored by a comparison, and can be drawn.
     sixbar("compare", "x.csv", "x.csv", "--tolerance", "1e-9")
     sixbar("plot", "x.csv", "--channels", "slider_x,slider_x_u")
-    ended = sixbar(*SLIDE, "--accuracy", "1e-18", code=3)
-    assert "1e-18 m is not reachable" in ended.out
+    assert "1e-18 m is not reachable" in sixbar(*SLIDE, "--accuracy", "1e-18", code=3).out
     record = sixbar.json("x.json")["accuracy"]
     assert record["kept"] is False
     assert record["limit"] in ("the finest setting errs more", "neighbouring trajectories diverge")
     assert len(columns(sixbar, "x.csv")["time"]) == 41  # the best one
-
-
-def test_a_check_is_made_or_not_as_is_asked(sixbar):
+    # A check is made or not as is asked.
     assert "--check" in sixbar(*SLIDE).err  # nobody measured this scene: it says how to find out
     assert sixbar(*SLIDE, "--no-check").err == ""
     assert "further runs" not in sixbar(*SLIDE, "--accuracy", "1e-8", "--no-check").out
@@ -242,37 +230,31 @@ def test_a_study_writes_a_page(sixbar):
     assert sixbar.text(path).startswith("# ")
 
 
-def swept(sixbar, scene, folder, *options, models="alpha,beta"):
-    """Run a sweep and return what it printed, and the rows of its table."""
-    command = ["study", "sweep", scene, "--model", models, "--jobs", "1", "-q", "--output", "end:slider_x"]
-    ended = sixbar(*command, *options, "--out", folder)
-    assert ended.lines[-1] == f"{folder}/sweep.csv"
-    return ended, list(csv.DictReader(sixbar.text(f"{folder}/sweep.csv").splitlines()))
+def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
+    def swept(out, *options, models="alpha,beta"):
+        """Run a sweep and return what it said, and the rows of its table."""
+        command = ["study", "sweep", sixbar.press("one"), "--model", models, "--jobs", "1", "-q"]
+        ended = sixbar(*command, "--output", "end:slider_x", *options, "--out", out)
+        assert ended.lines[-1] == f"{out}/sweep.csv"
+        return ended.err, list(csv.DictReader(sixbar.text(f"{out}/sweep.csv").splitlines()))
 
-
-def test_a_sweep_has_a_row_for_each_run_also_for_those_that_fail_and_is_resumed(sixbar):
-    grid = ["--grid", "drive.speed_rpm=100,200", "--grid", "friction.coefficient=0.1,-1"]
-    options = [*grid, "--output", "contacts"]
-    ended, rows = swept(sixbar, sixbar.press("one"), "grid", *options, models="alpha")
-    assert "2 of 4 runs" in ended.err
+    options = ["--grid", "drive.speed_rpm=100,200", "--grid", "friction.coefficient=0.1,-1"]
+    options += ["--output", "contacts"]
+    err, rows = swept("grid", *options, models="alpha")
+    assert "2 of 4 runs" in err
     points = [(float(row["drive.speed_rpm"]), float(row["friction.coefficient"])) for row in rows]
     assert points == [(100, 0.1), (100, -1), (200, 0.1), (200, -1)]
     assert [row["status"] == "success" for row in rows] == [True, False, True, False]
     assert "friction.coefficient = -1" in rows[1]["message"]
     assert "\n" not in rows[1]["message"]
     assert (float(rows[0]["contacts"]), rows[1]["contacts"]) == (1, "")
-    assert swept(sixbar, "one.toml", "grid", *options, models="alpha")[1] == rows
-
-
-def test_a_list_and_a_latin_hypercube_are_sweeps_too(sixbar):
-    path = sixbar.press("one")
+    assert swept("grid", *options, models="alpha")[1] == rows  # resumed
     sixbar.write("list.csv", "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n")
-    _, rows = swept(sixbar, path, "listed", "--list", "list.csv")
+    _, rows = swept("listed", "--list", "list.csv")
     names = "point,drive.speed_rpm,clearance.slider,model,status,message,end:slider_x"
-    assert ",".join(rows[0]) == names
-    assert len(rows) == 2 * 2
+    assert (",".join(rows[0]), len(rows)) == (names, 2 * 2)
     latin = ["--latin", "drive.speed_rpm=100:200", "--points", "3", "--seed"]
-    drawn = [swept(sixbar, path, f"latin{n}", *latin, seed)[1] for n, seed in enumerate("112")]
+    drawn = [swept(f"latin{n}", *latin, seed)[1] for n, seed in enumerate("112")]
     assert drawn[0] == drawn[1] != drawn[2]
     speeds = sorted({float(row["drive.speed_rpm"]) for row in drawn[0]})
     assert [int((speed - 100) // (100 / 3)) for speed in speeds] == [0, 1, 2]  # one in each third

@@ -3,8 +3,6 @@
 Three columns, time, x and v, in many dialects. What has two readings, or is no number, is refused.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
