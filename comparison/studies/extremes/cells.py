@@ -2,7 +2,7 @@
 
 A cell is the scene `runs.BASE` with one number pushed to an extreme, or with all drawn at once in a Latin
 hypercube (``axes.toml``). Every formulation runs it at its standard accuracy, and is held against the most
-accurate runs of either model. All is data: `frame` has a row for each run.
+accurate runs of either model.
 """
 
 from __future__ import annotations
@@ -38,7 +38,6 @@ from comparison.studies.shared.study import part
 
 
 def _at(accuracy: str, method: Method, name: str, *groups: str) -> Method:
-    """Return a method of the catalogue at an accuracy, its table with groups of channels."""
     values = solver_values(method.model, accuracy, load_scene(BASE, dict(method.changes)))
     output = {"output.groups": list(groups)} if groups else {}
     return Method(name, method.model, {**method.changes, **values, **output})
@@ -51,20 +50,19 @@ MULTIPLIERS = _at("standard", catalogue.MULTIPLIERS, "multipliers", "energy")
 TREE = _at("standard", catalogue.TREE, "tree")
 FULL = _at("standard", catalogue.FULL, "full (five bodies)")
 INDEX2 = _at("standard", catalogue.FULL_INDEX2, "full (five bodies), index 2", "energy")
-METHODS = (MINIMAL, IMPLICIT, MULTIPLIERS, TREE, FULL, INDEX2)
+METHODS = {each.name: each for each in (MINIMAL, IMPLICIT, MULTIPLIERS, TREE, FULL, INDEX2)}
 COMMON = (MINIMAL, MULTIPLIERS, TREE, FULL)
 """What runs the hypercube, and the laws of a whole side, under which LSODA takes all its time."""
 COMPARED = (MINIMAL, TREE, FULL)
 """Whose classes are compared: the smallest formulation of each model, and the full one."""
 
+# What the others are held against; the last one where the reference's strict run does not come to the end.
 STRICT = _at("strict", catalogue.MINIMAL, "minimal, strict", "energy")
 STRICT_TREE = _at("strict", catalogue.TREE, "tree, strict")
 STRICT_IMPLICIT = _at("strict", catalogue.MINIMAL_LSODA, "minimal by LSODA, strict", "energy")
-"""Instead of the reference's strict run, where that does not come to the end."""
 EXACT = (STRICT, STRICT_TREE, STRICT_IMPLICIT)
-"""What the others are held against."""
+# From starts beside the cell's: how much the scene magnifies, and whether a hair decides the motion.
 PERTURBED = Method("minimal, strict, perturbed", "reference", STRICT.changes)
-"""From a start beside the cell's: how much the scene magnifies."""
 
 # ---- what is pushed
 
@@ -85,12 +83,10 @@ UNITS = {part["axis"]: part["unit"] for part in _PARTS if "unit" in part}
 
 @dataclass(frozen=True)
 class Cell:
-    """One scene at an extreme, and the formulations that run it."""
+    """One scene at an extreme: what is pushed and how far, and the formulations that run it."""
 
     axis: str
-    """What is pushed."""
     label: str
-    """How far."""
     law: str
     methods: tuple[Method, ...]
     changes: Mapping[str, object] = field(default_factory=dict, hash=False)
@@ -111,13 +107,7 @@ class Cell:
         return min(1e-3 * float(self.scene.data["clearance"]["slider"]), 1e-9)
 
     def scene_of(self, method: Method) -> Scene:
-        """Return the scene as a formulation runs it; exact runs keep their settings and take one cycle.
-
-        Raises
-        ------
-        SceneError
-            If there is no such scene.
-        """
+        """Return the scene as a formulation runs it; exact runs keep their settings and take one cycle."""
         if method not in (*EXACT, PERTURBED):
             return self.scene.with_values({**method.changes, **self.settings})
         scene = self.scene.with_values({**method.changes, "drive.cycles": CYCLES})
@@ -148,9 +138,9 @@ def along(axis: str, law: str) -> list[Cell]:
 
 
 def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
-    methods: Sequence[Method] = METHODS if law == LAWS[0] else COMMON
+    methods: Iterable[Method] = METHODS.values() if law == LAWS[0] else COMMON
     if "only" in part:
-        methods = [method for method in METHODS if method.name in part["only"]]
+        methods = [METHODS[name] for name in part["only"]]
     elif not part.get("audited"):
         methods = [method for method in methods if method != INDEX2]
     cells = []
@@ -206,45 +196,27 @@ LARGER = (Class.ANNOUNCED, Class.DEGRADED)
 _BY_STATUS = {"bad input": Class.REFUSED, "crashed": Class.CRASHED, "unusable": Class.NONSENSE}
 
 
-@dataclass
-class Judged:
-    """A run of a cell (`runs.measure`) and what became of it."""
+def judge(row: Row, exact: Iterable[Row], bound: float) -> Row:
+    """Judge a run by the most accurate runs of each model, those that finished the first cycle.
 
-    row: Row
-    kind: Class
-    error: float = nan
-    """Largest distance of slider_x from the exact runs over the first cycle, m; nan without any."""
-    bound: float = nan
-    """On the error at its setting, m; nan where none is on record."""
-    lasted: float = nan
-    """Share of the first cycle over which the distance stays within the bound."""
-    estimate: float = nan
-    """A posteriori, of an error above the bound, m; nan where there is none."""
-    neighbour: float = nan
-    """Of an error that nothing else accounts for: where a start `HAIR` beside ends, m."""
-    finer: Judged | None = None
-    """Of such an error: the same run at the next finer setting."""
-
-
-def judge(row: Row, exact: Mapping[str, Row], bound: float) -> Judged:
-    """Judge a run by those that count as exact, the most accurate runs of each model.
-
-    Those that finished the first cycle are used: with two of them the run must be close to both, as either
-    may be the one that is wrong. ``bound``: on the error of slider_x at its setting over the cycle, m.
+    With two of them the run must be close to both, as either may be the one that is wrong. ``bound``: on the
+    error of slider_x at its setting over the cycle, m. Returns ``class``; ``error_m``: the largest distance
+    from them; ``bound_m``; ``lasted_cycles``, over which the distance stays within the bound.
     """
+    judged = {"class": Class.CONVERGED, "error_m": nan, "bound_m": bound, "lasted_cycles": nan}
     if row["status"] != "success":
         other = Class.NOT_TESTED if out_of_time(row) else Class.STOPPED
-        return Judged(row, _BY_STATUS.get(row["status"], other), bound=bound)
+        return judged | {"class": _BY_STATUS.get(row["status"], other)}
     x = np.asarray(row["x"], dtype=np.float64)
-    finished = [each["x"] for each in exact.values() if each["status"] == "success"]
+    finished = [each["x"] for each in exact if each["status"] == "success"]
     if not finished:
-        return Judged(row, Class.UNCONFIRMED, bound=bound)
+        return judged | {"class": Class.UNCONFIRMED}
     distance = np.max([np.abs(x - np.asarray(each)) for each in finished], axis=0)
     outside = np.flatnonzero(~(distance <= bound))  # all, where there is no bound
+    if outside.size or _above(row, MUCH_ENERGY, MUCH_DRIFT):
+        judged["class"] = Class.DEGRADED
     lasted = float(outside[0]) / (x.size - 1) if outside.size else 1.0
-    sound = not _above(row, MUCH_ENERGY, MUCH_DRIFT)
-    kind = Class.CONVERGED if sound and not outside.size else Class.DEGRADED
-    return Judged(row, kind, float(distance.max()), bound, lasted)
+    return judged | {"error_m": float(distance.max()), "lasted_cycles": lasted}
 
 
 def _above(row: Row, energy: float, drift: float) -> bool:
@@ -270,78 +242,77 @@ LONG_LIMIT, SHORT_LIMIT = 6000.0, 150.0
 the law of a whole side, and under the literal switch."""
 HAIR = 1e-13
 """m: a thousand times the rounding of x, and less than any setting resolves."""
-_BESIDE = "beside"
 _SHARES = (0.0, 0.69, 0.81, 0.86, 0.95, 1.0)
 """Of the expected time: where passes, checks and refined reruns begin and end."""
+MEASURED = (
+    "energy_share", "constraint_m", "steps_per_contact", "contacts", "largest_force_N", "steps", "work",
+)  # fmt: skip
+"""Of a row of `runs.measure`."""
+COLUMNS = (
+    "axis", "value", "law", "model", "formulation", "class", "error_m", "bound_m", "estimate_m",
+    "lasted_cycles", "magnification", "exact_apart_m", "neighbour_m", "finer_error_m", *MEASURED, "status",
+    "limit_units", "message", "cause", "causes", "speed_rpm", "modulus_Pa", "scene",
+)  # fmt: skip
+"""Of ``cells.csv``."""
+_ROUNDED = (
+    "error_m", "estimate_m", "magnification", "exact_apart_m", "neighbour_m", "finer_error_m", "energy_share",
+    "constraint_m", "steps_per_contact", "largest_force_N",
+)  # fmt: skip
+"""To three digits: what the machine's last bits do not change."""
 
-Run = tuple[int, Method]
+Key = tuple[int, Method]
 """Number of the cell, and the formulation that runs it."""
+Run = dict[str, Any]
+"""What became of a run: `COLUMNS`, and what finds its ``cell``, ``method`` and ``row`` again."""
 
 
-@dataclass
-class Outcome:
-    """What became of a cell."""
+def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Run cells, check what errs more than its bound, and refine what nothing accounts for.
 
-    cell: Cell
-    runs: dict[str, Judged] = field(default_factory=dict)
-    """By name of the formulation."""
-    exact: dict[str, Row] = field(default_factory=dict)
-    """Rows of the runs that these are held against, by the names of their formulations."""
-    magnification: float = nan
-    """By how much two starts move apart at most in the first cycle; nan where unknown."""
-
-    @property
-    def exact_method(self) -> Method | None:
-        """Which run of the reference counts as exact."""
-        ended = {name: row["status"] for name, row in self.exact.items()}
-        return next((each for each in (STRICT, STRICT_IMPLICIT) if ended.get(each.name) == "success"), None)
-
-
-def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> list[Outcome]:
-    """Run cells, check what errs more than its bound, and refine what nothing accounts for."""
+    Returns
+    -------
+    runs
+        A row for each run, by cell and formulation, in SI units; columns are `COLUMNS` and ``cell``.
+    """
     first, second, third, checks, reruns = (part(on_progress, *ends) for ends in pairwise(_SHARES))
-    wanted = [(number, method) for number, cell in enumerate(cells) for method in cell.methods]
-    rows = _run(cells, wanted, n_jobs, first)
+    rows = _run(
+        cells, [(n, method) for n, cell in enumerate(cells) for method in cell.methods], n_jobs, first
+    )
     # The tree's strict run takes longer than its standard one: not where that did not come to the end, nor
     # under the laws of a whole side.
-    usual = [number for number, cell in enumerate(cells) if cell.law == LAWS[0]]
-    failed = {run for run, row in rows.items() if row["status"] != "success"}
-    strict = [(number, STRICT_TREE) for number in usual if (number, TREE) not in failed]
-    strict += [(number, STRICT) for number in range(len(cells))]
-    rows |= _run(cells, strict, n_jobs, second)
+    usual = [n for n, cell in enumerate(cells) if cell.law == LAWS[0]]
+    strict = [
+        (n, STRICT_TREE) for n in usual if rows.get((n, TREE), {}).get("status", "success") == "success"
+    ]
+    rows |= _run(cells, strict + [(n, STRICT) for n in range(len(cells))], n_jobs, second)
     # The perturbed run would take as long as the strict one. Under the laws of a whole side LSODA takes all
     # its time.
-    ended = [rows[number, STRICT]["status"] for number in range(len(cells))]
-    last = [(number, PERTURBED) for number, status in enumerate(ended) if status == "success"]
-    last += [(number, STRICT_IMPLICIT) for number in usual if ended[number] not in ("success", "bad input")]
+    ended = [rows[n, STRICT]["status"] for n in range(len(cells))]
+    last = [(n, PERTURBED) for n, status in enumerate(ended) if status == "success"]
+    last += [(n, STRICT_IMPLICIT) for n in usual if ended[n] not in ("success", "bad input")]
     rows |= _run(cells, last, n_jobs, third)
-    outcomes = [_outcome(number, cell, rows) for number, cell in enumerate(cells)]
-    check(outcomes, n_jobs, checks)
-    rerun(outcomes, unexplained(outcomes), n_jobs, reruns)
-    return outcomes
-
-
-def _outcome(number: int, cell: Cell, rows: Mapping[Run, Row]) -> Outcome:
-    exact = {method.name: rows[number, method] for method in EXACT if (number, method) in rows}
-    each = {method.name: rows[number, method] for method in cell.methods}
-    runs = {name: judge(row, exact, row.get("bound", nan)) for name, row in each.items()}
-    outcome = Outcome(cell, runs, exact)
-    if (number, PERTURBED) in rows:
-        distance = apart(rows[number, STRICT], rows[number, PERTURBED])
-        outcome.magnification = distance / cell.shift if cell.shift else inf
-    return outcome
+    runs = judged(cells, rows)
+    check(cells, runs, n_jobs, checks)
+    explain(runs)
+    rerun(cells, rows, [run for run in runs if Cause.UNEXPLAINED in run["causes"]], n_jobs, reruns)
+    explain(runs)
+    return frame(runs)
 
 
 def _run(
-    cells: Sequence[Cell], wanted: Iterable[Run], n_jobs: int, on_progress: Progress | None
-) -> dict[Run, Row]:
+    cells: Sequence[Cell], wanted: Iterable[Key], n_jobs: int, on_progress: Progress | None
+) -> dict[Key, Row]:
     """Run what can be run, limit by limit."""
-    rows: dict[Run, Row] = {}
-    tasks: dict[float, dict[Run, CellRun]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
+    rows: dict[Key, Row] = {}
+    tasks: dict[float, dict[Key, CellRun]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
     for number, method in wanted:
-        limit = _limit(cells[number], method)
+        cell, limit = cells[number], LIMIT
+        if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
+            limit = LONG_LIMIT
+        elif cell.law == LITERAL_LAW or (cell.axis == HYPERCUBE and cell.law != LAWS[0]):
+            limit = SHORT_LIMIT
         try:
-            scene = cells[number].scene_of(method)
+            scene = cell.scene_of(method)
         except SceneError as error:
             rows[number, method] = {"status": "bad input", "message": str(error)}
             continue
@@ -350,54 +321,67 @@ def _run(
     total, done = sum(map(len, tasks.values())) or 1, 0
     for some in tasks.values():
         ran = run_tasks(some, n_jobs, part(on_progress, done / total, (done + len(some)) / total))
-        for run, row in ran.items():
-            rows[run] |= row
+        for key, row in ran.items():
+            rows[key] |= row
         done += len(some)
     return rows
 
 
-def _limit(cell: Cell, method: Method) -> float:
-    if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
-        return LONG_LIMIT
-    short = cell.law == LITERAL_LAW or (cell.axis == HYPERCUBE and cell.law != LAWS[0])
-    return SHORT_LIMIT if short else LIMIT
+def judged(cells: Sequence[Cell], rows: Mapping[Key, Row]) -> list[Run]:
+    """Judge every run of the cells by their exact runs."""
+    runs = []
+    for number, cell in enumerate(cells):
+        exact = {method: rows[number, method] for method in EXACT if (number, method) in rows}
+        magnification = nan
+        if (number, PERTURBED) in rows:
+            distance = apart(rows[number, STRICT], rows[number, PERTURBED])
+            magnification = distance / cell.shift if cell.shift else inf
+        known = {
+            "cell": number, "axis": cell.axis, "value": cell.label, "law": cell.law, "exact": exact,
+            "magnification": magnification, "exact_apart_m": apart(*exact.values()),
+            "speed_rpm": cell.changes.get("drive.speed_rpm"),
+            "modulus_Pa": cell.changes.get("contact.youngs_modulus"),
+            "friction": cell.changes.get("friction.coefficient", _BASE["friction"]["coefficient"]),
+            "scene": " ".join(f"{key}={value}" for key, value in cell.changes.items()),
+            "estimate_m": nan, "neighbour_m": nan, "finer_error_m": nan, "finer_class": None,
+        }  # fmt: skip
+        for method in cell.methods:
+            row = rows[number, method]
+            ran = {"method": method, "model": method.model, "formulation": method.name, "row": row}
+            ran |= {"status": row["status"], "message": row.get("message", "")}
+            ran |= {"limit_units": row.get("limit", nan)} | {name: row.get(name) for name in MEASURED}
+            runs.append(known | ran | judge(row, exact.values(), row.get("bound", nan)))
+    return runs
 
 
-def check(outcomes: Sequence[Outcome], n_jobs: int, on_progress: Progress | None) -> None:
+def check(cells: Sequence[Cell], runs: Sequence[Run], n_jobs: int, on_progress: Progress | None) -> None:
     """Estimate the errors of the degraded runs, and call announced what a user is told of.
 
     By a warning of the run itself, or by ``sixbar run --check``: its estimate exceeds the bound, or there is
     none. `sixbar run` names that check for every scene on which the bound was not measured.
     """
-    scenes = {
-        (number, method): outcome.cell.scene_of(method).with_values({"drive.cycles": CYCLES})
-        for number, outcome in enumerate(outcomes)
-        for method in outcome.cell.methods
-        if outcome.runs[method.name].kind is Class.DEGRADED
-    }
-    tasks: dict[tuple[Run, str], CellRun] = {
-        (run, level): CellRun(each, run[1].model, outcomes[run[0]].runs[run[1].name].row["limit"])
-        for run, scene in scenes.items()
-        for level, each in levels(scene, run[1].model).items()
+    checked = [
+        (run, cells[run["cell"]].scene_of(run["method"]).with_values({"drive.cycles": CYCLES}))
+        for run in runs
+        if run["class"] is Class.DEGRADED
+    ]
+    tasks = {
+        (number, level): CellRun(each, run["model"], run["limit_units"])
+        for number, (run, scene) in enumerate(checked)
+        for level, each in levels(scene, run["model"]).items()
     }
     rows = run_tasks(tasks, n_jobs, on_progress)
-    for run, scene in scenes.items():
-        family = {level: row for (other, level), row in rows.items() if other == run}
-        judged = outcomes[run[0]].runs[run[1].name]
-        judged.estimate = estimate(family, scene, run[1].model)
-        if warned(judged.row) or not judged.estimate <= judged.bound:
-            judged.kind = Class.ANNOUNCED
+    for number, (run, scene) in enumerate(checked):
+        family = {level: row for (other, level), row in rows.items() if other == number}
+        run["estimate_m"] = estimate(family, scene, run["model"])
+        if warned(run["row"]) or not run["estimate_m"] <= run["bound_m"]:
+            run["class"] = Class.ANNOUNCED
 
 
 def estimate(family: Mapping[str, Row], scene: Scene, model: str) -> float:
     """Return the largest numerical uncertainty of slider_x over the cycle, m; nan without a finer run.
 
-    Parameters
-    ----------
-    family
-        Rows of `runs.run_cell` by the names of `comparison.accuracy.refine.levels`.
-    scene, model
-        Of the run itself.
+    ``family``: rows of `runs.run_cell` by the names of `comparison.accuracy.refine.levels`.
     """
     x = {kind: np.asarray(row["x"]) for kind, row in family.items() if row["status"] == "success"}
     if not {"base", "finer"} <= set(x):
@@ -411,31 +395,50 @@ def estimate(family: Mapping[str, Row], scene: Scene, model: str) -> float:
 
 
 def rerun(
-    outcomes: Sequence[Outcome], wanted: Sequence[tuple[int, str]], n_jobs: int, on_progress: Progress | None
+    cells: Sequence[Cell],
+    rows: Mapping[Key, Row],
+    wanted: Sequence[Run],
+    n_jobs: int,
+    on_progress: Progress | None,
 ) -> None:
-    """Ask of some runs, by cell's number and formulation's name, what is too dear to ask of all.
+    """Ask of some runs what is too dear to ask of all.
 
     Does what no setting resolves decide the motion? Then two starts a `HAIR` apart end as far apart as the
     run from the exact one. Or is the setting too coarse for this scene? Then a finer one errs less.
     """
-    methods = {method.name: method for method in METHODS}
     tasks: dict[tuple[int, str], CellRun] = {}
-    for number, name in wanted:
-        outcome, method = outcomes[number], methods[name]
-        if (exact := outcome.exact_method) is not None:
-            beside = moved(outcome.cell.scene_of(exact), HAIR)
-            tasks[number, _BESIDE] = CellRun(beside, exact.model, LIMIT)
-        scene = outcome.cell.scene_of(method).with_values({"drive.cycles": CYCLES})
-        if (better := finer(method.model, scene)) is not None:
-            tasks[number, name] = CellRun(better, method.model, LIMIT)
-    rows = run_tasks(tasks, n_jobs, on_progress)
-    for number, name in wanted:
-        outcome = outcomes[number]
-        judged = outcome.runs[name]
-        if (exact := outcome.exact_method) is not None:
-            judged.neighbour = apart(outcome.exact[exact.name], rows[number, _BESIDE])
-        if (row := rows.get((number, name))) is not None:
-            judged.finer = judge(row, outcome.exact, judged.bound)
+    references: dict[int, Row] = {}
+    for run in wanted:
+        number, cell = run["cell"], cells[run["cell"]]
+        for exact in (STRICT, STRICT_IMPLICIT):
+            if number not in references and rows.get((number, exact), {}).get("status") == "success":
+                references[number] = rows[number, exact]
+                tasks[number, "beside"] = CellRun(moved(cell.scene_of(exact), HAIR), exact.model, LIMIT)
+        scene = cell.scene_of(run["method"]).with_values({"drive.cycles": CYCLES})
+        if (better := finer(run["model"], scene)) is not None:
+            tasks[number, run["formulation"]] = CellRun(better, run["model"], LIMIT)
+    ran = run_tasks(tasks, n_jobs, on_progress)
+    for run in wanted:
+        if (number := run["cell"]) in references:
+            run["neighbour_m"] = apart(references[number], ran[number, "beside"])
+        if (row := ran.get((number, run["formulation"]))) is not None:
+            again = judge(row, run["exact"].values(), run["bound_m"])
+            run |= {"finer_error_m": again["error_m"], "finer_class": again["class"]}
+
+
+def frame(runs: Iterable[Run]) -> pd.DataFrame:
+    """Return runs as a table: columns are `COLUMNS` and ``cell``."""
+    named = [
+        {
+            **run,
+            "class": str(run["class"]),
+            "cause": principal(run["causes"]),
+            "causes": "; ".join(run["causes"]),
+        }
+        for run in runs
+    ]
+    table = pd.DataFrame(named, columns=["cell", *COLUMNS]).astype(dict.fromkeys(MEASURED, float))
+    return table.assign(**{name: [float(f"{value:.3g}") for value in table[name]] for name in _ROUNDED})
 
 
 # ---- why a run did not converge, as far as the runs themselves show
@@ -450,6 +453,7 @@ TOGETHER = 0.02
 """Cycles within which formulations leave the exact motion at one instant."""
 USUAL_NEWTON = 1e-7
 """Newton's tolerance of the five bodies where a scene says nothing."""
+_BASE = load_scene(BASE).data
 
 
 class Cause(StrEnum):
@@ -474,172 +478,80 @@ class Cause(StrEnum):
     JAMMED = "friction may jam it"
 
 
-@dataclass(frozen=True)
-class Base:
-    """What a cell's numbers are compared with."""
-
-    bounded: Outcome
-    """The cell that changes nothing under hertz-corners: the scene that error bounds are measured on."""
-    law: Outcome
-    """The same under the cell's own law."""
-
-
-def bases(outcomes: Sequence[Outcome]) -> dict[str, Base]:
-    """Return what the cells of each law are compared with."""
-    unchanged = {each.cell.law: each for each in outcomes if each.cell.label == BASE_LABEL}
-    bounded = unchanged[LAWS[0]]
-    return {law: Base(bounded, unchanged.get(law, bounded)) for law in LAWS}
-
-
-def unexplained(outcomes: Sequence[Outcome]) -> list[tuple[int, str]]:
-    """Return the number of the cell and the formulation of each run whose error nothing explains."""
-    by_law = bases(outcomes)
-    return [
-        (number, name)
-        for number, outcome in enumerate(outcomes)
-        for name in outcome.runs
-        if Cause.UNEXPLAINED in causes(outcome, name, by_law[outcome.cell.law])
-    ]
-
-
 def principal(why: Sequence[Cause]) -> str:
     """Return the cause that stands for a run; empty where nothing is known."""
-    return min(why, key=list(Cause).index, default="")
+    return str(min(why, key=list(Cause).index, default=""))
 
 
-def causes(outcome: Outcome, name: str, base: Base) -> list[Cause]:
-    """Return why a run is in its class; nothing for one that converged."""
-    judged = outcome.runs[name]
-    match judged.kind:
-        case Class.CONVERGED:
-            return []
-        case Class.REFUSED:
-            # Where the same mechanism runs with a finer tolerance, only that was wrong.
-            coarse = outcome.exact.get(STRICT.name, judged.row)["status"] != "bad input"
-            return [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
-        case Class.UNCONFIRMED:
-            return [Cause.UNCONFIRMED]
-        case Class.ANNOUNCED | Class.DEGRADED:
-            return _of_the_error(outcome, name, base)
-        case _:
-            return [Cause.JAMMED] if may_jam(outcome.cell.scene) else []
+def explain(runs: Sequence[Run]) -> None:
+    """Give every run its ``causes``: why it is in its class; nothing for one that converged.
 
-
-def may_jam(scene: Scene) -> bool:
-    """Return whether friction can rotate a corner into its wall more than the wall rotates it out.
-
-    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates the
-    slider by N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the
-    centre yield counts little beside it. The drive goes on all the same (Painleve's paradox).
+    A run's numbers are compared with those of the cell that changes nothing, under hertz-corners, on which
+    error bounds are measured, and of the same under its own law.
     """
-    slider = scene.data["mechanism"]["slider"]
-    return bool(scene.data["friction"]["coefficient"] > slider["length"] / slider["width"])
+    unchanged = {(run["law"], run["formulation"]): run for run in runs if run["value"] == BASE_LABEL}
+    laws = {law for law, _ in unchanged}
+    for run in runs:
+        same = unchanged.get((run["law"] if run["law"] in laws else LAWS[0], run["formulation"]))
+        together = [other for other in runs if other["cell"] == run["cell"] and other is not run]
+        run["causes"] = causes(run, together, unchanged, same)
 
 
-def _of_the_error(outcome: Outcome, name: str, base: Base) -> list[Cause]:
+def causes(
+    run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run], same: Run | None
+) -> list[Cause]:
+    """Return why a run is in its class, from the other runs of its cell and the unchanged ones."""
+    if run["class"] is Class.REFUSED:
+        # Where the same mechanism runs with a finer tolerance, only that was wrong.
+        coarse = run["exact"].get(STRICT, run["row"])["status"] != "bad input"
+        return [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
+    if run["class"] is Class.UNCONFIRMED:
+        return [Cause.UNCONFIRMED]
+    if run["class"] in LARGER:
+        return _of_the_error(run, others, unchanged, same)
+    # A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates the
+    # slider by N (r_y - c_f r_x) / J5: into its wall where c_f > r_y / r_x, length over width. The drive goes
+    # on all the same (Painleve's paradox).
+    slider = _BASE["mechanism"]["slider"]
+    jams = run["friction"] > slider["length"] / slider["width"]
+    return [Cause.JAMMED] if jams and run["class"] is not Class.CONVERGED else []
+
+
+def _of_the_error(
+    run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run], same: Run | None
+) -> list[Cause]:
     """Return what makes the error larger than its bound, factor by factor, as far as that accounts for it."""
-    judged, cell = outcome.runs[name], outcome.cell
-    if cell.law == LITERAL_LAW:
+    if run["law"] == LITERAL_LAW:
         return [Cause.LITERAL]
-    if not isfinite(judged.bound):
+    if not isfinite(run["bound_m"]):
         return [Cause.NO_BOUND]
-    if cell.axis == NEWTON and float(cell.label) > USUAL_NEWTON:
+    if run["axis"] == NEWTON and float(run["value"]) > USUAL_NEWTON:
         return [Cause.NEWTON_ERROR]
-    steps = judged.row.get("steps_per_contact")
+    steps = run["steps_per_contact"]
     if steps is not None and steps < FEW_STEPS:
         return [Cause.FEW_STEPS]
-    why, accounted = [], judged.bound
-    own = base.bounded.runs.get(name)
-    if own is not None and own.error > own.bound:
-        accounted *= own.error / own.bound
+    why, accounted = [], run["bound_m"]
+    own = unchanged.get((LAWS[0], run["formulation"]))
+    if own is not None and own["error_m"] > own["bound_m"]:
+        accounted *= own["error_m"] / own["bound_m"]
         why.append(Cause.AS_IN_BASE)
-    magnified = outcome.magnification / base.bounded.magnification
-    if magnified > SLIGHTLY:
+    usual = next(each["magnification"] for (law, _), each in unchanged.items() if law == LAWS[0])
+    if (magnified := run["magnification"] / usual) > SLIGHTLY:
         accounted *= magnified
         why.append(Cause.MAGNIFIED)
-    same = base.law.runs.get(name)
-    usual = same.row.get("steps_per_contact") if same else None
-    if steps is not None and usual is not None and steps * SLIGHTLY < usual:
-        accounted *= (usual / steps) ** 2  # of second order in the step over the contact's duration
+    if steps is not None and same and (same["steps_per_contact"] or 0.0) > steps * SLIGHTLY:
+        accounted *= (same["steps_per_contact"] / steps) ** 2  # of second order in the step
         why.append(Cause.FEW_STEPS)
-    if judged.error <= SCATTER * accounted:
+    if run["error_m"] <= SCATTER * accounted:
         return why or [Cause.SCATTERED]
-    return [*why, _last_resort(outcome, name)]
-
-
-def _last_resort(outcome: Outcome, name: str) -> Cause:
-    """Return the cause of an error that no factor accounts for."""
-    judged = outcome.runs[name]
-    if apart(*outcome.exact.values()) > judged.bound:
-        return Cause.STRICT_APART
-    for other, run in outcome.runs.items():
-        if other != name and run.kind in LARGER and abs(run.lasted - judged.lasted) <= TOGETHER:
-            return Cause.TOGETHER
-    if judged.neighbour >= judged.error / SCATTER:
-        return Cause.UNRESOLVED
-    if judged.finer is not None:
-        if judged.finer.kind in (Class.STOPPED, Class.NOT_TESTED):
-            return Cause.EDGE
-        if judged.finer.error <= judged.error / GAIN:
-            return Cause.TOO_COARSE
-    return Cause.UNEXPLAINED
-
-
-# ---- all runs as a table
-
-MEASURED = (
-    "energy_share", "constraint_m", "steps_per_contact", "contacts", "largest_force_N", "steps", "work",
-)  # fmt: skip
-"""Of a row of `runs.measure`."""
-COLUMNS = (
-    "axis", "value", "law", "model", "formulation", "class", "error_m", "bound_m", "estimate_m",
-    "lasted_cycles", "magnification", "exact_apart_m", "neighbour_m", "finer_error_m", *MEASURED, "status",
-    "limit_units", "message", "cause", "causes", "speed_rpm", "modulus_Pa", "scene",
-)  # fmt: skip
-"""Of ``cells.csv``."""
-_ROUNDED = (
-    "error_m", "estimate_m", "magnification", "exact_apart_m", "neighbour_m", "finer_error_m", "energy_share",
-    "constraint_m", "steps_per_contact", "largest_force_N",
-)  # fmt: skip
-"""To three digits: what the machine's last bits do not change."""
-
-
-def frame(outcomes: Sequence[Outcome]) -> pd.DataFrame:
-    """Return every run as a row, by cell and formulation, in SI units; columns are `COLUMNS` and ``cell``."""
-    by_law, rows = bases(outcomes), []
-    for number, outcome in enumerate(outcomes):
-        cell = outcome.cell
-        asked = {
-            "cell": number,
-            "axis": cell.axis,
-            "value": cell.label,
-            "law": cell.law,
-            "magnification": outcome.magnification,
-            "speed_rpm": cell.changes.get("drive.speed_rpm"),
-            "modulus_Pa": cell.changes.get("contact.youngs_modulus"),
-            "exact_apart_m": apart(*outcome.exact.values()),
-            "scene": " ".join(f"{key}={value}" for key, value in cell.changes.items()),
-        }
-        for method in cell.methods:
-            judged = outcome.runs[method.name]
-            why = causes(outcome, method.name, by_law[cell.law])
-            ran = {
-                "model": method.model,
-                "formulation": method.name,
-                "class": judged.kind.value,
-                "error_m": judged.error,
-                "bound_m": judged.bound,
-                "estimate_m": judged.estimate,
-                "lasted_cycles": judged.lasted,
-                "neighbour_m": judged.neighbour,
-                "finer_error_m": judged.finer.error if judged.finer else nan,
-                "status": judged.row["status"],
-                "limit_units": judged.row.get("limit", nan),
-                "message": judged.row.get("message", ""),
-                "cause": str(principal(why)),
-                "causes": "; ".join(why),
-            }
-            rows.append(asked | ran | {name: judged.row.get(name) for name in MEASURED})
-    runs = pd.DataFrame(rows).astype(dict.fromkeys(MEASURED, float))
-    rounded = {name: [float(f"{value:.3g}") for value in runs[name]] for name in _ROUNDED}
-    return runs.assign(**rounded)[["cell", *COLUMNS]]
+    if run["exact_apart_m"] > run["bound_m"]:
+        return [*why, Cause.STRICT_APART]
+    left = [each["lasted_cycles"] for each in others if each["class"] in LARGER]
+    if any(abs(cycles - run["lasted_cycles"]) <= TOGETHER for cycles in left):
+        return [*why, Cause.TOGETHER]
+    if run["neighbour_m"] >= run["error_m"] / SCATTER:
+        return [*why, Cause.UNRESOLVED]
+    if run["finer_class"] in (Class.STOPPED, Class.NOT_TESTED):
+        return [*why, Cause.EDGE]
+    better = run["finer_error_m"] <= run["error_m"] / GAIN
+    return [*why, Cause.TOO_COARSE if better else Cause.UNEXPLAINED]

@@ -11,25 +11,24 @@ from fractions import Fraction
 from functools import cache
 from math import cos, log, log1p, nan, radians, sin, tau
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.formatting import number, quantity
+from comparison.formatting import number
 from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.runs import BASE
-from comparison.studies.shared.frames import markdown
+from comparison.studies.shared.figures import curves
+from comparison.studies.shared.frames import Columns
 from comparison.studies.shared.rates import rate
 from comparison.studies.shared.switches import contacts, corner_stiffness
-from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
 Case = Mapping[str, Any]
@@ -39,7 +38,6 @@ _MARKS: dict[str, dict[str, Any]] = {
     "reference": {"marker": "o", "color": svg.FIRST, "ms": 5.5},
     "exudyn": {"marker": "x", "color": svg.SECOND, "ms": 4},
 }
-_DASHES = ((None, None), (4, 1.5))
 
 # ---- one impact
 
@@ -73,22 +71,6 @@ def duration(m: float, K: float, v: float) -> float:
     return float(3.2181 * (m**2 / (K**2 * v)) ** 0.2)
 
 
-def rod4_inclination(data: Mapping[str, Any], offset: float, angle: Array) -> Array:
-    """Return the tangent of rod 4's angle to the guide at crank angles, rad, shape (n,).
-
-    ``data``: of a scene; the slider is off the guide's centre line, m, to the right.
-    """
-    mechanism = data["mechanism"]
-    rocker, rod2 = mechanism["rocker"], mechanism["rod2"]["length"]
-    H, A = complex(*mechanism["rocker_pivot"]), mechanism["crank"]["length"] * np.exp(1j * angle)
-    gap = np.abs(H - A)
-    along = (gap**2 + rod2**2 - rocker["centroid"] ** 2) / (2 * gap)
-    B = A + (along + 1j * mechanism["rocker_branch"] * np.sqrt(rod2**2 - along**2)) * (H - A) / gap
-    C = H + rocker["length"] / rocker["centroid"] * (B - H)
-    across = mechanism["guide_x"] + offset - C.real
-    return np.asarray(np.abs(across) / np.sqrt(mechanism["rod4"]["length"] ** 2 - across**2))
-
-
 def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> float:
     """Return the mass (kg) that a corner feels in a frictionless impact on the left wall.
 
@@ -97,9 +79,16 @@ def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> 
     one alone rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
     """
     mechanism, drive = data["mechanism"], data["drive"]
-    rod, slider = mechanism["rod4"], mechanism["slider"]
+    rod, slider, rocker = mechanism["rod4"], mechanism["slider"], mechanism["rocker"]
     angle = radians(mechanism["crank_angle_deg"]) + tau * drive["speed_rpm"] / 60 * time
-    tangent = float(rod4_inclination(data, -data["clearance"]["slider"], np.array([angle]))[0])
+    # The linkage's closure from the crank to rod 4, whose other end is off the guide's line by the clearance.
+    H, A = complex(*mechanism["rocker_pivot"]), mechanism["crank"]["length"] * np.exp(1j * angle)
+    gap, rod2 = np.abs(H - A), mechanism["rod2"]["length"]
+    along = (gap**2 + rod2**2 - rocker["centroid"] ** 2) / (2 * gap)
+    B = A + (along + 1j * mechanism["rocker_branch"] * np.sqrt(rod2**2 - along**2)) * (H - A) / gap
+    C = H + rocker["length"] / rocker["centroid"] * (B - H)
+    beside = mechanism["guide_x"] - data["clearance"]["slider"] - C.real
+    tangent = np.abs(beside) / np.sqrt(rod["length"] ** 2 - beside**2)
     inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
     across = rod["length"] ** 2 / inertia / (1.0 + tangent**2)
     if corners == 2:
@@ -112,23 +101,16 @@ def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> 
 # ---- limits of parameters
 
 
-@dataclass(frozen=True)
-class Panel:
+class Panel(NamedTuple):
     """One of the two panels of a limit's figure, with logarithmic axes."""
 
     x: str
     y: str
-    """Labels of its axes, with units."""
     quantities: tuple[str, ...]
-    """Columns that it shows, a line each and for each model."""
     guide: tuple[float, float, float, float]
     """A line of the expected order: from and to which abscissa, its first ordinate, the order."""
-    by: str = "variable"
-    """With one quantity: the column whose values have a line each."""
-    label: str = "{1}"
-    """Of a line, with ``{0}`` for quantity or value and ``{1}`` for the model."""
-    rows: str = ""
-    """The rows that are shown, as `pandas.DataFrame.query` takes them; empty: all."""
+    rows: str = "index == index"
+    """The rows that are shown, as `pandas.DataFrame.query` takes them."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +130,8 @@ class Limit:
     known: tuple[object, ...]
     """Its values for which the expected orders hold."""
     panels: tuple[Panel, Panel]
-    asymptotic: str = ""
-    """The rows that orders are taken of, as `pandas.DataFrame.query` takes them; empty: all."""
+    asymptotic: str = "index == index"
+    """The rows that orders are taken of, as `pandas.DataFrame.query` takes them."""
     against: Callable[[Case], Job] | None = None
     """The run that a case is held against; by default its own."""
     derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
@@ -165,26 +147,24 @@ class Limit:
         """Return a row for each case, from the outcomes of `jobs`; without a result nothing is measured."""
         rows = []
         for case, own, other in zip(self.cases, outcomes, outcomes[-len(self.cases) :], strict=False):
-            missing = own if own.table is None else other
-            row = {**case, "status": missing.status}
+            row = {**case, "status": (own if own.table is None else other).status}
             if own.table is not None and other.table is not None:
                 row |= self.measure(case, own.table, other.table)
             rows.append(row)
         return self.derive(pd.DataFrame(rows))
 
     def observed(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """Return the observed orders: `by`, ``quantity``, ``expected``, and a column for each model."""
-        taken = frame.query(self.asymptotic) if self.asymptotic else frame
+        """Return the observed orders: ``case``, ``quantity``, ``expected``, and a column for each model."""
         rows = [
-            {self.by: key, "quantity": name, "expected": order if key in self.known else nan}
+            {"case": key, "quantity": name, "expected": order if key in self.known else nan}
             | {
                 model: rate(of[self.variable].tolist(), of[name].tolist())
                 for model, of in group.groupby("model")
             }
-            for key, group in taken.groupby(self.by, sort=False)
+            for key, group in frame.query(self.asymptotic).groupby(self.by, sort=False)
             for name, order in self.orders.items()
         ]
-        return pd.DataFrame(rows, columns=[self.by, "quantity", "expected", *MODELS])
+        return pd.DataFrame(rows, columns=["case", "quantity", "expected", *MODELS])
 
 
 # Clearance to 0: the slider's deviation from the ideal mechanism over one cycle.
@@ -205,7 +185,6 @@ def _clearance_scene(case: Case) -> Scene:
 
 
 def _deviations(_: Case, run: Table, still: Table) -> Row:
-    """Return the largest deviations (m, m/s), depth (m) and force (N) of a cycle."""
     events, names = contacts(run), ["x", "y", "vx", "vy"]
     errors = slider_errors(run, still, float(run.time[-1]), names=[f"slider_{name}" for name in names])
     return {name: abs(errors.peak(f"slider_{name}").value) for name in names} | {
@@ -230,8 +209,7 @@ CLEARANCE = Limit(
     orders={"x": 1.0, "y": 1.0, "vx": 0.5, "vy": 0.5, "largest force": 0.6, "depth": nan},
     by="where", known=(WIDE,),
     panels=(
-        Panel("clearance (m)", "largest deviation (m)", ("x", "y"), (1e-5, 1e-3, 1e-5, 1.0),
-              label="{0} or v{0}, {1}"),
+        Panel("clearance (m)", "largest deviation (m)", ("x", "y"), (1e-5, 1e-3, 1e-5, 1.0)),
         Panel("clearance (m)", "largest deviation (m/s)", ("vx", "vy"), (1e-5, 1e-3, 8e-3, 0.5)),
     ),
 )  # fmt: skip
@@ -263,7 +241,13 @@ def _first_impact(case: Case, run: Table, hard: Table) -> Row:
     data, first = _stiff_scene(case).data, contacts(run).iloc[0]
     m = effective_mass(data, 2 if case["corners"] == "two" else 1, float(first["start"]))
     v, contact = float(first["normal_speed"]), data["contact"]
-    x = CubicHermiteSpline(run.time, run.values("slider_x"), run.values("slider_vx"))(_flights(hard))
+    # The middles of the first flights between contacts of the hardest walls; nan for what lacks.
+    starts, ends = (contacts(hard)[name].to_numpy(np.float64) for name in ("start", "end"))
+    last = np.maximum.accumulate(ends)[:-1]
+    gaps = np.flatnonzero(starts[1:] > last)[: len(_FLIGHTS)]
+    middles = np.full(len(_FLIGHTS), nan)
+    middles[: gaps.size] = 0.5 * (last[gaps] + starts[1:][gaps])
+    x = CubicHermiteSpline(run.time, run.values("slider_x"), run.values("slider_vx"))(middles)
     return {
         "depth": float(first["largest_depth"]),
         "point mass": depth(m, corner_stiffness(contact), v, contact["restitution"]),
@@ -271,16 +255,6 @@ def _first_impact(case: Case, run: Table, hard: Table) -> Row:
         "restitution": float(first["impulse"]) / (m * v) - 1.0,
         **dict(zip(_FLIGHTS, map(float, x), strict=True)),
     }
-
-
-def _flights(run: Table) -> Array:
-    """Return the middles (s) of the first three flights between contacts; nan for what lacks."""
-    middles = np.full(len(_FLIGHTS), nan)
-    starts, ends = (contacts(run)[name].to_numpy(np.float64) for name in ("start", "end"))
-    last = np.maximum.accumulate(ends)[:-1]
-    gaps = np.flatnonzero(starts[1:] > last)[: len(_FLIGHTS)]
-    middles[: gaps.size] = 0.5 * (last[gaps] + starts[1:][gaps])
-    return middles
 
 
 def _with_errors(frame: pd.DataFrame) -> pd.DataFrame:
@@ -304,9 +278,8 @@ STIFFNESS = Limit(
     by="corners", known=tuple(TILTS),
     asymptotic="modulus >= 1e11",  # softer contacts last milliseconds, in which the press moves
     panels=(
-        Panel("Young's modulus (Pa)", "|restitution − the law's|", ("error",), (1e9, 1e15, 0.1, -0.4),
-              by="corners", label="corners: {0}, {1}"),
-        Panel("Young's modulus (Pa)", "depth (m)", ("depth",), (1e9, 1e15, 3e-5, -0.4), by="corners"),
+        Panel("Young's modulus (Pa)", "|restitution − the law's|", ("error",), (1e9, 1e15, 0.1, -0.4)),
+        Panel("Young's modulus (Pa)", "depth (m)", ("depth",), (1e9, 1e15, 3e-5, -0.4)),
     ),
 )  # fmt: skip
 
@@ -336,7 +309,6 @@ def _lossless_scene(case: Case) -> Scene:
 
 
 def _energies(_: Case, run: Table, __: Table) -> Row:
-    """Return the largest sizes over a run: losses, residual and kinetic energy, J."""
     names = ("damping", "friction", "residual", "kinetic")
     return {name: float(np.abs(run.values(f"energy_{name}")).max()) for name in names}
 
@@ -355,9 +327,9 @@ LOSSLESS = Limit(
     asymptotic=f"case == {BOTH!r}",
     panels=(
         Panel("tolerance of the reference (rad)", "largest energy residual (J)", ("residual",),
-              (1e-12, 1e-8, 1e-11, 1.0), rows=f"model == 'reference' and case == {BOTH!r}"),
+              (1e-12, 1e-8, 1e-11, 1.0), f"model == 'reference' and case == {BOTH!r}"),
         Panel("step of Exudyn (s)", "largest energy residual (J)", ("residual",),
-              (1e-6, 1e-5, 4e-9, 2.0), rows=f"model == 'exudyn' and case == {BOTH!r}"),
+              (1e-6, 1e-5, 4e-9, 2.0), f"model == 'exudyn' and case == {BOTH!r}"),
     ),
 )  # fmt: skip
 
@@ -365,8 +337,6 @@ LOSSLESS = Limit(
 SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm
 SLOWEST_TREE = 3.75
 """rpm: an explicit method takes steps of one length however slow the press is."""
-_REST = 1e-6
-"""rpm of the ideal mechanism that stands for the press at rest."""
 _SAMPLES = 360
 _ONE_CYCLE: dict[str, object] = {"drive.cycles": 1.0, "output.samples_per_cycle": _SAMPLES}
 _SIDES = {"ll": 1.0, "ul": 1.0, "lr": -1.0, "ur": -1.0}
@@ -388,7 +358,7 @@ def _slow_scene(case: Case) -> Scene:
 def _at_rest(_: Case) -> Job:
     """Return the run of the ideal mechanism, all but at rest, its slider on the line of the right wall."""
     values = _ONE_CYCLE | {
-        "drive.speed_rpm": _REST,
+        "drive.speed_rpm": 1e-6,
         "mechanism.reference_offset": load_scene(BASE).data["clearance"]["slider"],
         "output.groups": ["joints"],
     }
@@ -433,9 +403,8 @@ SPEED = Limit(
     | {"last touch": 0.0, "mean step": nan},
     by="friction", known=(0.0,),
     panels=(
-        Panel("speed (rpm)", "|wall force − static| (N)", ("wall force",), (1.0, 60.0, 6e-5, 2.0),
-              by="friction", label="friction {0:g}, {1}"),
-        Panel("speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0), by="friction"),
+        Panel("speed (rpm)", "|wall force − static| (N)", ("wall force",), (1.0, 60.0, 6e-5, 2.0)),
+        Panel("speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0)),
     ),
 )  # fmt: skip
 
@@ -450,45 +419,17 @@ def run_limits(n_jobs: int, on_progress: Progress | None) -> dict[str, pd.DataFr
     return {name: LIMITS[name].rows([next(outcomes) for _ in some]) for name, some in jobs.items()}
 
 
-# ---- page and figures
+def orders(frames: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the observed orders of all limits, where theory has one."""
+    named = {"two": "both corners", "one": "one corner", 0.0: "no friction"}
+    observed = pd.concat(
+        [LIMITS[name].observed(frame).astype({"case": object}) for name, frame in frames.items()]
+    )
+    return observed.dropna(subset="expected").replace({"case": named})
 
 
-def values(limits: Mapping[str, pd.DataFrame]) -> dict[str, object]:
-    """Return what stands in the page about the limits."""
-    observed = [
-        LIMITS[name].observed(frame).rename(columns={LIMITS[name].by: "case"})
-        for name, frame in limits.items()
-    ]
-    numbers = {"expected": number, "reference": number, "exudyn": number}
-    orders = pd.concat([frame.astype({"case": str}) for frame in observed]).dropna(subset="expected")
-    named = {"two": "both corners", "one": "one corner", "0.0": "no friction"}
-    orders = orders.assign(case=orders["case"].replace(named))
-    wide, lossless, speed = limits["clearance"], limits["lossless"], limits["speed"]
-    surplus = wide["x"] - wide["clearance"] - wide["depth"]
-    data = _clearance_scene(CLEARANCE.cases[0]).data
-    rough = speed[speed["friction"] > 0]
-    slow = rough[rough["model"] == "reference"].sort_values("speed").iloc[0]
-    force = rough.pivot_table("wall force", "speed", "model").reindex(columns=list(MODELS))
-    stiffest = limits["stiffness"].query("corners == 'one'").iloc[-1]
-    return {
-        "orders": markdown(orders, {"case": str, "quantity": str, **numbers}),
-        "least": quantity(float(surplus.min()), "m"),
-        "most": quantity(float(surplus.max()), "m"),
-        "inclination": number(float(rod4_inclination(data, 0.0, np.linspace(0.0, tau, 3601)).max()), 4),
-        "law": f"{law():.10f}",
-        "hard": f"{stiffest['restitution']:.7f}",
-        "hard_modulus": f"{stiffest['modulus']:.0e}",
-        "damping": quantity(lossless.loc[lossless["case"] != NO_FRICTION, "damping"].max(), "J"),
-        "friction": quantity(lossless.loc[lossless["case"] != NO_DAMPING, "friction"].max(), "J"),
-        "residual": ", ".join(
-            f"{quantity(group['residual'].min(), 'J')} to {quantity(group['residual'].max(), 'J')} ({model})"
-            for model, group in lossless[lossless["case"] == BOTH].groupby("model", sort=False)
-        ),
-        "torque": quantity(slow["torque"], "N m"),
-        "force": quantity(slow["wall force"], "N"),
-        "slowest": f"{slow['speed']:g}",
-        "apart": number((force["exudyn"] / force["reference"] - 1).abs().max(), 2),
-    }
+WRITTEN: Columns = {"case": str, "quantity": str, "expected": number, **dict.fromkeys(MODELS, number)}
+"""Columns of `orders`, and what writes their values."""
 
 
 def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:
@@ -496,23 +437,22 @@ def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:
     limit = LIMITS[name]
     with svg.panels(folder / f"limit_{name}.svg", 1, 2, height=3.0) as both:
         for axes, panel in zip(both, limit.panels, strict=True):
-            _panel(axes, panel, frame, limit.variable)
-        if not limit.panels[0].rows:
+            kept = dict.fromkeys([limit.variable, "model", *([limit.by] if limit.by != "where" else [])])
+            points = frame.query(panel.rows).melt(list(kept), list(panel.quantities), "quantity")
+            by = "quantity" if len(panel.quantities) > 1 else limit.by
+            lines = zip(points[by].unique(), ((None, None), (4, 1.5)), strict=False)
+            looks = {
+                (key, model): look | {"dashes": dashes, "lw": 0.8, "mfc": "none"}
+                for key, dashes in lines
+                for model, look in _MARKS.items()
+            }
+            settings = {"xscale": "log", "yscale": "log", "xlabel": panel.x, "ylabel": panel.y}
+            curves(axes, points, limit.variable, "value", [by, "model"], looks, **settings)
+            start, end, first, order = panel.guide
+            ends = first, first * (end / start) ** order
+            axes.plot((start, end), ends, color=svg.LIMIT, lw=3, alpha=0.5, zorder=0)
+            written = str(Fraction(order).limit_denominator(10)).replace("-", "−")
+            axes.set_title(f"grey: order {written}", size=9, loc="right")
+            axes.margins(x=0.04)
+        if name != "lossless":
             svg.legend_above(both[0], 2)
-
-
-def _panel(axes: Axes, panel: Panel, frame: pd.DataFrame, variable: str) -> None:
-    shown = frame.query(panel.rows) if panel.rows else frame
-    kept = list(dict.fromkeys([variable, "model", *([panel.by] if panel.by in frame else [])]))
-    points = shown.melt(kept, list(panel.quantities))
-    lines = dict(zip(points[panel.by].unique(), _DASHES, strict=False))
-    for (key, model), line in points.groupby([panel.by, "model"], sort=False):
-        look = _MARKS[str(model)] | {"dashes": lines[key], "lw": 0.8, "mfc": "none"}
-        axes.plot(line[variable], line["value"], label=panel.label.format(key, model), **look)
-    start, end, first, order = panel.guide
-    last = first * (end / start) ** order
-    axes.plot((start, end), (first, last), color=svg.LIMIT, lw=3, alpha=0.5, zorder=0)
-    written = str(Fraction(order).limit_denominator(10)).replace("-", "−")
-    axes.set_title(f"grey: order {written}", size=9, loc="right")
-    axes.set(xscale="log", yscale="log", xlabel=panel.x, ylabel=panel.y)
-    axes.margins(x=0.04)

@@ -6,39 +6,31 @@ where Exudyn's five bodies, which have no error control in contacts, cannot foll
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import partial
 from itertools import pairwise, product
-from math import log10, nan, pi, sqrt
+from math import nan, pi, sqrt
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from numpy.polynomial import Polynomial
 from scipy.integrate import DOP853
 
 from comparison.execution.quality import energy_share
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.formatting import MISSING, decade, number, quantity
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.limits import duration, effective_mass, law
+from comparison.studies.extremes.limits import duration, effective_mass
 from comparison.studies.extremes.runs import BASE
-from comparison.studies.shared.frames import Columns, largest, markdown, rows_table
-from comparison.studies.shared.rates import rate
+from comparison.studies.shared.figures import curves
 from comparison.studies.shared.study import part
 from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-_METRES, _TWO = partial(quantity, unit="m"), partial(number, digits=2)
 
-
-@dataclass(frozen=True)
-class Steps:
+class Steps(NamedTuple):
     """Values of settings whose steps are studied."""
 
     gains: tuple[float, ...]
@@ -57,10 +49,6 @@ class Steps:
     """Of a quarter of a cycle, s, ascending."""
 
 
-SMALL_STEPS = Steps(
-    gains=(0.0, 10.0, 1e3), tolerances=(5e-6, 1e-7), cycles=(1.0, 2.0), moduli=(1e9, 1e12),
-    impact_steps=(1e-6, 1e-5), phases=(0.375,), map_steps=(1e-5, 1e-4),
-)  # fmt: skip
 FULL = Steps(
     gains=(0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5),
     # The loosest that the scene with contact is given is a hundredth of its clearance.
@@ -75,24 +63,20 @@ FULL = Steps(
 
 # ---- steps of the explicit method DOP853
 
-_LONGEST = 12.0
-"""Above it |R| > 1 in every direction; far less than the twelve stages could reach at best."""
 
+def stable_to(direction: complex = -1.0) -> float:
+    """Return |l h| up to which |R| <= 1 along the ray of a root l of any size; 0 where it grows at once.
 
-def stability_polynomial() -> Polynomial:
-    """Return R(z) = 1 + sum of b A^k 1 z^(k+1), k = 0..11: what one step with l h = z multiplies y by."""
+    R(z) = 1 + sum of b A^k 1 z^(k+1), k = 0..11, is what one step with l h = z multiplies y by.
+    """
     powers, terms = np.ones(len(DOP853.B)), [1.0]
     for _ in DOP853.B:
         terms.append(float(DOP853.B @ powers))
         powers = DOP853.A @ powers
-    return Polynomial(terms)
-
-
-def stable_to(direction: complex = -1.0) -> float:
-    """Return |l h| up to which |R| <= 1 along the ray of a root l of any size; 0 where it grows at once."""
-    unit = direction / abs(direction)
-    size = np.linspace(0.0, _LONGEST, 120_001)
-    return float(size[np.flatnonzero(np.abs(stability_polynomial()(size * unit)) > 1.0 + 1e-12)[0] - 1])
+    # Above 12 |R| > 1 in every direction; far less than the twelve stages could reach at best.
+    size = np.linspace(0.0, 12.0, 120_001)
+    R = Polynomial(terms)(size * direction / abs(direction))
+    return float(size[np.flatnonzero(np.abs(R) > 1.0 + 1e-12)[0] - 1])
 
 
 GAIN_SCENES = {"ideal slider": "ideal", "slider with contact": BASE}
@@ -117,12 +101,9 @@ def gain_scene(name: str, alpha: float, beta: float, tolerance: float, cycles: f
 def run_gains(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run alpha = beta at all tolerances, all pairs at the loosest, and many cycles with little of both.
 
-    Returns
-    -------
-    runs
-        A row a run, with its settings, ``status``, ``steps`` that were accepted and their ``mean_step``, s,
-        steps that were ``rejected`` by the error control, and the largest |Phi| as ``position`` (m, rad) and
-        |Phi'| as ``velocity`` (m/s, rad/s).
+    A row a run, with its settings, ``status``, ``steps`` that were accepted and their ``mean_step``, s, steps
+    that were ``rejected`` by the error control, and the largest |Phi| as ``position`` (m, rad) and |Phi'| as
+    ``velocity`` (m/s, rad/s).
     """
     gains, (loosest, *_) = config.gains, config.tolerances
     wanted = [(gain, gain, tolerance, 1.0) for gain in gains for tolerance in config.tolerances]
@@ -155,8 +136,7 @@ _SETTLED = 60
 ALL_PHASES = np.linspace(0.005, 1.0, 200)
 
 
-@dataclass(frozen=True)
-class Fixed:
+class Fixed(NamedTuple):
     """Generalized-alpha in the form for constrained systems.
 
     M. Arnold, O. Bruels, Multibody Syst. Dyn. 18, 2007: forces are met at the end of each step, and the
@@ -191,14 +171,8 @@ def rebounds(method: Fixed, wh: float, phases: Array = ALL_PHASES) -> Array:
     """Return the speeds at which a mass flies off a unilateral linear spring, in units of that before.
 
     Of all contacts that follow on one another, since a mass may touch again while its algorithmic
-    acceleration dies away.
-
-    Parameters
-    ----------
-    wh
-        Step times the frequency sqrt(K/m); the exact contact lasts pi / wh steps and returns 1.
-    phases
-        How much of a step before the touch the last state in flight is, in (0, 1]; shape (n,).
+    acceleration dies away. ``wh``: step times the frequency sqrt(K/m); the exact contact lasts pi / wh steps
+    and returns 1. ``phases``: how much of a step before the touch the last state in flight is, in (0, 1].
     """
     m = method
     # In steps and speeds before the touch: h = 1 and v = 1. The wall is at q = 0, the mass comes from below.
@@ -215,17 +189,6 @@ def rebounds(method: Fixed, wh: float, phases: Array = ALL_PHASES) -> Array:
         v = v + (1 - m.gamma) * a + m.gamma * following
         q, a = end, following
     return np.asarray(-v)
-
-
-def growth(method: Fixed, steps: float) -> float:
-    """Return what a long row of impacts of so many steps at random phases multiplies the speed by, each."""
-    return float(np.exp(np.mean(np.log(rebounds(method, pi / steps)))))
-
-
-def least_steps(method: Fixed, allowed: float) -> float:
-    """Return the steps per contact below which the growth per impact exceeds what is allowed."""
-    counts = np.geomspace(0.05, 20.0, 500)
-    return max(float(count) for count in counts if growth(method, count) > allowed * (1 + 1e-3))
 
 
 # ---- fixed steps: contacts of Exudyn's five bodies
@@ -367,8 +330,7 @@ def _largest(run: Table, channel: str, middle: float = 0.0) -> float:
     return max(abs(ends["min"] - middle), abs(ends["max"] - middle))
 
 
-@dataclass(frozen=True)
-class StepRuns:
+class StepRuns(NamedTuple):
     """Frames with a row a run: Baumgarte's gains, single impacts, and the map of step and modulus."""
 
     gains: pd.DataFrame
@@ -387,223 +349,65 @@ def run_steps(config: Steps, n_jobs: int, on_progress: Progress | None) -> StepR
     return StepRuns(*(run(config, n_jobs, share) for run, share in runs))
 
 
-# ---- page
-
-NO_WORSE = 3.0
-"""A drift within this factor of the least counts as the least: both are round-off."""
-HARMLESS, STIFF = 100.0, 1e3
-"""1/s: larger gains can have little drift by luck alone, and are not proposed; from the second one on the
-error control follows the error of the constraints."""
-
-
-def gain_values(runs: pd.DataFrame) -> dict[str, object]:
-    """Return what stands in the page about the gains."""
-    S, most = stable_to(-1.0), runs["alpha"].max()
-    ideal = next(iter(GAIN_SCENES))
-    single = runs[runs["cycles"] == 1.0]
-    equal = single[single["alpha"] == single["beta"]]
-    loosest = equal["tolerance"].max()
-    stiffest = equal[(equal["alpha"] == most) & (equal["scene"] == ideal)]
-    stiff = single[single["alpha"] >= STIFF]
-    loose = largest(stiff.assign(excess=stiff["position"] / stiff["tolerance"]), "excess")
-    # The reference's largest step is a fiftieth of a cycle.
-    fine = 0.1 * 50.0 / gain_scene(ideal, 0.0, 0.0, loosest, 1.0).period
-    shares = stiffest["mean_step"] * most / S
-    return {
-        "S": number(S, 4),
-        "imaginary": number(stable_to(1j), 3),
-        "gain_steps": _equal_gains(equal[equal["tolerance"] == loosest]),
-        "gain_most": f"{most:g}",
-        "gain_shares": ", ".join(
-            f"{_TWO(share)} at {each:g}" for each, share in zip(stiffest["tolerance"], shares, strict=True)
-        ),
-        "gain_tolerance": f"{loosest:g}",
-        "gain_growth": _drift_growth(runs[runs["tolerance"] == loosest]),
-        "gain_choice": _choice(equal[equal["status"] == "success"]),
-        "gain_excess": _TWO(loose["excess"]),
-        "gain_excess_at": f"alpha = {loose['alpha']:g}/s, beta = {loose['beta']:g}/s, {loose['scene']}",
-        "gain_fine": _TWO(fine),
-        "gain_default": f"{DEFAULT_GAIN:g}",
-    }
-
-
-def _equal_gains(equal: pd.DataFrame) -> str:
-    """Return both scenes' mean steps and drift, a row a gain."""
-    parts = {
-        "mean step": equal["mean_step"].map(partial(quantity, unit="s")),
-        "largest Φ": equal["position"].map(_METRES)
-        + equal["status"].map(lambda status: "" if status == "success" else f" ({status})"),
-    }
-    written = pd.DataFrame(parts).set_index(equal["alpha"])
-    gains = equal["alpha"].unique()
-    theory = [quantity(stable_to() / gain, "s") if gain else "∞" for gain in gains]
-    first = pd.DataFrame({"alpha = beta (1/s)": [f"{gain:g}" for gain in gains], "S / alpha": theory}, gains)
-    both = [written[(equal["scene"] == name).to_numpy()].add_prefix(f"{name}: ") for name in GAIN_SCENES]
-    return markdown(pd.concat([first, *both], axis=1))
-
-
-def _drift_growth(runs: pd.DataFrame) -> str:
-    """Return the drift of the positions over many cycles, without gains and with the default."""
-    shown = runs[(runs["alpha"] == runs["beta"]) & runs["alpha"].isin([0.0, DEFAULT_GAIN])]
-    return rows_table(
-        {"scene": str(name), "alpha = beta (1/s)": f"{gain:g}"}
-        | {f"{cycles:g} cycles": _METRES(drift) for cycles, drift in group[["cycles", "position"]].to_numpy()}
-        | {"order": _TWO(rate(group["cycles"].tolist(), group["position"].tolist()))}
-        for (name, gain), group in shown.groupby(["scene", "alpha"])
-    )
-
-
-def _choice(equal: pd.DataFrame) -> str:
-    """Return which gains left the least drift, by scene and tolerance."""
-    rows = []
-    chosen = f"largest gain up to {HARMLESS:g}/s within {NO_WORSE:g} of the least drift"
-    for (name, tolerance), group in equal.groupby(["scene", "tolerance"], sort=False):
-        least, worst = group["position"].min(), largest(group, "position")
-        good = group.loc[(group["position"] <= NO_WORSE * least) & (group["alpha"] <= HARMLESS), "alpha"]
-        row = {"scene": str(name), "tolerance": f"{tolerance:g}"}
-        row[chosen] = f"{good.max():g}" if len(good) else MISSING
-        row["least drift"] = _METRES(least)
-        row["worst gain"] = f"{worst['alpha']:g} ({_METRES(worst['position'])})"
-        rows.append(
-            row | {"its steps / those without gains": f"{worst['steps'] / group['steps'].iloc[0]:.1f}"}
-        )
-    return rows_table(rows)
-
-
-_PER_CONTACT = (30.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.1)
-"""Steps in an exact contact."""
-_CLASSES = (0.0, 0.5, 2.0, 5.0, 10.0, 20.0, 400.0)
-"""Steps per contact, of the comparison of the table of contacts with the motion."""
-SMALL, WRONG = 0.01, 0.1
-"""Errors of a point of the map; above the second one it counts as wrong."""
-
-
-def contact_values(impacts: pd.DataFrame, points: pd.DataFrame) -> dict[str, object]:
-    """Return what stands in the page about contacts at fixed steps."""
-    gone = impacts[impacts["status"] != "success"]
-    stopped, ran = points[points["status"] != "success"], points[points["status"] == "success"]
-    wrong, fastest = ran[ran["wrong"] > WRONG], largest(ran, "speed")
-    loosened = gone["loosened"].dropna()
-    return {
-        "radius": f"{SPECTRAL_RADIUS:g}",
-        "rigid": ", ".join(f"{number(rebounds(each, 1e4).max())} ({name})" for name, each in FIXED.items()),
-        "restitution": number(law(), 4),
-        "least_steps": _each(lambda method: _TWO(least_steps(method, 1.0))),
-        "least_steps_law": _each(lambda method: _TWO(least_steps(method, 1.0 / law()))),
-        "one_mass": rows_table(
-            {"steps per contact": f"{count:g}", "w h": number(pi / count)}
-            | {
-                f"{name}: {head}": f"{size:.4f}"
-                for name, method in FIXED.items()
-                for head, size in {
-                    "largest rebound": rebounds(method, pi / count).max(),
-                    "growth per impact": growth(method, count),
-                }.items()
-            }
-            for count in _PER_CONTACT
-        ),
-        "impacts": len(impacts),
-        "gone": len(gone),
-        "gone_as": ", ".join(sorted(set(gone["status"]))) or "none",
-        "loose": f"{LOOSE:g}",
-        "helped": f"{(loosened == 'success').sum()} of {len(loosened)}",
-        "events": _events(impacts[impacts["status"] == "success"]),
-        "stopped": len(stopped),
-        "points": len(points),
-        "stopped_below": _TWO(stopped["count"].max()),
-        "wrong": len(wrong),
-        "wrong_by": f"{WRONG:.0%}",
-        "either_below": _TWO(pd.concat([stopped, wrong])["count"].max()),
-        "decades": round(log10(points["modulus"].max() / points["modulus"].min())),
-        "worst": f"{fastest['method']}, {quantity(fastest['step'], 's')}, {fastest['modulus']:.0e} Pa, "
-        f"{_TWO(fastest['count'])} steps per contact",
-        "times": _TWO(fastest["speed"]),
-    }
-
-
-def _each(write: Callable[[Fixed], str]) -> str:
-    return ", ".join(f"{write(method)} ({name})" for name, method in FIXED.items())
-
-
-def _events(ran: pd.DataFrame) -> str:
-    """Hold the table of contacts against the motion: largest sizes, by steps per contact."""
-    differences = {
-        "rebound − that of one mass": ran["rebound"] - ran["theory"],
-        "rebound − 1": ran["rebound"] - 1,
-        "table's impulse / (m v) − (1 + rebound)": ran["impulse"] - ran["rebound"],
-        "table's speed / v − 1": ran["touch"] - 1,
-    }
-    classes = pd.cut(pi / ran["wh"], _CLASSES, right=False).rename("steps per contact")
-    sizes = pd.DataFrame(differences).abs().groupby(classes, observed=True).max()[::-1]
-    first: Columns = {"steps per contact": lambda each: f"{each.left:g} … {each.right:g}"}
-    return markdown(sizes.reset_index(), first | dict.fromkeys(sizes, _TWO))
-
-
 # ---- figures
 
-_SHADES = LinearSegmentedColormap.from_list("drift", ["#ffffff", "#5a3d8a"])
+SMALL, WRONG = 0.01, 0.1
+"""Errors of a point of the map; above the second one it counts as wrong."""
 _DASHES = ((None, None), (4, 1.5), (1, 1.5))
 _MARKS = ("o", "s", "^", "D", "v")
 _LOOKS = {
-    f"error up to {SMALL:.0%}": ("o", svg.LIMIT, 3),
-    f"up to {WRONG:.0%}": ("s", svg.THRESHOLD, 4),
-    "larger": ("D", svg.OUTSIDE, 5),
-    "stopped": ("x", svg.DIFFERENCE, 5),
+    f"error up to {SMALL:.0%}": {"marker": "o", "color": svg.LIMIT, "ms": 3, "ls": ""},
+    f"up to {WRONG:.0%}": {"marker": "s", "color": svg.THRESHOLD, "ms": 4, "ls": ""},
+    "larger": {"marker": "D", "color": svg.OUTSIDE, "ms": 5, "ls": ""},
+    "stopped": {"marker": "x", "color": svg.DIFFERENCE, "ms": 5, "ls": ""},
 }
 
 
 def draw(runs: StepRuns, folder: Path) -> None:
-    """Write the four figures."""
-    _draw_steps(runs.gains, folder / "baumgarte_steps.svg")
-    _draw_drift(runs.gains, folder / "baumgarte_drift.svg")
-    _draw_rebound(runs.impacts, folder / "rebound.svg")
-    _draw_map(runs.points, folder / "step_and_modulus.svg")
-
-
-def _draw_steps(runs: pd.DataFrame, path: Path) -> None:
-    """Draw the reference's mean step where alpha = beta."""
-    S = stable_to(-1.0)
-    equal = runs[(runs["cycles"] == 1.0) & (runs["alpha"] == runs["beta"]) & (runs["alpha"] > 0)]
-    with svg.panels(path, height=3.6) as (axes,):
-        for name, mark in zip(GAIN_SCENES, _MARKS, strict=False):
-            groups = equal[equal["scene"] == name].groupby("tolerance", sort=False)
-            for (tolerance, group), dashes in zip(groups, _DASHES, strict=False):
-                axes.plot(
-                    group["alpha"], group["mean_step"], mark, ls="-", color=svg.FIRST, dashes=dashes,
-                    mfc="none", ms=4, label=f"{name}, tolerance {tolerance:.0e}",
-                )  # fmt: skip
+    """Write the mean step over the gain, the rebound of one impact, and the map of step and modulus."""
+    S = stable_to()
+    equal = runs.gains.query("cycles == 1 and alpha == beta and alpha > 0")
+    gain_looks = {
+        (name, tolerance): {"marker": mark, "color": svg.FIRST, "dashes": dashes, "mfc": "none", "ms": 4}
+        | {"label": f"{name}, tolerance {tolerance:.0e}"}
+        for name, mark in zip(GAIN_SCENES, _MARKS, strict=False)
+        for tolerance, dashes in zip(equal["tolerance"].unique(), _DASHES, strict=False)
+    }
+    with svg.panels(folder / "baumgarte_steps.svg", height=3.6) as (axes,):
+        settings = {"xscale": "log", "yscale": "log", "xlabel": "gain alpha = beta (1/s)"}
+        curves(axes, equal, "alpha", "mean_step", ["scene", "tolerance"], gain_looks, **settings)
         line = np.array([S / 0.02, equal["alpha"].max()])
         axes.plot(line, S / line, color=svg.LIMIT, lw=2.5, alpha=0.6, zorder=0, label="theory: S / alpha")
-        axes.set(xscale="log", yscale="log", xlabel="gain alpha = beta (1/s)", ylabel="mean step (s)")
-        axes.margins(x=0.03)
+        axes.set_ylabel("mean step (s)")
         svg.legend_above(axes, 2)
-
-
-def _draw_drift(runs: pd.DataFrame, path: Path) -> None:
-    """Draw the drift of the positions over alpha and beta, at the loosest tolerance."""
-    single = runs[(runs["cycles"] == 1.0) & (runs["tolerance"] == runs["tolerance"].max())]
-    with svg.panels(path, 1, 2, height=3.1, sharey=True) as both:
-        for axes, name in zip(both, GAIN_SCENES, strict=True):
-            drift = single[single["scene"] == name].pivot_table("position", "alpha", "beta")
-            axes.grid(visible=False)
-            axes.pcolormesh(drift, cmap=_SHADES, norm=LogNorm(1e-14, 1e-4))
-            for (row, column), value in np.ndenumerate(drift.to_numpy()):
-                if value > 0:
-                    axes.text(
-                        column + 0.5, row + 0.5, decade(value), ha="center", va="center", size=7,
-                        color="#000000" if value < 1e-8 else "#ffffff",
-                    )  # fmt: skip
-            labels = ["0", *(decade(gain) for gain in map(float, drift.columns[1:]))]
-            axes.set_xticks(np.arange(len(labels)) + 0.5, labels)
-            axes.set_yticks(np.arange(len(labels)) + 0.5, labels)
-            axes.set_xlabel("beta (1/s)")
-            axes.set_title(f"largest Φ (m), {name}", size=9)
-        both[0].set_ylabel("alpha (1/s)")
+    _draw_rebound(runs.impacts, folder / "rebound.svg")
+    points = runs.points
+    conditions = [points["status"] != "success", points["wrong"] <= SMALL, points["wrong"] <= WRONG]
+    small, wide, larger, stopped = _LOOKS
+    shown = points.assign(look=np.select(conditions, [stopped, small, wide], larger))
+    with svg.panels(folder / "step_and_modulus.svg", 1, 2, height=3.6, sharex=True, sharey=True) as both:
+        for axes, name in zip(both, FIXED, strict=True):
+            mine = shown[shown["method"] == name]
+            settings = {"xscale": "log", "yscale": "log", "xlabel": "step (s)"}
+            curves(axes, mine, "step", "modulus", "look", _LOOKS, **settings)
+            of = mine.drop_duplicates("modulus")
+            for count, dashes in zip((10.0, 3.0, 1.0), _DASHES, strict=True):
+                at, label = of["count"] * of["step"] / count, f"{count:g} steps per contact"
+                axes.plot(at, of["modulus"], color=svg.INK, lw=0.9, dashes=dashes, label=label)
+            axes.set_title(name, size=9)
+        x, y = ((ends.min() / 1.7, ends.max() * 1.7) for ends in (points["step"], points["modulus"]))
+        both[0].set(ylabel="Young's modulus (Pa)", xlim=x, ylim=y)
+        svg.legend_above(both[0], 3)
 
 
 def _draw_rebound(impacts: pd.DataFrame, path: Path) -> None:
     """Draw one impact of one mass and of five bodies, over w h."""
     wh = np.geomspace(1e-2, 2e3, 300)
+    looks = {
+        step: {"marker": mark, "ls": "", "color": svg.SECOND, "mfc": "none", "ms": 4, "mew": 0.7}
+        | {"label": f"five bodies, {step:.0e} s"}
+        for step, mark in zip(sorted(impacts["step"].unique()), _MARKS, strict=False)
+    }
     with svg.panels(path, 2, 1, height=4.9, sharex=True) as both:
         for axes, (name, method) in zip(both, FIXED.items(), strict=True):
             mine = impacts[impacts["method"] == name]
@@ -611,39 +415,11 @@ def _draw_rebound(impacts: pd.DataFrame, path: Path) -> None:
             ends = mass.min(axis=1), mass.max(axis=1)
             axes.fill_between(wh, *ends, color=svg.THRESHOLD, alpha=0.35, lw=0, label="one mass, all phases")
             axes.plot(wh, mass.mean(axis=1), color=svg.INK, label="one mass, mean")
-            for (step, group), mark in zip(mine.groupby("step"), _MARKS, strict=False):
-                axes.plot(
-                    group["wh"], group["rebound"], mark, color=svg.SECOND, mfc="none", ms=4, mew=0.7,
-                    label=f"five bodies, {step:.0e} s",
-                )  # fmt: skip
+            curves(axes, mine, "wh", "rebound", "step", looks, ylabel="rebound / impact speed (1)")
             failed = mine.loc[mine["status"] != "success", "wh"]
             axes.plot(failed, np.full(len(failed), 0.1), "x", color=svg.DIFFERENCE, ms=5, label="stopped")
             axes.axvline(pi / 10, color=svg.LIMIT, lw=0.8, label="10 steps per contact")
-            axes.set(xscale="log", xlim=(wh[0], wh[-1]), ylim=(0, 3.1), ylabel="rebound / impact speed (1)")
+            axes.set(xscale="log", xlim=(wh[0], wh[-1]), ylim=(0, 3.1))
             axes.set_title(name, size=9)
         both[1].set_xlabel("w h (1); steps per contact: π / (w h)")
-        svg.legend_above(both[0], 3)
-
-
-def _draw_map(points: pd.DataFrame, path: Path) -> None:
-    """Draw the error of the map by classes, and lines of equal steps per contact."""
-    small, wide, larger, stopped = _LOOKS
-    conditions = [points["status"] != "success", points["wrong"] <= SMALL, points["wrong"] <= WRONG]
-    classes = np.select(conditions, [stopped, small, wide], larger)
-    with svg.panels(path, 1, 2, height=3.6, sharex=True, sharey=True) as both:
-        for axes, name in zip(both, FIXED, strict=True):
-            mine = points["method"] == name
-            for words, (mark, colour, size) in _LOOKS.items():
-                some = points[mine & (classes == words)]
-                axes.plot(some["step"], some["modulus"], mark, color=colour, ms=size, label=words)
-            line = points[mine].drop_duplicates("modulus")
-            for count, dashes in zip((10.0, 3.0, 1.0), _DASHES, strict=True):
-                axes.plot(
-                    line["count"] * line["step"] / count, line["modulus"], color=svg.INK, lw=0.9,
-                    dashes=dashes, label=f"{count:g} steps per contact",
-                )  # fmt: skip
-            axes.set(xscale="log", yscale="log", xlabel="step (s)")
-            axes.set_title(name, size=9)
-        x, y = ((ends.min() / 1.7, ends.max() * 1.7) for ends in (points["step"], points["modulus"]))
-        both[0].set(ylabel="Young's modulus (Pa)", xlim=x, ylim=y)
         svg.legend_above(both[0], 3)

@@ -5,24 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import exp, isnan, radians, sqrt
+from itertools import product
+from math import exp, radians, sqrt
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
-from comparison.execution.run import Progress
-from comparison.files import replacing
-from comparison.formatting import number, percent, quantity
+from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.formatting import number, quantity
+from comparison.models import MODELS
+from comparison.reliability.errors import slider_errors
+from comparison.report import svg
 from comparison.scene import load_scene
-from comparison.studies.identification import figures
-from comparison.studies.identification.figures import UNKNOWNS
 from comparison.studies.identification.fitting import (
     BASE,
+    TOPOLOGIES,
     Fit,
     Profile,
+    Topology,
     fit,
+    motion,
     printed_facts,
     profile,
     residuals,
@@ -31,33 +36,61 @@ from comparison.studies.identification.fitting import (
     table_1,
     vibration,
 )
-from comparison.studies.identification.kinematics import TOPOLOGIES, motion
-from comparison.studies.identification.runs import (
-    GRAVITIES,
-    GRAVITY,
-    PRINTED_RANGES,
-    RUNNER_UP,
-    Config,
-    Runs,
-    fit_radius,
-    simulate,
-)
-from comparison.studies.shared.frames import Columns, markdown, rows_table
+from comparison.studies.shared.figures import curves
+from comparison.studies.shared.frames import Columns, markdown, write_csv
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study, part
 from comparison.tables.table import Table
 
+Values = dict[str, object]
+
 FITTING = 0.1
 """Share of the progress that the fits take."""
+UNKNOWNS = ("H_x", "H_y", "guide")
 HELD = np.linspace(-3.0, 3.0, 13)
 """Values of a profile, standard deviations from the best."""
-FINE = 7201
-"""Crank angles of the closed form where instants are read from it, 0.05 degrees apart."""
 DECISIVE = 3.0
 """Factor between two misfits from which on the peaks decide; scenes scatter by 2 about their mean."""
 VELOCITIES = {"lowest": (2, "F14c-vy"), "highest": (3, "F14c-vy2")}
 """Place among the facts, and row of the published one."""
-_metres, _two = partial(quantity, unit="m"), partial(number, digits=2)
+CASES = {
+    BASE: "F9-210",
+    "69GPa": "F9-69",
+    "90rpm-0.1mm": "F11-01",
+    "90rpm-0.5mm": "F11-05",
+    "300rpm-0.2mm": "F12-300",
+}
+"""Scene -> how its rows begin in the table of published results; Poisson's ratio 0.33 repeats the first."""
+CHANNELS = {"slider_y": "d", "slider_vy": "v", "slider_ay": "a"}
+RADIUS, GRAVITY, RUNNER_UP = "contact.corner_radius", "environment.gravity", "runner-up"
+PRINTED_RANGES = {
+    "x, lowest": published("F14a-x").value,
+    "x, highest": published("F14a-x2").value,
+    "y error, lowest": published("F14e-y").value,
+    "y error, highest": published("F14e-y2").value,
+}
+"""Of 100 cycles, relative to the ideal slider, m."""
+RADII = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+GRAVITIES = (-9.81, 0.0, 9.81)
+OFFSETS = (-50e-6, 0.0, 25e-6, 50e-6, 75e-6)
+POWER = 0.2
+"""Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
+NUDGE = 1e-9
+"""m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """What is fitted and how much is run."""
+
+    topologies: Sequence[Topology]
+    members: int
+    """Runs in an ensemble."""
+    samples: int
+    """A cycle, of the runs whose peaks are taken."""
+    cycles: int
+    long_samples: int
+    """A cycle, of the runs whose ranges are taken."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +101,18 @@ class Results:
     facts: pd.DataFrame
     fits: list[Fit]
     profiles: list[Profile]
-    runs: Runs
+    ratios: pd.DataFrame
+    """Median of the largest errors in the second cycle over the published one: a row for each key that is
+    varied and its value, a column for each scene and channel."""
+    ranges: pd.DataFrame
+    """A row for each reference offset (m) with the columns of `PRINTED_RANGES`."""
+    ideal: dict[str, Table]
+    """Model -> one cycle of the scene ``ideal``."""
+
+    @property
+    def by_radius(self) -> pd.DataFrame:
+        """Ratios of the acceleration: a row a radius (m), a column a scene."""
+        return self.ratios.loc[[RADIUS], (slice(None), "slider_ay")].droplevel(0).droplevel(1, axis=1)
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -83,63 +127,161 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     best = fits[0]
     spread = np.sqrt(np.diag(best.covariance))
     profiles = [profile(best, n, best.geometry[n] + spread[n] * HELD, facts) for n in range(3)]
-    return Results(config, facts, fits, profiles, runs)
+    return Results(config, facts, fits, profiles, *runs)
 
 
-def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
-    config = results.config
+# ---- the runs
+
+
+def press(fitted: Fit) -> Values:
+    """Return the scene keys of a press whose rod 2 is attached at the rocker's centroid."""
+    topology, geometry = fitted.topology, fitted.geometry
+    mechanism = load_scene(BASE).data["mechanism"]
+    return {
+        "mechanism.rocker_pivot": [geometry.pivot_x, geometry.pivot_y],
+        "mechanism.guide_x": geometry.guide - mechanism["reference_offset"],
+        "mechanism.crank_angle_deg": float(fitted.shown[0]),
+        "mechanism.rocker_branch": topology.rocker,
+        "mechanism.slider_branch": topology.slider,
+    }
+
+
+def simulate(
+    runner_up: Fit, config: Config, n_jobs: int, on_progress: Progress | None
+) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Table]]:
+    """Run the shipped press and the runner-up in one go: ``ratios``, ``ranges`` and ``ideal`` of `Results`.
+
+    The runner-up's crank must rotate counter-clockwise and its rod 2 be attached at the rocker's centroid.
+    """
+    settings: dict[tuple[str, float], Values] = {(RADIUS, value): {RADIUS: value} for value in RADII}
+    settings |= {(GRAVITY, value): {GRAVITY: value} for value in GRAVITIES}
+    settings |= {(RUNNER_UP, value): press(runner_up) | {GRAVITY: value} for value in GRAVITIES}
+    jobs: dict[tuple[object, ...], Job] = {}
+    for setting, values in settings.items():
+        # Gravity and contact move nothing in the ideal mechanism.
+        still = {key: value for key, value in values.items() if key.startswith("mechanism.")}
+        for name in CASES:
+            jobs[setting, name] = _job(name, still | {"joints.slider": "ideal"}, config)
+            for k in range(config.members):
+                jobs[setting, name, k] = _job(name, values, config, k)
+    for offset, (joint, cycles) in product(OFFSETS, (("clearance", config.cycles), ("ideal", 1))):
+        of: Values = {"mechanism.reference_offset": offset, "joints.slider": joint, "output.groups": []}
+        of |= {"drive.cycles": float(cycles), "output.samples_per_cycle": config.long_samples}
+        jobs[offset, joint] = Job(load_scene(BASE, of), "reference")
+    for model in MODELS:
+        jobs["ideal", model] = Job(load_scene("ideal", {"drive.cycles": 1.0}), model)
+    outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
+    tables = dict(zip(jobs, map(successful, outcomes, jobs.values()), strict=True))
+
+    def ratio(setting: tuple[str, float], name: str, channel: str) -> float:
+        still, members = tables[setting, name], [tables[setting, name, k] for k in range(config.members)]
+        period = float(still.time[-1]) / 2
+        peaks = [slider_errors(run, still, period).peak(channel, period, 2 * period) for run in members]
+        sizes = [abs(peak.value) for peak in peaks]
+        return float(np.median(sizes)) / abs(published(f"{CASES[name]}-{CHANNELS[channel]}").value)
+
+    columns = pd.MultiIndex.from_product([CASES, CHANNELS])
+    ratios = [[ratio(setting, *column) for column in columns] for setting in settings]
+    ranges = {offset: _ranges(tables[offset, "clearance"], tables[offset, "ideal"]) for offset in OFFSETS}
     return (
-        {"members": config.members, "cycles": config.cycles, "tried": len(config.topologies)}
-        | of_fits(results.fits, results.facts, results.profiles)
-        | of_runs(results.runs)
-        | of_radius(results.runs.by_radius)
+        pd.DataFrame(ratios, pd.MultiIndex.from_tuples(settings), columns),
+        pd.DataFrame.from_dict(ranges, orient="index", columns=list(PRINTED_RANGES)),
+        {model: tables["ideal", model] for model in MODELS},
     )
 
 
-# ---- the fits
+def _job(name: str, values: Values, config: Config, member: int = 0) -> Job:
+    fixed: Values = {"output.groups": ["accelerations"], "output.samples_per_cycle": config.samples}
+    scene = load_scene(name, fixed | values)
+    start = scene.data["mechanism"]["reference_offset"] + member * NUDGE
+    return Job(scene.with_values({"initial.slider_offset": start}), "reference")
 
 
-def of_fits(fits: Sequence[Fit], facts: pd.DataFrame, profiles: Sequence[Profile]) -> dict[str, object]:
-    """Return what the page says of the fits, by the names in its template."""
-    best, second = fits[:2]
-    shipped = shipped_geometry()
-    off = np.array(shipped) - np.array(best.geometry)
+def _ranges(run: Table, ideal: Table) -> list[float]:
+    # Both start at zero, and the ideal motion repeats in every cycle.
+    cycle = np.arange(run.time.size) % (ideal.time.size - 1)
+    off = run.values("slider_y") - ideal.values("slider_y")[cycle]
+    line, x = float(ideal.values("slider_x")[0]), run.extrema["slider_x"]
+    return [x["min"] - line, x["max"] - line, float(off.min()), float(off.max())]
+
+
+class RadiusFit(NamedTuple):
+    """A straight line through the logarithms of radii and peaks."""
+
+    power: float
+    """Of the radius in the peaks."""
+    radius: float
+    """At which the mean of the peaks is the published one, m; nan where they do not grow with it."""
+    low: float
+    high: float
+    """One standard deviation to either side, from the scatter of the scenes through `POWER`, m."""
+    scatter: float
+    """Factor by which the scenes scatter about their mean."""
+
+
+def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
+    """Return how peaks over the published ones, a row a radius (m), a column a scene, depend on it."""
+    logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
+    power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
+    # The residual of each scene's ratio about the mean of all gives the uncertainty of a mean of five.
+    scatter = sqrt(float(np.mean(np.var(logs, axis=1, ddof=1))))
+    factor = exp(scatter / sqrt(logs.shape[1]) / POWER)
+    best = exp(float(scale.mean() - logs.mean() / power)) if power > 0 else float("nan")
+    return RadiusFit(power, best, best / factor, best * factor, exp(scatter))
+
+
+# ---- page
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what the template asks."""
+    best, second = results.fits[:2]
+    ranked, misfits = ranking(results.fits, results.facts), misfit(results.ratios)
+    shipped, facts = shipped_geometry(), results.facts
     misses = residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
     compared = facts.assign(best=best.shown, second=second.shown, shipped=shown(shipped, best.topology)[1])
     six = "{:.6g}".format
-    columns: Columns = {"": str, "print": six, "allowance": _two, "best": six, "second": six, "shipped": six}
-    ranked = ranking(fits, facts)
+    written: Columns = {"fact": str, "unit": str, "value": six, "allowance": partial(number, digits=2)}
+    deviations = [sqrt(best.covariance[n, n]) for n in range(3)]
+    unknowns = {
+        "": UNKNOWNS,
+        "best": [_mm(value) for value in best.geometry],
+        "standard deviation": [_mm(value) for value in deviations],
+        "two deviations by the profile": [" … ".join(map(_mm, each.two_sigma)) for each in results.profiles],
+        "shipped": [_mm(value) for value in shipped],
+    }
+    slope, at_zero = np.polyfit(
+        results.ranges.index.to_numpy(np.float64), results.ranges["y error, highest"], 1
+    )
+    offset = (PRINTED_RANGES["y error, highest"] - at_zero) / slope if slope else np.nan
+    factors = {name: [float(misfits[name, value]) for value in GRAVITIES] for name in (GRAVITY, RUNNER_UP)}
+    gravities = dict(zip(("upwards", "none", "downwards"), factors[GRAVITY], strict=True))
     return {
-        "finding": f"Of {len(fits)} arrangements the best fits the printed figures with a misfit of "
-        f"{number(best.misfit, 2)} allowances, the second with {number(second.misfit, 2)}.",
-        "count": len(fits),
-        "best": best.topology,
-        "second": second.topology,
-        "facts": markdown(
-            compared.set_axis([f"{name} ({unit})".replace(" ()", "") for name, unit in facts["unit"].items()])
-            .rename(columns={"value": "print"})
-            .rename_axis("")
-            .reset_index(),
-            columns,
-        ),
-        "unknowns": rows_table(
-            {
-                "": name,
-                "best": _mm(best.geometry[n]),
-                "standard deviation": _mm(sqrt(best.covariance[n, n])),
-                "two deviations by the profile": " … ".join(map(_mm, profiles[n].two_sigma)),
-                "shipped": _mm(shipped[n]),
-            }
-            for n, name in enumerate(UNKNOWNS)
-        ),
-        "certainty": ", ".join(_mm(sqrt(best.covariance[n, n])) for n in range(3)),
-        "vibration": f"{1e3 * vibration():.1f}",
-        "second_chance": percent(exp(-0.5 * float(np.sum(second.residuals**2)))),
-        "distance": number(sqrt(float(off @ np.linalg.pinv(best.covariance) @ off)), 2),
-        "shipped_misfit": number(sqrt(float(np.sum(misses**2)) / 2), 2),
+        "config": results.config,
+        "best": best,
+        "second": second,
+        "count": len(results.fits),
         "possible": int(((ranked["lowest_off"] == 0) & (ranked["highest_off"] == 0)).sum()),
-    } | _bottom(best)
+        "facts": markdown(
+            compared.rename_axis("fact").reset_index(),
+            written | dict.fromkeys(("best", "second", "shipped"), six),
+        ),
+        "unknowns": markdown(pd.DataFrame(unknowns)),
+        "certainty": ", ".join(map(_mm, deviations)),
+        "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
+        "vibration": f"{1e3 * vibration():.1f}",
+        "closed_form": max(_off_the_closed_form(run) for run in results.ideal.values()),
+        "gravities": gravities,
+        "runner_up": factors[RUNNER_UP],
+        "decided": decision(gravities),
+        "radius": fit_radius(results.by_radius),
+        "used": load_scene(BASE).data["contact"]["corner_radius"],
+        "offset_highest": quantity(offset, "m", 2),
+    }
+
+
+def _mm(value: float) -> str:
+    return f"{1e3 * value:.2f} mm"
 
 
 def ranking(fits: Sequence[Fit], facts: pd.DataFrame) -> pd.DataFrame:
@@ -155,69 +297,12 @@ def ranking(fits: Sequence[Fit], facts: pd.DataFrame) -> pd.DataFrame:
         row |= {f"{name}_mm": 1e3 * value for name, value in zip(UNKNOWNS, each.geometry, strict=True)}
         row |= {f"miss of {name}": miss for name, miss in misses.items()}
         for end, (place, name) in VELOCITIES.items():
-            row |= {f"{end}_velocity": each.shown[place], f"{end}_off": _excess(each.shown[place], name)}
+            printed = published(name)
+            excess = abs(each.shown[place]) - abs(printed.value)
+            possible = -vibration() - printed.rounding <= excess <= printed.rounding
+            row |= {f"{end}_velocity": each.shown[place], f"{end}_off": 0.0 if possible else excess}
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _excess(value: float, row: str) -> float:
-    """Return by how much an ideal velocity is larger than the published one, m/s; 0 where it is possible."""
-    printed = published(row)
-    excess = abs(value) - abs(printed.value)
-    return 0.0 if -vibration() - printed.rounding <= excess <= printed.rounding else excess
-
-
-def _bottom(best: Fit) -> dict[str, str]:
-    """Return when the slider is at its lowest, and for how long the print cannot distinguish it."""
-    printed = published("S4.2-stroke")
-    lengths, speed = table_1()
-    angle = np.linspace(0.0, 2 * np.pi, FINE)
-    crank = radians(best.shown[0]) + best.topology.crank * angle
-    y = motion(best.geometry, best.topology, lengths, crank).F.imag
-    fall, time = y - y[0], (angle + angle[-1]) / speed
-    low = time[np.abs(fall - printed.value) <= printed.rounding]
-    return {
-        "lowest_at": f"{time[y.argmin()]:.4f}",
-        "low_from": f"{low[0]:.4f}",
-        "low_to": f"{low[-1]:.4f}",
-        "printed_fall": f"{printed.value}",
-        "printed_at": f"{printed.time}",
-        "fall_there": f"{np.interp(printed.time, time, fall):.5f}",
-    }
-
-
-def _mm(value: float) -> str:
-    return f"{1e3 * value:.2f} mm"
-
-
-# ---- the runs
-
-
-def of_runs(runs: Runs) -> dict[str, object]:
-    """Return what the page says of the runs, by the names in its template."""
-    ranges = pd.concat([pd.DataFrame(PRINTED_RANGES, ["published"]), runs.ranges.rename(_metres)])
-    names = ("up", "none", "down", "runner_up_turned", "runner_up_none", "runner_up")
-    places = [(press, value) for press in (GRAVITY, RUNNER_UP) for value in GRAVITIES]
-    misfits = dict(zip(names, misfit(runs.ratios)[places], strict=True))
-    central = [", ".join(map(_two, runs.ratios[BASE].loc[(GRAVITY, value)].tolist())) for value in GRAVITIES]
-    down, none, up = (misfits[name] for name in ("down", "none", "up"))
-    return {
-        "check": rows_table(
-            {"largest difference to the closed form": model} | _differences(run)
-            for model, run in runs.ideal.items()
-        ),
-        "offset": markdown(
-            ranges.rename_axis("reference offset").reset_index(),
-            {"reference offset": str, **dict.fromkeys(PRINTED_RANGES, partial(_metres, digits=4))},
-        ),
-        **{name: number(value, 2) for name, value in misfits.items()},
-        "decided_down": decision({"the second": misfits["runner_up"], "the first": down}),
-        "decided_none": decision({"the second": misfits["runner_up_none"], "the first": none}),
-        "decided_gravity": decision({"gravity downwards": down, "no gravity": none, "gravity upwards": up}),
-        "central_none": central[1],
-        "central_down": central[2],
-        **_offset(runs.ranges),
-    }
 
 
 def misfit(ratios: pd.DataFrame) -> pd.Series[float]:
@@ -233,77 +318,119 @@ def decision(misfits: Mapping[str, float]) -> str:
     return f"the peaks exclude {' and '.join(excluded)}" if excluded else "the peaks do not decide"
 
 
-def of_radius(peaks: pd.DataFrame) -> dict[str, str]:
-    """Return what the page says of the radius, by the names in its template."""
-    fitted = fit_radius(peaks)
-    means = np.exp(np.log(peaks).mean(axis=1))
-    mean = [f"{number(value)} at {_metres(radius)}" for radius, value in means.items()]
-    words = {"exponent": number(fitted.power, 2), "means": ", ".join(mean)}
-    if isnan(fitted.radius):
-        none = "The peaks do not grow with the radius, so that no radius meets the published ones."
-        return words | {"radius_found": none, "radius_certainty": "the peaks do not determine it"}
-    used = load_scene(BASE).data["contact"]["corner_radius"]
-    agrees = "agrees" if fitted.low <= used <= fitted.high else "does not agree"
-    factor = number(fitted.high / fitted.radius, 1)
-    return words | {
-        "radius_found": f"The published peaks are met on the mean at {number(fitted.radius, 2)} m. The "
-        f"scenes scatter by a factor of {number(fitted.scatter, 2)}, which leaves {number(fitted.low, 1)} … "
-        f"{number(fitted.high, 1)} m (one standard deviation).",
-        "radius_certainty": f"{agrees} with the peaks, which determine it to a factor of {factor}",
-    }
-
-
-def _differences(run: Table) -> dict[str, str]:
-    """Compare a model's run of the ideal press with the closed form of this study at the shipped geometry."""
+def _off_the_closed_form(run: Table) -> float:
+    """Return how far a model's ideal slider is off the closed form of the shipped geometry at most, m."""
     lengths, speed = table_1()
     crank = radians(run.provenance["scene"]["mechanism"]["crank_angle_deg"]) + speed * run.time
     here = motion(shipped_geometry(), TOPOLOGIES[0], lengths, crank)
-    return {
-        word: quantity(float(np.abs(run.values(channel) - expected).max()), unit, 2)
-        for word, channel, expected, unit in (
-            ("y", "slider_y", here.F.imag, "m"),
-            ("velocity", "slider_vy", speed * here.velocity, "m/s"),
-            ("acceleration", "slider_ay", speed**2 * here.acceleration, "m/s^2"),
-        )
-    }
+    return float(np.abs(run.values("slider_y") - here.F.imag).max())
 
 
-def _offset(ranges: pd.DataFrame) -> dict[str, str]:
-    """Return the offset from the x range, and those at which the y errors' ends would meet the print."""
-    low, high = PRINTED_RANGES["x, lowest"], PRINTED_RANGES["x, highest"]
-    used = ranges.loc[load_scene("paper").data["mechanism"]["reference_offset"]]
-    clearance = load_scene(BASE).data["clearance"]["slider"]
-    tangent = shown(shipped_geometry(), TOPOLOGIES[0])[1][-1]
-    met = {}
-    for side in ("highest", "lowest"):
-        slope, at_zero = np.polyfit(ranges.index.to_numpy(np.float64), ranges[f"y error, {side}"], 1)
-        offset = (PRINTED_RANGES[f"y error, {side}"] - at_zero) / slope if slope else np.nan
-        met[f"offset_{side}"] = quantity(offset, "m", 2)
-    return {
-        "quotient": percent(1 - used["y error, highest"] / -used["x, lowest"] / tangent),
-        "centre": quantity(-0.5 * (low + high), "m"),
-        "width": quantity(high - low, "m", 4),
-        "printed_excess": quantity(0.5 * (high - low) - clearance, "m", 2),
-        "excess": quantity(0.5 * (used["x, highest"] - used["x, lowest"]) - clearance, "m", 2),
-    } | met
+# ---- figures and tables beside the page
 
 
 def draw(results: Results, folder: Path) -> None:
     """Draw presses, ranking and profiles of the fits, radius and offset of the runs; write CSV."""
-    figures.draw_presses(results.fits, folder / "press.svg")
-    figures.draw_ranking(results.fits, folder / "ranking.svg")
-    figures.draw_profiles(results.profiles, folder / "profiles.svg")
-    figures.draw_radius(results.runs, folder / "radius.svg")
-    figures.draw_offset(results.runs, folder / "offset.svg")
-    ratios = results.runs.ratios
+    _draw_presses(results.fits, folder / "press.svg")
+    _draw_ranking(results.fits, folder / "ranking.svg")
+    _draw_profiles(results.profiles, folder / "profiles.svg")
+    _draw_radius(results.by_radius, folder / "radius.svg")
+    _draw_offset(results.ranges, folder / "offset.svg")
+    ratios = results.ratios
     peaks = ratios.set_axis(ratios.columns.map(", ".join), axis=1).assign(misfit=misfit(ratios))
     frames = {
         "arrangements": ranking(results.fits, results.facts),
         "peaks": peaks.rename_axis(["varied", "value"]).reset_index(),
+        "ranges": results.ranges.rename_axis("offset").reset_index(),
     }
-    for name, frame in frames.items():
-        with replacing(folder / f"{name}.csv") as path:
-            frame.to_csv(path, index=False)
+    write_csv(frames, folder)
+
+
+_BESIDE = {"O": (8, -9), "A": (7, 4), "B": (3, 5), "H": (4, 4), "C": (3, 6), "F": (-12, -3)}
+"""Joint -> offset of its letter, points: clear of the links and of the other letters."""
+
+
+def _draw_presses(fits: Sequence[Fit], path: Path) -> None:
+    """Draw the best press and the second at the ends of the stroke, with the paths of crank pin and tip."""
+    with svg.panels(path, 1, 2, height=3.1, sharex=True, sharey=True) as both:
+        for axes, each, word in zip(both, fits, ("best", "second"), strict=False):
+            angle = radians(each.shown[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
+            cycle = motion(each.geometry, each.topology, table_1()[0], angle)
+            for path_of in (cycle.C, cycle.A):
+                axes.plot(path_of.real, path_of.imag, color=svg.LIMIT, lw=0.8)
+            axes.axvline(each.geometry.guide, color=svg.GRID, lw=0.8)
+            H = complex(each.geometry.pivot_x, each.geometry.pivot_y)
+            ends = {"top dead centre": 0, "bottom dead centre": int(cycle.F.imag.argmin())}
+            for (label, at), colour in zip(ends.items(), svg.SERIES, strict=False):
+                chain = np.array([0.0, cycle.A[at], cycle.B[at], np.nan, H, cycle.C[at], cycle.F[at]])
+                axes.plot(chain.real, chain.imag, marker="o", ms=2.5, color=colour, label=label)
+            joints = {"O": 0j, "H": H} | {name: getattr(cycle, name)[0] for name in "ABCF"}
+            for name, point in joints.items():
+                at_point = (point.real, point.imag)
+                axes.annotate(name, at_point, xytext=_BESIDE[name], textcoords="offset points")
+            axes.margins(x=0.15, y=0.1)
+            axes.set(aspect="equal", xlabel="position x (m)")
+            axes.set_title(f"{word}: misfit {each.misfit:.2g}", fontsize=9)
+        both[0].set_ylabel("position y (m)")
+        svg.legend_above(both[0])
+
+
+def _draw_ranking(fits: Sequence[Fit], path: Path) -> None:
+    """Draw the misfit of every topology, the best on top."""
+    places, misfits = np.arange(len(fits)), [each.misfit for each in fits]
+    with svg.panels(path, height=0.7 + 0.19 * len(fits)) as (axes,):
+        axes.hlines(places, min(misfits) / 2, misfits, color=svg.SHADE, lw=0.8)
+        axes.plot(misfits, places, "o", color=svg.SERIES[0], ms=4)
+        axes.axvline(1.0, color=svg.LIMIT, dashes=(1, 2))
+        axes.set(xscale="log", xlim=(min(misfits) / 2, 2 * max(misfits)), ylim=(len(fits) - 0.5, -0.5))
+        labels = [each.topology.words("{}, B {}, rod 2 at {}, {}, guide {}") for each in fits]
+        axes.set_yticks(places, labels, fontsize=6.8)
+        axes.set_xlabel("misfit of the printed figures (allowances)")
+
+
+def _draw_profiles(profiles: Sequence[Profile], path: Path) -> None:
+    """Draw what holding one unknown costs; one profile an unknown."""
+    with svg.panels(path, 1, 3, height=2.6, sharey=True) as three:
+        for axes, name, held, value in zip(three, UNKNOWNS, profiles, shipped_geometry(), strict=True):
+            off = 1e3 * (np.asarray(held.values) - held.best)
+            axes.plot(off, held.growth, label="others fitted", color=svg.SERIES[0])
+            axes.axhline(4.0, label="two standard deviations", color=svg.LIMIT, dashes=(1, 2))
+            axes.axvline(1e3 * (value - held.best), label="shipped", color=svg.SERIES[3])
+            axes.set_xlabel(f"{name} − best (mm)")
+            axes.set_title(f"best {number(1e3 * held.best, 5)} mm", fontsize=9)
+        three[0].set_ylabel("growth of the sum of squares (-)")
+        svg.legend_above(three[0])
+
+
+def _draw_radius(peaks: pd.DataFrame, path: Path) -> None:
+    """Draw the peaks of the acceleration's error over the corner radius, published ones = 1."""
+    radii = peaks.index.to_numpy(np.float64)
+    long = peaks.rename_axis("radius").reset_index().melt("radius", var_name="scene")
+    looks = {name: {"marker": "o", "color": each} for name, each in zip(peaks, svg.SERIES, strict=False)}
+    with svg.panels(path, height=3.2) as (axes,):
+        curves(axes, long, "radius", "value", "scene", looks, xscale="log", yscale="log")
+        slope = np.exp(np.log(peaks).mean(axis=None)) * (radii / np.exp(np.log(radii).mean())) ** POWER
+        axes.plot(radii, slope, color=svg.INK, lw=0.8, dashes=(1, 2), label="K to the power 0.4")
+        axes.axhline(1.0, color=svg.LIMIT, lw=0.8)
+        axes.yaxis.set_major_locator(FixedLocator([0.2, 0.5, 1, 2, 5]))
+        axes.yaxis.set_major_formatter(ScalarFormatter())
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.set(xlabel="corner radius (m)", ylabel="peak acceleration error,\nours / published (-)")
+        svg.legend_above(axes, 3)
+
+
+def _draw_offset(ranges: pd.DataFrame, path: Path) -> None:
+    """Draw the ranges of many cycles over the reference offset, with the published ones."""
+    offsets = 1e6 * ranges.index.to_numpy(np.float64)
+    with svg.panels(path, 1, 2, height=2.8) as both:
+        for axes, name, scale, unit in zip(both, ("x", "y error"), (1e3, 1e6), ("mm", "µm"), strict=True):
+            sides = zip(("highest", "lowest"), svg.SERIES, (None, "published"), strict=False)
+            for side, colour, label in sides:
+                column = f"{name}, {side}"
+                axes.plot(offsets, scale * ranges[column], marker="o", label=side, color=colour)
+                axes.axhline(scale * PRINTED_RANGES[column], color=svg.LIMIT, dashes=(1, 2), label=label)
+            axes.set(xlabel="reference offset (µm)", ylabel=f"range of the error of {name[0]} ({unit})")
+        svg.legend_above(both[0])
 
 
 STUDY = Study(

@@ -71,7 +71,7 @@ class Evidence:
     deciding: Mapping[str, float]
     """Criterion -> value."""
     numbers: Mapping[str, tuple[Array | Sequence[float], str]]
-    """What they follow from: label -> values and their unit ("%" of shares)."""
+    """What they follow from: label -> values and their unit."""
 
     @property
     def verdict(self) -> Verdict:
@@ -225,7 +225,7 @@ def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
         [shares[f"{height} {side}"] for height in ("upper", "lower")] for side in ("left", "right")
     )
     zones = max(_ratio(min(left), max(right)), _ratio(min(right), max(left)))
-    return Evidence({"zones": zones}, {name: ([share], "%") for name, share in shares.items()})
+    return Evidence({"zones": zones}, {name: ([share], "1") for name, share in shares.items()})
 
 
 def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -266,7 +266,7 @@ def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
     for channel in CHANNELS:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares[channel] = float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2)))
-    return Evidence({"codes": max(shares.values())}, {name: ([share], "%") for name, share in shares.items()})
+    return Evidence({"codes": max(shares.values())}, {name: ([share], "1") for name, share in shares.items()})
 
 
 def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -27,13 +27,12 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
 LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
+COLOURS = {model: line["color"] for model, line in LINES.items()}
 PRINTED: dict[str, Any] = {"color": svg.OUTSIDE, "marker": "o", "ms": 4, "mfc": "none", "ls": "", "zorder": 3}
 IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-LEAST = 1e-16
-"""m, m/s, m/s^2: what a logarithmic axis shows of zero."""
 COLUMNS = 250
 """Of a panel half as wide as the page."""
 EVERY = 8
@@ -74,13 +73,18 @@ def draw(runs: Runs, entries: pd.DataFrame, folder: Path) -> None:
 
 @contextmanager
 def _grid(
-    path: Path, rows: int, titles: Sequence[str], height: float, columns: int = 4, **options: Any
+    path: Path, rows: Sequence[str], titles: Sequence[str], height: float, x: str, columns: int = 4, **of: Any
 ) -> Iterator[list[list[Axes]]]:
-    """Draw a figure with a column a title; yield its panels by row and column, the legend is the first's."""
-    with svg.panels(path, rows, len(titles), height=height, **options) as panels:
-        for panel, title in zip(panels, titles, strict=False):
-            panel.set_title(title, fontsize=9)
-        yield [panels[k : k + len(titles)] for k in range(0, len(panels), len(titles))]
+    """Draw a figure with a column a title and a row a label of its ordinate, and the first panel's legend."""
+    with svg.panels(path, len(rows), len(titles), height=height, **of) as panels:
+        grid = [panels[k : k + len(titles)] for k in range(0, len(panels), len(titles))]
+        yield grid
+        for row, label in zip(grid, rows, strict=True):
+            row[0].set_ylabel(label)
+        for top, bottom, title in zip(grid[0], grid[-1], titles, strict=True):
+            top.set_title(title, fontsize=9)
+            if x:
+                bottom.set_xlabel(x)
         svg.legend_above(panels[0], columns)
 
 
@@ -99,12 +103,13 @@ def _predictions(entries: pd.DataFrame, path: Path) -> None:
     lines = [*SCENES, f"{CENTRAL}, ranges"]
     place = predicted["scene"].where(~of_many, lines[-1]).map(lines.index)
     agree = of_many | ((predicted["sign"] == Outcome.AGREES) & (predicted["instant"] == Outcome.AGREES))
-    with _grid(path, 1, list(QUANTITIES), 2.8, columns=2, sharex=True, sharey=True) as (axes,):
+    titles, x = list(QUANTITIES), "ours / printed (-)"
+    with _grid(path, [""], titles, 2.8, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvspan(1 / FACTOR, FACTOR, color=svg.SHADE, alpha=0.35, lw=0)
             panel.axvspan(1 - CLOSE, 1 + CLOSE, color=svg.LIMIT, alpha=0.6, lw=0)
             for model, size, width in zip(MODELS, (8, 4), (2.4, 1.2), strict=True):
-                style = {"color": LINES[model]["color"], "alpha": LINES[model].get("alpha", 1.0), "ms": size}
+                style = {"color": COLOURS[model], "alpha": LINES[model].get("alpha", 1.0), "ms": size}
                 ratio = predicted[f"{model}_ratio"]
                 for met, mark, label in ((True, "o", model), (False, "x", f"{model}, other sign or instant")):
                     shown = (kind == quantity) & (agree == met)
@@ -113,8 +118,10 @@ def _predictions(entries: pd.DataFrame, path: Path) -> None:
             panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2]))
             panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             panel.xaxis.set_minor_locator(NullLocator())
-            panel.set_xlabel("ours / printed (-)")
         axes[0].set_yticks(range(len(lines)), lines)
+
+
+# ---- the second cycle
 
 
 def _responses(runs: Runs, path: Path) -> None:
@@ -123,25 +130,28 @@ def _responses(runs: Runs, path: Path) -> None:
     shown, lowest = second(ideal), published("S4.2-stroke")
     time = ideal.time[shown]
     titles = ("clearance at the slider", "clearance at the crank pin A")
-    with _grid(path, 3, titles, 4.9, sharex=True, sharey="row") as axes:
+    labels = [f"{WORDS[each]} ({pretty_unit(channels()[each].unit)})" for each in CHANNELS]
+    with _grid(path, labels, titles, 4.9, "time (s)", sharex=True, sharey="row") as axes:
         for row, channel in zip(axes, CHANNELS, strict=True):
             still = ideal.values(channel)
             zero = still[0] if channel == "slider_y" else 0.0
             for panel, scene in zip(row, (CENTRAL, PIN), strict=True):
                 _both(panel, time, {m: runs.short[scene, m][0].values(channel)[shown] - zero for m in MODELS})
                 panel.plot(time, still[shown] - zero, label="ideal", **IDEAL)
-            row[0].set_ylabel(f"{WORDS[channel]} ({pretty_unit(channels()[channel].unit)})")
+                panel.set_xlim(time[0], time[-1])
         for panel in axes[0]:
             panel.plot(lowest.time, lowest.value, label="printed", **PRINTED)
-        _time(axes, time)
+
+
+ERROR_LABELS = [f"error of the\n{WORDS[channel]} ({unit})" for channel, (_, unit) in UNITS.items()]
 
 
 def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
     """Draw the errors of two conditions over the second cycle, with the printed peaks."""
-    scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
-    with _grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
+    scenes, x = [scene_of(f"{prefix}-d") for prefix in conditions], "time (crank cycles)"
+    with _grid(path, ERROR_LABELS, scenes, 4.9, x, sharex=True, sharey="row") as axes:
         for row, channel, letter in zip(axes, CHANNELS, "dva", strict=True):
-            scale, unit = UNITS[channel]
+            scale, _ = UNITS[channel]
             for panel, prefix, scene in zip(row, conditions, scenes, strict=True):
                 run = runs.short[scene, MODELS[0]][0]
                 shown, period = second(run), run.time[-1] / 2
@@ -149,9 +159,7 @@ def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
                 _both(panel, run.time[shown] / period, errors)
                 printed = published(f"{prefix}-{letter}")
                 panel.plot(printed.time / period, scale * printed.value, label="printed peak", **PRINTED)
-            row[0].set_ylabel(f"error of the\n{WORDS[channel]} ({unit})")
-        for panel in axes[-1]:
-            panel.set(xlabel="time (crank cycles)", xlim=(1, 2), xticks=(1.2, 1.4, 1.6, 1.8))
+                panel.set(xlim=(1, 2), xticks=(1.2, 1.4, 1.6, 1.8))
 
 
 def _two_codes(runs: Runs, path: Path) -> None:
@@ -159,17 +167,15 @@ def _two_codes(runs: Runs, path: Path) -> None:
     run = runs.short[CENTRAL, MODELS[0]][0]
     shown = second(run)
     time = run.time[shown]
-    with _grid(path, 3, ("both models", "their difference"), 4.9, sharex=True) as axes:
+    with _grid(path, ERROR_LABELS, ("both models", "their difference"), 4.9, "time (s)", sharex=True) as axes:
         for (left, right), channel in zip(axes, CHANNELS, strict=True):
             scale, unit = UNITS[channel]
             errors = {m: scale * runs.errors(CENTRAL, m, channel)[shown] for m in MODELS}
             _both(left, time, errors)
-            apart = np.maximum(np.abs(errors[MODELS[1]] - errors[MODELS[0]]), LEAST * scale)
+            apart = np.maximum(np.abs(errors[MODELS[1]] - errors[MODELS[0]]), 1e-16 * scale)
             kept = upper_envelope(apart, COLUMNS)
             right.semilogy(time[kept], apart[kept], color=svg.DIFFERENCE)
-            left.set_ylabel(f"error of the\n{WORDS[channel]} ({unit})")
-            right.set_ylabel(f"|difference| ({unit})")
-        _time(axes, time)
+            right.set(ylabel=f"|difference| ({unit})", xlim=(time[0], time[-1]))
 
 
 def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, float], path: Path) -> None:
@@ -177,8 +183,9 @@ def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, flo
 
     With the limits of the scenes, and of the first model with those fitted to all printed minima.
     """
-    scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
-    with _grid(path, 3, scenes, 5.1, sharex=True, sharey="row") as axes:
+    scenes, x = [scene_of(f"{prefix}-d") for prefix in conditions], "crank angle from the start (deg)"
+    labels = [f"1 − R of the\n{quantity} (-)" for quantity in QUANTITIES]
+    with _grid(path, labels, scenes, 5.1, x, sharex=True, sharey="row") as axes:
         for column, (prefix, scene) in enumerate(zip(conditions, scenes, strict=True)):
             assessed = {model: runs.reliabilities(scene, model) for model in MODELS}
             for row, quantity, letter in zip(axes, QUANTITIES, "dva", strict=True):
@@ -190,16 +197,14 @@ def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, flo
                 panel.plot(first.angle, 1 - fitted, label="fitted limit", **RANGE)
                 printed = published(f"{prefix}-{letter}")
                 panel.plot(printed.angle, 1 - printed.value, label="printed", **PRINTED)
-        for row, quantity in zip(axes, QUANTITIES, strict=True):
-            row[0].set_ylabel(f"1 − R of the\n{quantity} (-)")
+                panel.set(xlim=(18, 378), xticks=range(36, 361, 72))
+        for row in axes:
             row[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             row[0].yaxis.set_major_formatter(FormatStrFormatter("%g"))
             row[0].yaxis.set_minor_locator(NullLocator())
-        for panel in axes[-1]:
-            panel.set(xlabel="crank angle from the start (deg)", xlim=(18, 378), xticks=range(36, 361, 72))
 
 
-# ---- paths, phase portraits, Poincaré maps, many cycles
+# ---- paths, phase portraits, Poincaré maps, many cycles: a column a model
 
 
 def _of_x(runs: Runs, model: str) -> tuple[Array, Array]:
@@ -220,88 +225,78 @@ def _of_error(runs: Runs, model: str) -> tuple[Array, Array]:
     return 1e6 * y, 1e3 * velocity
 
 
-def _ends(figure: str) -> tuple[tuple[str, str], tuple[str, str]]:
-    return (f"{figure}-y", f"{figure}-y2"), (f"{figure}-vy", f"{figure}-vy2")
-
-
-PLANES: tuple[Any, ...] = (
-    (_of_x, "slider x − line (mm)", "velocity of x (mm/s)", X_RANGE, ("F14a-vx", "F14a-vx2"), (1e3, 1e3)),
-    (_of_y, "slider y − start (m)", "velocity of y (m/s)", *_ends("F14c"), (1.0, 1.0)),
-    (_of_error, "error of y (µm)", "its velocity (mm/s)", *_ends("F14e"), (1e6, 1e3)),
+PLANES: tuple[
+    tuple[Callable[[Runs, str], tuple[Array, Array]], str, str, str, str, tuple[float, float]], ...
+] = (
+    (_of_x, "slider x − line (mm)", "velocity of x (mm/s)", "F14a-x", "F14a-vx", (1e3, 1e3)),
+    (_of_y, "slider y − start (m)", "velocity of y (m/s)", "F14c-y", "F14c-vy", (1.0, 1.0)),
+    (_of_error, "error of y (µm)", "its velocity (mm/s)", "F14e-y", "F14e-vy", (1e6, 1e3)),
 )
-"""Values, labels of both axes, rows of the printed ranges of both, and scales from the printed units."""
+"""Values, labels of both axes, how rows of the printed ranges begin, and scales from the printed units."""
 
 
 def _path(runs: Runs, path: Path) -> None:
     """Draw the slider's centre in its guide over the second cycle (Fig. 8a)."""
-    with _grid(path, 1, MODELS, 3.2, sharex=True, sharey=True) as (axes,):
+    x = "slider x − guide line (mm)"
+    with _grid(path, ["slider y − start (m)"], MODELS, 3.2, x, sharex=True, sharey=True) as (axes,):
         for panel, model in zip(axes, MODELS, strict=True):
             run, ideal = runs.short[CENTRAL, model][0], runs.ideal[CENTRAL, model]
-            x, y = (
+            x_of, y = (
                 (run.values(channel) - ideal.values(channel)[0])[second(run)][::EVERY]
                 for channel in ("slider_x", "slider_y")
             )
-            panel.plot(1e3 * x, y, color=LINES[model]["color"], lw=0.8, label="slider's centre, second cycle")
+            panel.plot(1e3 * x_of, y, color=COLOURS[model], lw=0.8, label="slider's centre, second cycle")
             for name, label in zip(X_RANGE, ("printed range", None), strict=True):
                 panel.axvline(1e3 * published(name).value, label=label, **LIMIT)
             panel.margins(x=0.04)
-            panel.set_xlabel("slider x − guide line (mm)")
-        axes[0].set_ylabel("slider y − start (m)")
 
 
 def _pin(runs: Runs, path: Path) -> None:
     """Draw the path of the journal in its bearing over the second cycle, and where it hits (Fig. 8b)."""
     clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
     circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    with _grid(path, 1, MODELS, 3.4, sharex=True, sharey=True) as (axes,):
+    labels, x = ["pin y in its bearing (mm)"], "pin x in its bearing (mm)"
+    with _grid(path, labels, MODELS, 3.4, x, sharex=True, sharey=True) as (axes,):
         for panel, model in zip(axes, MODELS, strict=True):
             journal = 1e3 * runs.in_the_bearing(model, "journal_x", "journal_y")
             force = np.abs(runs.in_the_bearing(model, "reaction_A_x", "reaction_A_y"))
             hard = journal[(force > 0) & (force >= np.quantile(force, HARDEST))]
-            colour = LINES[model]["color"]
+            centre, of_force = journal[::EVERY], f"force in its largest {1 - HARDEST:.0%}"
             panel.plot(circle.real, circle.imag, label="clearance", **RANGE)
-            panel.plot(
-                journal.real[::EVERY], journal.imag[::EVERY], color=colour, lw=0.8, label="centre of the pin"
-            )
-            panel.plot(
-                hard.real,
-                hard.imag,
-                "x",
-                color=svg.INK,
-                ms=4,
-                label=f"force in its largest {1 - HARDEST:.0%}",
-            )
+            panel.plot(centre.real, centre.imag, color=COLOURS[model], lw=0.8, label="centre of the pin")
+            panel.plot(hard.real, hard.imag, "x", color=svg.INK, ms=4, label=of_force)
             panel.margins(0.08)
             panel.set_aspect("equal", adjustable="box")
-            panel.set_xlabel("pin x in its bearing (mm)")
-        axes[0].set_ylabel("pin y in its bearing (mm)")
 
 
 def _phase(runs: Runs, path: Path) -> None:
     """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
-    with _grid(path, len(PLANES), MODELS, 6.6, sharex="row", sharey="row") as axes:
-        for row, (plane, across, up, *names, scales) in zip(axes, PLANES, strict=True):
+    labels = [plane[2] for plane in PLANES]
+    with _grid(path, labels, MODELS, 6.6, "", sharex="row", sharey="row") as axes:
+        for row, (plane, across, _, *names, scales) in zip(axes, PLANES, strict=True):
             printed = np.array(
-                [[s * published(n).value for n in pair] for pair, s in zip(names, scales, strict=True)]
+                [
+                    [s * published(each).value for each in (n, f"{n}2")]
+                    for n, s in zip(names, scales, strict=True)
+                ]
             )
             for panel, model in zip(row, MODELS, strict=True):
                 x, v = plane(runs, model)
                 panel.margins(0.04)
                 last = x[-CYCLES:].ravel(), v[-CYCLES:].ravel()
-                panel.plot(*last, color=LINES[model]["color"], lw=0.5, label=f"last {CYCLES} cycles")
+                panel.plot(*last, color=COLOURS[model], lw=0.5, label=f"last {CYCLES} cycles")
                 _box(
                     panel,
-                    np.array([(x.min(), x.max()), (v.min(), v.max())]),
-                    label="range of all cycles",
-                    **RANGE,
+                    np.array([np.array([of.min(), of.max()]) for of in (x, v)]),
+                    "range of all cycles",
+                    RANGE,
                 )
                 if plane is _of_y:  # of the displacement the paper prints a range that cannot be
                     for value in printed[1]:
                         panel.axhline(value, **LIMIT)
                 else:
-                    _box(panel, printed, label="printed range", **LIMIT)
+                    _box(panel, printed, "printed range", LIMIT)
                 panel.set_xlabel(across)
-            row[0].set_ylabel(up)
 
 
 def _poincare(runs: Runs, path: Path) -> None:
@@ -312,15 +307,15 @@ def _poincare(runs: Runs, path: Path) -> None:
         (_of_x, int(width.argmax()), 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
         (_of_error, 0, 1e3, "error of y (nm)", 1e3, "its rate (µm/s)"),
     )
-    with _grid(path, len(sections), MODELS, 6.6, sharex="row", sharey="row") as axes:
-        for row, (plane, at, scale, across, scale_v, up) in zip(axes, sections, strict=True):
+    labels = [section[-1] for section in sections]
+    with _grid(path, labels, MODELS, 6.6, "", sharex="row", sharey="row") as axes:
+        for row, (plane, at, scale, across, scale_v, _) in zip(axes, sections, strict=True):
             for panel, model in zip(row, MODELS, strict=True):
                 x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
                 label = "once a cycle, less the mean"
-                panel.plot(scale * x, scale_v * v, ".", color=LINES[model]["color"], ms=3, label=label)
+                panel.plot(scale * x, scale_v * v, ".", color=COLOURS[model], ms=3, label=label)
                 panel.margins(0.05)
                 panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start")
-            row[0].set_ylabel(up)
 
 
 def _cycles(runs: Runs, path: Path) -> None:
@@ -329,27 +324,20 @@ def _cycles(runs: Runs, path: Path) -> None:
         (_of_x, "slider x − line (mm)", [1e3 * published(name).value for name in X_RANGE]),
         (_of_y, "slider y − start (m)", [published("S4.2-stroke").value]),
     )
-    with _grid(path, len(rows), MODELS, 4.2, sharex=True, sharey="row") as axes:
-        for row, (plane, label, printed) in zip(axes, rows, strict=True):
+    labels = [label for _, label, _ in rows]
+    with _grid(path, labels, MODELS, 4.2, "time (crank cycles)", sharex=True, sharey="row") as axes:
+        for row, (plane, _, printed) in zip(axes, rows, strict=True):
             for panel, model in zip(row, MODELS, strict=True):
                 by_cycle = plane(runs, model)[0]
                 kept = envelope(by_cycle.ravel(), COLUMNS)
                 time, values = kept / by_cycle.shape[1], by_cycle.ravel()[kept]
-                panel.plot(time, values, color=LINES[model]["color"], lw=0.6, label="all cycles")
+                panel.plot(time, values, color=COLOURS[model], lw=0.6, label="all cycles")
                 for k, value in enumerate(printed):
                     panel.axhline(value, label=None if k else "printed", **LIMIT)
                 panel.set_xlim(0, len(by_cycle))
-            row[0].set_ylabel(label)
-        for panel in axes[-1]:
-            panel.set_xlabel("time (crank cycles)")
 
 
-def _time(axes: Sequence[Sequence[Axes]], time: Array) -> None:
-    for panel in axes[-1]:
-        panel.set(xlabel="time (s)", xlim=(time[0], time[-1]))
-
-
-def _box(panel: Axes, ranges: Array, **line: Any) -> None:
+def _box(panel: Axes, ranges: Array, label: str, line: Mapping[str, Any]) -> None:
     """Draw the rectangle of two ranges, shape (2, 2): across, up."""
     across, up = ranges
-    panel.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], **line)
+    panel.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], label=label, **line)

@@ -21,7 +21,7 @@ from comparison.reliability.assessment import Assessment, cap, implied_limit, re
 from comparison.reliability.errors import QUANTITIES, Peak, unit_of
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.runs import PEAKS, REACH, Measured, Runs, measure, scene_of
+from comparison.studies.paper.runs import PEAKS, REACH, Runs, measure, scene_of
 from comparison.studies.shared.published import Published, printed_events, printed_rows, published
 
 CLOSE = 0.05
@@ -72,17 +72,10 @@ class Outcome(StrEnum):
 def ledger(runs: Runs) -> pd.DataFrame:
     """Return a row for each printed number, in the order of the paper.
 
-    Returns
-    -------
-    ledger
-        ``ids`` of all rows that print it, ``scene``, ``figure``, ``quantity``, ``unit``; ``printed`` and
-        ``printed_at`` (s), as first printed, ``times`` and ``signs`` as printed anywhere; ``use``, and
-        what was ``fitted`` to it; ``limit`` of the permitted error, of a reliability; ``note``.
-        For each model: its value by the model's name and, behind the name, ``_at`` (s), ``_unseen``: by how
-        much samples may miss it, ``_least`` and ``_most`` of all starts' sizes, ``_sampled``: of the samples
-        alone, ``_ratio``: its size over the printed one, of reliabilities of what is missing to the cap, nan
-        where nothing is judged, and ``_away``: its instant after the printed one, cycles.
-        ``size``, ``sign`` and ``instant``: the verdicts.
+    ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit``
+    of the permitted error, of a reliability. Behind a model's name ``_at`` (s); ``_least`` and ``_most`` of
+    all starts' sizes; ``_ratio``: its size over the printed one, of reliabilities of what is missing to the
+    cap, nan where nothing is judged; ``_away``: its instant after the printed one, cycles.
     """
     limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
     return pd.DataFrame([_entry(ids, runs, limits) for ids in printed_events()])
@@ -114,7 +107,7 @@ def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[
         name = quantity.split("_")[1]
         limit = limits[name]
         missing = {model: lacking(limit, runs.reliabilities(scene, model)[name]) for model in MODELS}
-        measured = {m: Measured((Peak(CAP - lack, float("nan")),)) for m, lack in missing.items()}
+        measured = {model: [Peak(CAP - lack, float("nan"))] for model, lack in missing.items()}
         ratio = {model: lack / (CAP - first.value) for model, lack in missing.items()}
         same = all(abs(lack - (CAP - first.value)) <= first.rounding for lack in missing.values())
         size = Size.CLOSE if same else size_of(list(ratio.values()))
@@ -122,10 +115,10 @@ def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[
             use = Use.UNINFORMATIVE
     else:
         measured = {model: measure(ids[0], runs, model) for model in MODELS}
-        ratio = {model: abs(each.first.value / first.value) for model, each in measured.items()}
-        size = size_of([abs(p.value / first.value) for each in measured.values() for p in each.peaks])
+        ratio = {model: abs(each[0].value / first.value) for model, each in measured.items()}
+        size = size_of([abs(p.value / first.value) for each in measured.values() for p in each])
     judged = use in (Use.PREDICTION, Use.CALIBRATION)
-    peaks = [p for each in measured.values() for p in each.peaks] if judged and quantity in PEAKS else []
+    peaks = [p for each in measured.values() for p in each] if judged and quantity in PEAKS else []
     times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
     period = load_scene(scene).period
     entry: dict[str, Any] = {
@@ -144,16 +137,14 @@ def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[
         "note": "; ".join(filter(None, printed_rows().loc[list(ids), "note"])),
     }
     for model, each in measured.items():
-        sizes = [abs(peak.value) for peak in each.peaks]
+        sizes = [abs(peak.value) for peak in each]
         entry |= {
-            model: each.first.value,
-            f"{model}_at": each.first.time,
-            f"{model}_unseen": each.first.error,
+            model: each[0].value,
+            f"{model}_at": each[0].time,
             f"{model}_least": min(sizes),
             f"{model}_most": max(sizes),
-            f"{model}_sampled": each.sampled,
             f"{model}_ratio": ratio[model] if judged else float("nan"),
-            f"{model}_away": (each.first.time - first.time) / period,
+            f"{model}_away": (each[0].time - first.time) / period,
         }
     return entry | {
         "size": size if judged else Size.NONE,
@@ -200,15 +191,10 @@ def one_limit(runs: Runs, quantity: str) -> float:
 
 
 def implied(runs: Runs) -> pd.DataFrame:
-    """Solve every printed reliability for its upper limit, the lower one being zero.
+    """Solve every printed reliability for its upper limit (the lower one is zero), in its part of the cycle.
 
-    Returns
-    -------
-    limits
-        ``id``, ``quantity``, ``unit``, ``printed`` and its crank angle ``at`` (deg). For each model the upper
-        limit that gives the printed value in that part of the cycle, ``_least`` and ``_most`` within the
-        rounding of the print; ``_worst_at``: the part in which the model's reliability is smallest, deg, and
-        ``_worst``: the limit that gives the printed value there.
+    Behind a model's name ``_least`` and ``_most`` within the rounding of the print; ``_worst_at`` (deg): the
+    part in which the model's reliability is smallest, and ``_worst``: the limit that gives the print there.
     """
     rows = []
     for identifier, quantity, printed in printed_reliabilities():

@@ -221,33 +221,19 @@ def _two_cycles(config: Config, name: str, *groups: str) -> Scene:
 # ---- what a run shows in place of a printed number
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What stands in place of a printed number, in its unit."""
-
-    peaks: tuple[Peak, ...]
-    """From each start, the first one's first; of what belongs to no instant a single one without a time."""
-    sampled: float = float("nan")
-    """The first from the samples alone."""
-
-    @property
-    def first(self) -> Peak:
-        """From the first start."""
-        return self.peaks[0]
-
-
 def scene_of(identifier: str) -> str:
     """Return the scene of a published row, such as ``F9-69-d``."""
     return CONDITIONS[tuple(printed_rows().loc[identifier, CONDITION])]
 
 
-def measure(identifier: str, runs: Runs, model: str) -> Measured:
-    """Return what a model's runs show in place of a published row."""
+def measure(identifier: str, runs: Runs, model: str) -> list[Peak]:
+    """Return what a model's runs show in place of a published row, in its unit.
+
+    The peaks from each start, the first one's first; of what belongs to no instant one without a time.
+    """
     scene, quantity = scene_of(identifier), str(printed_rows().loc[identifier, "quantity"])
     if channel := PEAKS.get(quantity):
-        samples = runs.errors(scene, model, channel)[second(runs.short[scene, model][0])]
-        largest = float(samples[np.abs(samples).argmax()])
-        return Measured(tuple(runs.by_member(scene, model, channel)), largest)
+        return runs.by_member(scene, model, channel)
     if quantity == "lowest_displacement":
         y = runs.ideal[CENTRAL, model].values("slider_y")
         value = float(y.min() - y[0])
@@ -256,7 +242,7 @@ def measure(identifier: str, runs: Runs, model: str) -> Measured:
     else:
         name, _, end = quantity.rpartition("_")
         value = _range(runs, scene, model, *RANGES[name])[end == "high"]
-    return Measured((Peak(value, float("nan")),))
+    return [Peak(value, float("nan"))]
 
 
 def _range(runs: Runs, scene: str, model: str, channel: str, origin: str) -> tuple[float, float]:

@@ -14,8 +14,7 @@ from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Progress, run_all, successful
-from comparison.files import replacing
-from comparison.formatting import percent, quantity
+from comparison.formatting import quantity
 from comparison.models import MODELS
 from comparison.reliability.assessment import ROUNDING, cap
 from comparison.reliability.averages import integrals
@@ -30,7 +29,7 @@ from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed
+from comparison.studies.shared.frames import crossed, write_csv
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
@@ -68,13 +67,7 @@ class Results:
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
-    """Run the cases and the ideal mechanism by both models.
-
-    Raises
-    ------
-    RunError
-        If a run does not succeed.
-    """
+    """Run the cases and the ideal mechanism by both models; `RunError` if one does not succeed."""
     scenes = {
         (name, cycles): at_tier(
             load_scene(name, {"drive.cycles": float(cycles), "output.samples_per_cycle": config.samples}),
@@ -98,21 +91,16 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         key: successful(outcome, job) for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
     }
 
+    def side(which: tuple[str, int], model: str, motion: str) -> Runs:
+        runs = {key[3]: run for key, run in tables.items() if key[:3] == (which, model, motion)}
+        return Runs(refinement=refinement(model, scenes[which]), **runs)
+
     def compared(which: tuple[str, int], left_out: int) -> dict[str, Difference]:
-        scene = scenes[which]
-        actual, ideal = (
-            [
-                Runs(
-                    refinement=refinement(model, scene),
-                    **{key[3]: run for key, run in tables.items() if key[:3] == (which, model, motion)},
-                )
-                for model in MODELS
-            ]
-            for motion in ("actual", "ideal")
-        )
+        scene, (a, b) = scenes[which], MODELS
+        actual = side(which, a, "actual"), side(which, b, "actual")
+        ideal = side(which, a, "ideal"), side(which, b, "ideal")
         k, start = thresholds("tight").k, left_out * scene.period
-        (a, b), (ideal_a, ideal_b) = actual, ideal
-        return compare_reliability((a, b), (ideal_a, ideal_b), scene.period, scene.reliability, k, start)
+        return compare_reliability(actual, ideal, scene.period, scene.reliability, k, start)
 
     long = {name: (name, config.cycles) for name in config.cases}
     return Results(
@@ -124,21 +112,21 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
             name: repeating(
                 tables[which, MODELS[0], "actual", "base"],
                 tables[which, MODELS[0], "ideal", "base"],
-                scenes[which],
+                scenes[which].period,
             )
             for name, which in long.items()
         },
     )
 
 
-def repeating(run: Table, ideal: Table, scene: Scene) -> dict[str, float]:
+def repeating(run: Table, ideal: Table, period: float) -> dict[str, float]:
     """Return by quantity the share of the error's variance that its average over the cycles has.
 
     Of the averages over hundredths of a cycle.
     """
-    errors = slider_errors(run, ideal, scene.period, start=LEFT_OUT * scene.period)
-    cycles = round(errors.time[-1] / scene.period)
-    edges = scene.period * np.arange(100 * cycles + 1) / 100
+    errors = slider_errors(run, ideal, period, start=LEFT_OUT * period)
+    cycles = round(errors.time[-1] / period)
+    edges = period * np.arange(100 * cycles + 1) / 100
     shares = {}
     for name, channel in QUANTITIES.items():
         by_cycle = integrals(errors.time, errors.by_channel[channel], edges).reshape(cycles, -1)
@@ -184,35 +172,23 @@ def one_model(results: Results) -> pd.DataFrame:
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
-    long, two, alone = differences(results.long), differences(results.paper), one_model(results)
-    settings = next(iter(results.scenes.values())).reliability
-    curves = [each for quantities in results.long.values() for each in quantities.values()]
-    inside = np.concatenate([np.abs(each.curve) <= each.curve_half_width for each in curves])
+    """Return what the template asks."""
+    long, settings = differences(results.long), next(iter(results.scenes.values())).reliability
     return {
-        "cycles": results.config.cycles - LEFT_OUT,
-        "all_cycles": results.config.cycles,
-        "bins": settings.bins,
-        "of_what": "size of the error" if settings.errors == "absolute" else "signed error",
+        "config": results.config,
+        "long": long,
+        "verdicts": {name: int((long["verdict"] == name).sum()) for name in ("agree", "undecided", "differ")},
+        "settings": settings,
         "limits": ", ".join(
             f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES
         ),
         "cap": f"{cap(settings.displacement):.10f}",
         "rounding": f"{ROUNDING:g}",
         "margin": f"{MARGIN:g}",
-        "count": len(long),
-        **{verdict: int((long["verdict"] == verdict).sum()) for verdict in ("agree", "undecided", "differ")},
-        "within": int((long["difference"].abs() <= long["half_width"]).sum()),
-        "bins_within": percent(float(inside.mean())),
         "smallest": _by_quantity(long),
-        "two": _by_quantity(two),
-        "below_P": int((alone["smallest_R"] < alone["smallest_P"]).sum()),
-        "repeats": percent(float(alone["repeats"].min())),
-        "repeats_median": percent(float(alone["repeats"].median())),
-        "figures": "\n\n".join(
-            f"![{scene.title}: reliability against the crank angle]({picture(name)})"
-            for name, scene in results.scenes.items()
-        ),
+        "two": _by_quantity(differences(results.paper)),
+        "alone": one_model(results),
+        "figures": {picture(name): scene.title for name, scene in results.scenes.items()},
     }
 
 
@@ -242,9 +218,7 @@ def draw(results: Results, folder: Path) -> None:
         for name, quantities in results.long.items():
             svg.write_svg(against_angle(quantities, MODELS), folder / picture(name))
     frames = {"differences": long, "two-cycles": differences(results.paper), "one-model": one_model(results)}
-    for name, frame in frames.items():
-        with replacing(folder / f"{name}.csv") as part:
-            frame.to_csv(part, index=False)
+    write_csv(frames, folder)
 
 
 def _differences(rows: pd.DataFrame, path: Path) -> None:

@@ -1,12 +1,14 @@
-"""Data frames and lines of named cells as tables in Markdown; extreme rows of a frame."""
+"""Data frames and lines of named cells as tables in Markdown and as CSV; extreme rows of a frame."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from comparison.files import replacing
 from comparison.formatting import MISSING, table
 
 Columns = dict[Any, Callable[[Any], str]]
@@ -49,3 +51,10 @@ def largest(frame: pd.DataFrame, column: str) -> dict[str, Any]:
     """Return the row with the largest value of a column, the first of several."""
     rows = frame.sort_values(column, ascending=False, kind="stable").iloc[:1].to_dict("records")
     return {str(name): value for name, value in rows[0].items()}
+
+
+def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | None = None) -> None:
+    """Write frames to ``NAME.csv`` in a folder, their numbers as the format ``digits`` says."""
+    for name, frame in frames.items():
+        with replacing(folder / f"{name}.csv") as part:
+            frame.to_csv(part, index=False, float_format=digits)

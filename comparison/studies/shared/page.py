@@ -1,16 +1,28 @@
-"""A study's README and its figures as one HTML file."""
+"""A study's README from its template, and as one HTML file with its figures."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
+from jinja2 import Environment, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from comparison.files import replacing
+from comparison.formatting import number, percent, quantity
 from comparison.report.templates import TEMPLATES, style
+from comparison.studies.shared.frames import markdown
 
+_PAGES = Environment(
+    variable_start_string="{",
+    variable_end_string="}",
+    trim_blocks=True,
+    keep_trailing_newline=True,
+    undefined=StrictUndefined,
+)
+_PAGES.filters |= {"number": number, "percent": percent, "quantity": quantity, "markdown": markdown}
 _PICTURE = re.compile(r'<p><img src="([\w-]+\.svg)" alt="([^"]*)" ?/?></p>')
 _TO_PICTURE = re.compile(r'href="([\w-]+)\.svg"')
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
@@ -30,6 +42,19 @@ _PAGE = """<!DOCTYPE html>
 </body>
 </html>
 """
+
+
+def filled(template: str, values: Mapping[str, object]) -> str:
+    """Return a page: jinja2, with an expression in braces for what is measured, ``{runs.x.max() | number}``.
+
+    Parameters
+    ----------
+    template
+        Its filters are those of `comparison.formatting`, and ``markdown`` for a data frame.
+    values
+        Tables, numbers and texts by the names that the template uses.
+    """
+    return _PAGES.from_string(template).render(values)
 
 
 def single_page(readme: Path, page: Path) -> None:

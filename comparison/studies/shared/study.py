@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from comparison.execution.run import Progress
 from comparison.files import replacing, replacing_in, write_json
-from comparison.studies.shared.page import single_page
+from comparison.studies.shared.page import filled, single_page
 
 C = TypeVar("C")
 R = TypeVar("R")
@@ -30,7 +30,7 @@ class Study(Generic[C, R]):
     measure
         Runs and measures, with so many worker processes and progress from 0 to 1.
     page
-        What stands in the template for each ``{name}``.
+        What the template takes its tables, numbers and texts from (`comparison.studies.shared.page.filled`).
     draw
         Writes the figures into a folder.
     data
@@ -86,10 +86,10 @@ class Study(Generic[C, R]):
 
     def text(self, results: R) -> str:
         """Return the page, or the section of one, with what is measured."""
-        return self.template().format(**self.page(results))
+        return filled(self.template(), self.page(results))
 
     def template(self) -> str:
-        """Return the text of the page, with ``{name}`` for what is measured."""
+        """Return the text of the page, with ``{expression}`` for what is measured."""
         name = self.name.replace("-", "_")
         return (
             files(f"comparison.studies.{name}").joinpath(f"{name.rpartition('.')[2]}.md").read_text("utf-8")

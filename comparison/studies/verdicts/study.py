@@ -17,7 +17,7 @@ from comparison.models import made_on
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.frames import markdown
 from comparison.studies.shared.study import Study
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.shipped import as_toml
@@ -41,10 +41,6 @@ SHOWN = (
     "largest difference of x, tight, predictable samples",
 )
 """Columns of `row` on the page; all are in ``verdicts.csv``."""
-NOTE = f"""
-{ABOVE} above {TARGET:.0e} m, the target for x at the tight tier; the uncertainty of both runs, with which the
-verdict compares the difference, is not that small there.
-"""
 
 
 @dataclass(frozen=True)
@@ -64,10 +60,9 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
-    rows = [row(comparison) for comparison in results.comparisons]
-    table = rows_table({name: each[name] for name in SHOWN} for each in rows)
-    note = NOTE if ABOVE in table else ""
-    return {"finding": headline(results.comparisons), "table": table, "note": note} | results.made
+    rows = pd.DataFrame([row(comparison) for comparison in results.comparisons])
+    texts = {"finding": headline(results.comparisons), "table": markdown(rows[list(SHOWN)])}
+    return texts | results.made | {"above": ABOVE, "target": f"{TARGET:.0e}"}
 
 
 def row(scene: SceneComparison) -> dict[str, str]:

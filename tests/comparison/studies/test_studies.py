@@ -27,7 +27,7 @@ OTHER_FILES = {
     "detection": {"detection.json"},
     "ensembles": {"tests.csv"},
     "extremes": {"cells.csv", "classes.csv"},
-    "identification": {"arrangements.csv", "peaks.csv"},
+    "identification": {"arrangements.csv", "peaks.csv", "ranges.csv"},
     "nonlinear": {"exponents.csv"},
     "paper": {
         "report.html",
@@ -173,7 +173,7 @@ def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, ma
     made = {"machine": "a machine", "date": "2030-01-01"}
     for tight, marked in ((None, False), (near, False), (far, True)):
         results = verdicts.Results([replace(near, tight=tight)], made)
-        text = verdicts.STUDY.template().format(**verdicts.page(results))
+        text = verdicts.STUDY.text(results)
         assert ("† above 1e-09 m" in text) == marked
         assert text.endswith("\nMade on a machine; 2030-01-01.\n")
         shown = reports.table_of(text)

@@ -23,20 +23,17 @@ from comparison.studies.extremes.cells import (
     SEED,
     STRICT,
     TREE,
-    Base,
     Cause,
     Cell,
     Class,
-    Judged,
-    Outcome,
     apart,
-    causes,
     cells,
     check,
     estimate,
-    frame,
+    explain,
     hypercube,
     judge,
+    judged,
     principal,
     rerun,
     run_campaign,
@@ -47,8 +44,7 @@ from comparison.studies.shared import benchmark_unit
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
-FULL_GRID = study.STUDY.full
-EVERY_CELL = cells(FULL_GRID.axes, FULL_GRID.points)
+EVERY_CELL = cells(study.STUDY.full.axes, study.STUDY.full.points)
 BOUND = 1e-9
 EXACT = np.linspace(-2e-4, 2e-4, 11)
 
@@ -57,7 +53,7 @@ def row(x, status="success", **more):
     return {"status": status, "message": "", "x": list(x), **more}
 
 
-TIGHT = {"minimal, strict": row(EXACT), "tree, strict": row(EXACT + 1e-12)}
+TIGHT = (row(EXACT), row(EXACT + 1e-12))
 LATE = {"status": "work-limit", "message": "", "share": 0.3, "limit": LIMIT}
 
 
@@ -65,14 +61,24 @@ def leaving(at: int, error: float):
     return row(EXACT + np.where(np.arange(11) >= at, error, 0.0))
 
 
-def outcome(error: float, magnified: float, steps: float | None = None, law: str = LAWS[0]) -> Outcome:
-    ran = row(EXACT + error, steps_per_contact=steps)
-    runs_of = {FULL.name: judge(ran, TIGHT, BOUND)}
-    return Outcome(Cell("axis", "value", law, (FULL,)), runs_of, TIGHT, magnified)
+def run(ran, magnified=2.0, method=FULL, cell=1, **known):
+    """What became of a run, as the campaign knows it."""
+    return {
+        "cell": cell, "axis": "axis", "value": "value", "law": LAWS[0], "formulation": method.name,
+        "row": ran, "exact": {STRICT: row(EXACT)}, "exact_apart_m": 1e-12, "magnification": magnified,
+        "neighbour_m": math.nan, "finer_error_m": math.nan, "finer_class": None, "friction": 0.15,
+        "steps_per_contact": ran.get("steps_per_contact"), **judge(ran, TIGHT, BOUND), **known,
+    }  # fmt: skip
 
 
-def why(of: Outcome, unchanged: Outcome, bounded: Outcome | None = None) -> list[Cause]:
-    return causes(of, FULL.name, Base(bounded or unchanged, unchanged))
+def erring(error: float, magnified: float = 2.0, steps: float | None = None, **known):
+    return run(row(EXACT + error, steps_per_contact=steps), magnified, **known)
+
+
+def why(of, base=None, *others):
+    """Causes of a run beside one of the unchanged scene."""
+    explain([(base or erring(0.0, 2.0, 100.0)) | {"cell": 0, "value": BASE_LABEL}, of, *others])
+    return of["causes"]
 
 
 # ---- cells
@@ -119,27 +125,25 @@ def test_the_hypercube_has_a_point_in_each_of_200_parts_of_each_range():
 
 
 def test_a_run_converged_only_if_it_is_close_to_both_runs_that_count_as_exact():
-    assert judge(leaving(7, 0.9e-9), TIGHT, BOUND).kind is Class.CONVERGED
-    judged = judge(leaving(7, 1.1e-9), TIGHT, BOUND)
-    assert (judged.kind, judged.lasted) == (Class.DEGRADED, 0.7)
-    assert judged.error == pytest.approx(1.1e-9, rel=1e-2)
-    other = {"minimal, strict": row(EXACT), "tree, strict": row(EXACT + 1e-6)}
-    for exact in (EXACT, EXACT + 1e-6):
-        assert judge(row(exact), other, BOUND).kind is Class.DEGRADED
+    assert judge(leaving(7, 0.9e-9), TIGHT, BOUND)["class"] is Class.CONVERGED
+    found = judge(leaving(7, 1.1e-9), TIGHT, BOUND)
+    assert (found["class"], found["lasted_cycles"]) == (Class.DEGRADED, 0.7)
+    assert found["error_m"] == pytest.approx(1.1e-9, rel=1e-2)
+    other = (row(EXACT), row(EXACT + 1e-6))
+    assert {judge(each, other, BOUND)["class"] for each in other} == {Class.DEGRADED}
 
 
 def test_without_an_error_bound_nothing_converged_and_without_an_exact_run_nothing_is_known():
-    assert judge(row(EXACT), TIGHT, math.nan).kind is Class.DEGRADED
-    gone = {name: row([], "step-too-small") for name in TIGHT}
-    assert judge(row(EXACT), gone, BOUND).kind is Class.UNCONFIRMED
-    assert judge(row(EXACT), gone | {"tree, strict": row(EXACT)}, BOUND).kind is Class.CONVERGED
+    assert judge(row(EXACT), TIGHT, math.nan)["class"] is Class.DEGRADED
+    gone = row([], "step-too-small")
+    assert judge(row(EXACT), (gone, gone), BOUND)["class"] is Class.UNCONFIRMED
+    assert judge(row(EXACT), (gone, row(EXACT)), BOUND)["class"] is Class.CONVERGED
 
 
 @pytest.mark.parametrize(
     ("ended", "kind"),
     [
         ({"status": "work-limit", "x": []}, Class.STOPPED),
-        ({"status": "newton-failed"}, Class.STOPPED),
         ({"status": "bad input"}, Class.REFUSED),
         ({"status": "crashed"}, Class.CRASHED),
         ({"status": "unusable"}, Class.NONSENSE),
@@ -147,7 +151,7 @@ def test_without_an_error_bound_nothing_converged_and_without_an_exact_run_nothi
     ],
 )
 def test_what_the_study_cut_off_is_not_tested_and_every_other_status_has_its_class(ended, kind):
-    assert judge({"message": "", **ended}, TIGHT, BOUND).kind is kind
+    assert judge({"message": "", **ended}, TIGHT, BOUND)["class"] is kind
 
 
 @pytest.mark.parametrize(
@@ -162,7 +166,7 @@ def test_what_the_study_cut_off_is_not_tested_and_every_other_status_has_its_cla
     ],
 )
 def test_what_spoils_a_run_and_what_sixbar_run_warns_of(measured, kind, told):
-    assert judge(row(EXACT, **measured), TIGHT, BOUND).kind is kind
+    assert judge(row(EXACT, **measured), TIGHT, BOUND)["class"] is kind
     assert warned(row(EXACT, **measured)) is told
 
 
@@ -176,64 +180,47 @@ def test_runs_are_as_far_apart_as_the_farthest_two_that_finished():
 # ---- causes
 
 
-def test_a_cause_is_given_only_where_it_accounts_for_the_error():
-    unchanged = outcome(0.0, 2.0, 100.0)
-    assert why(unchanged, unchanged) == []
-    # A hundred times the base's magnification, a thousand times the error bound: within the scatter.
-    assert why(outcome(1e-6, 200.0, 100.0), unchanged) == [Cause.MAGNIFIED]
-    assert why(outcome(2e-6, 200.0, 100.0), unchanged) == [Cause.MAGNIFIED, Cause.UNEXPLAINED]
-    # A fifth of the steps a contact, 25 times the error.
-    assert why(outcome(2e-7, 2.0, 20.0), unchanged) == [Cause.FEW_STEPS]
-    assert why(outcome(3e-7, 2.0, 20.0), unchanged) == [Cause.FEW_STEPS, Cause.UNEXPLAINED]
-    assert why(outcome(1.0, 2.0, 3.0), unchanged) == [Cause.FEW_STEPS]
-    assert why(outcome(5e-9, 2.0, 100.0), unchanged) == [Cause.SCATTERED]
+@pytest.mark.parametrize(
+    ("of", "causes"),
+    [
+        (erring(0.0, 2.0, 100.0), []),
+        # A hundred times the base's magnification, a thousand times the error bound: within the scatter.
+        (erring(1e-6, 200.0, 100.0), [Cause.MAGNIFIED]),
+        (erring(2e-6, 200.0, 100.0), [Cause.MAGNIFIED, Cause.UNEXPLAINED]),
+        # A fifth of the steps a contact, 25 times the error.
+        (erring(2e-7, 2.0, 20.0), [Cause.FEW_STEPS]),
+        (erring(3e-7, 2.0, 20.0), [Cause.FEW_STEPS, Cause.UNEXPLAINED]),
+        (erring(1.0, 2.0, 3.0), [Cause.FEW_STEPS]),
+        (erring(5e-9, 2.0, 100.0), [Cause.SCATTERED]),
+        (erring(1.0, law=LAWS[2]), [Cause.LITERAL]),
+        # A refined rerun is a cause only where it accounts for the error.
+        (erring(2e-6, neighbour_m=2.1e-7), [Cause.UNRESOLVED]),
+        (erring(2e-6, neighbour_m=1.9e-7), [Cause.UNEXPLAINED]),
+        (erring(2e-6, finer_error_m=9e-7), [Cause.TOO_COARSE]),
+        (erring(2e-6, finer_error_m=1.1e-6), [Cause.UNEXPLAINED]),
+        (erring(2e-6, finer_class=Class.STOPPED), [Cause.EDGE]),
+        (erring(2e-6, exact_apart_m=2 * BOUND), [Cause.STRICT_APART]),
+        # Much friction may jam what stopped or was cut off.
+        *((run(ended), []) for ended in (LATE, row([], "newton-failed"))),
+        *((run(ended, friction=2.0), [Cause.JAMMED]) for ended in (LATE, row([], "newton-failed"))),
+        # A refusal is one of the tolerance where a finer one is not refused.
+        (run(row([], "bad input")), [Cause.COARSE_TOLERANCE]),
+        (run(row([], "bad input"), exact={STRICT: row([], "bad input")}), [Cause.NO_MECHANISM]),
+    ],
+)
+def test_a_cause_is_given_only_where_it_accounts_for_the_error(of, causes):
+    assert why(of) == causes
+
+
+def test_causes_from_other_runs():
     # A formulation that errs as much in the base scene errs by itself.
-    assert why(outcome(1e-6, 2.0, 100.0), unchanged, outcome(1.5e-6, 2.0, 100.0)) == [Cause.AS_IN_BASE]
-    assert why(outcome(1.0, 2.0, 100.0, LAWS[2]), unchanged) == [Cause.LITERAL]
+    assert why(erring(1e-6, 2.0, 100.0), erring(1.5e-6, 2.0, 100.0)) == [Cause.AS_IN_BASE]
+    # Those that leave at one instant have one cause.
+    left = [run(leaving(6, 1e-6), method=method) for method in (FULL, TREE)]
+    assert why(left[0], None, left[1]) == [Cause.TOGETHER]
+    assert why(left[0], None, run(row(EXACT), method=TREE)) == [Cause.UNEXPLAINED]
     assert principal([Cause.MAGNIFIED, Cause.UNEXPLAINED]) == "not explained"
     assert principal([]) == ""
-
-
-def test_formulations_that_leave_at_one_instant_have_one_cause():
-    unchanged, of = outcome(0.0, 2.0), outcome(0.0, 2.0)
-    for name in (FULL.name, TREE.name):
-        of.runs[name] = judge(leaving(6, 1e-6), TIGHT, BOUND)
-    assert why(of, unchanged) == [Cause.TOGETHER]
-    of.runs[TREE.name] = judge(row(EXACT), TIGHT, BOUND)
-    assert why(of, unchanged) == [Cause.UNEXPLAINED]
-
-
-def test_much_friction_may_jam_what_stopped_or_was_cut_off():
-    of = outcome(0.0, 2.0)
-    for ended in (LATE, row([], "newton-failed")):
-        of.runs[FULL.name] = judge(ended, TIGHT, BOUND)
-        assert why(of, of) == []
-        jammed = replace(of, cell=replace(of.cell, changes={"friction.coefficient": 2.0}))
-        assert why(jammed, of) == [Cause.JAMMED]
-
-
-@pytest.mark.parametrize(
-    ("strict", "cause"), [("success", Cause.COARSE_TOLERANCE), ("bad input", Cause.NO_MECHANISM)]
-)
-def test_a_refusal_is_one_of_the_tolerance_where_a_finer_one_is_not_refused(strict, cause):
-    of = replace(outcome(0.0, 2.0), exact={STRICT.name: row(EXACT, strict)})
-    of.runs[FULL.name] = judge({"status": "bad input", "message": ""}, TIGHT, BOUND)
-    assert why(of, of) == [cause]
-
-
-def test_a_refined_rerun_is_a_cause_only_where_it_accounts_for_the_error():
-    unchanged, of = outcome(0.0, 2.0, 100.0), outcome(2e-6, 200.0, 100.0)
-    judged = of.runs[FULL.name]
-
-    def last(neighbour: float, finer: Judged | None) -> Cause:
-        of.runs[FULL.name] = replace(judged, neighbour=neighbour, finer=finer)
-        return why(of, unchanged)[-1]
-
-    assert last(2.1e-7, None) is Cause.UNRESOLVED
-    assert last(1.9e-7, None) is Cause.UNEXPLAINED
-    assert last(math.nan, replace(judged, error=9e-7)) is Cause.TOO_COARSE
-    assert last(math.nan, replace(judged, error=1.1e-6)) is Cause.UNEXPLAINED
-    assert last(0.0, Judged({}, Class.STOPPED)) is Cause.EDGE
 
 
 # ---- runs
@@ -286,32 +273,31 @@ def test_the_estimate_is_three_times_the_distance_of_levels_out_of_order():
 def test_a_degraded_run_is_announced_if_its_check_exceeds_the_bound(bound, kind):
     """The check of a coarse run of the base scene, by its runs: it errs by some 1e-8 m."""
     cell = Cell("tolerance", BASE_LABEL, LAWS[0], (MINIMAL,), {}, {"solver.reference.tolerance": 1e-8})
-    done = run_cell(CellRun(cell.scene_of(MINIMAL), "reference"), lambda _: None) | {"status": "success"}
-    exact = {"strict": done | {"x": list(np.asarray(done["x"]) + 2.0 * bound)}}
-    of = Outcome(cell, {MINIMAL.name: judge(done | {"limit": LIMIT}, exact, bound)}, exact)
-    assert of.runs[MINIMAL.name].kind is Class.DEGRADED
-    check([of], 1, None)
-    assert of.runs[MINIMAL.name].kind is kind
-    assert 1e-10 < of.runs[MINIMAL.name].estimate < 1e-5
+    done = run_cell(CellRun(cell.scene_of(MINIMAL), "reference"), lambda _: None)
+    exact = done | {"x": list(np.asarray(done["x"]) + 2.0 * bound), "status": "success"}
+    done |= {"status": "success", "limit": LIMIT, "bound": bound}
+    (found,) = judged([cell], {(0, MINIMAL): done, (0, STRICT): exact})
+    assert found["class"] is Class.DEGRADED
+    check([cell], [found], 1, None)
+    assert found["class"] is kind
+    assert 1e-10 < found["estimate_m"] < 1e-5
 
 
 def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting():
     """In a scene that loses nothing, under the law of a whole side, a hair decides; in the base scene not."""
-    many = []
-    for cell in (
+    of = [
         Cell("restitution", "1", LAWS[1], (MINIMAL,), {"contact.restitution": 1.0}),
         Cell("base", BASE_LABEL, LAWS[0], (MINIMAL,)),
-    ):
-        exact = run_cell(CellRun(cell.scene_of(STRICT), "reference"), lambda _: None)
-        judged = Judged({}, Class.DEGRADED, 1e-6, 1e-9, 0.5)
-        many.append(Outcome(cell, {MINIMAL.name: judged}, {STRICT.name: exact | {"status": "success"}}))
-    rerun(many, [(0, MINIMAL.name), (1, MINIMAL.name)], 1, None)
-    hair, ordinary = (of.runs[MINIMAL.name] for of in many)
-    assert hair.neighbour > 1e-10  # a thousand times the hair of 1e-13 m at the least
+    ]
+    strict = [run_cell(CellRun(cell.scene_of(STRICT), "reference"), lambda _: None) for cell in of]
+    rows = {(n, STRICT): exact | {"status": "success"} for n, exact in enumerate(strict)}
+    rows |= {(n, MINIMAL): row(exact["x"]) | {"bound": 1e-9} for n, exact in enumerate(strict)}
+    hair, ordinary = judged(of, rows)
+    rerun(of, rows, [hair, ordinary], 1, None)
+    assert hair["neighbour_m"] > 1e-10  # a thousand times the hair of 1e-13 m at the least
     # The base scene magnifies it by 8 only, but the bound of either run is 3e-11 m.
-    assert 0.0 < ordinary.neighbour < 1e-10
-    assert ordinary.finer is not None
-    assert ordinary.finer.error < 2.6e-10  # the bound at a tenth of the standard tolerance
+    assert 0.0 < ordinary["neighbour_m"] < 1e-10
+    assert ordinary["finer_error_m"] < 2.6e-10  # the bound at a tenth of the standard tolerance
 
 
 def test_some_cells_for_real():
@@ -322,7 +308,7 @@ def test_some_cells_for_real():
         for cell in EVERY_CELL
         if (cell.axis, cell.label) in wanted and cell.law == LAWS[0]
     ]
-    table = frame(run_campaign(chosen, 1, None)).set_index(["value", "formulation"])
+    table = run_campaign(chosen, 1, None).set_index(["value", "formulation"])
     assert set(table.loc["rod 2 0.5 m", "class"]) == {"refused"}
     assert (table.loc["rod 2 0.5 m", "cause"] == Cause.NO_MECHANISM).all()
     assert table.loc[(BASE_LABEL, MINIMAL.name), "class"] == Class.CONVERGED

@@ -8,18 +8,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.formatting import number
 from comparison.studies.identification.fitting import (
+    TOPOLOGIES,
+    Geometry,
+    Topology,
     fit,
+    motion,
     printed_facts,
     profile,
     shipped_geometry,
     shown,
     table_1,
 )
-from comparison.studies.identification.kinematics import TOPOLOGIES, Geometry, Topology, motion
-from comparison.studies.identification.runs import RADII, fit_radius
-from comparison.studies.identification.study import decision, of_radius
+from comparison.studies.identification.study import RADII, decision, fit_radius
 from comparison.studies.shared.published import published
 
 LENGTHS, _ = table_1()
@@ -169,15 +170,7 @@ def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
     assert np.isnan(fit_radius(1 / peaks).radius)
 
 
-def test_what_the_page_says_of_radius_and_peaks_follows_the_numbers():
-    grows = np.array(RADII)[:, None] ** 0.2 * np.array([0.9, 1.0, 1.1])
-    for met, words in ((1e-3, "agrees with the peaks"), (1e-2, "does not agree with the peaks")):
-        found = of_radius(pd.DataFrame(grows / met**0.2, index=RADII))
-        assert found["radius_certainty"].startswith(words)
-        assert f"on the mean at {number(met, 2)} m" in found["radius_found"]
-    found = of_radius(pd.DataFrame(1 / grows, index=RADII))
-    assert found["radius_certainty"] == "the peaks do not determine it"
-    assert "n/a" not in found["radius_found"]
+def test_peaks_decide_only_by_a_large_factor():
     assert decision({"the first": 1.6, "the second": 12.0}) == "the peaks exclude the second"
     assert decision({"none": 1.7, "up": 12.0, "left": 9.0}) == "the peaks exclude up and left"
     assert decision({"the first": 1.7, "the second": 1.6}) == "the peaks do not decide"

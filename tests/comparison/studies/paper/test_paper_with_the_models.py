@@ -24,7 +24,7 @@ def measured(request):
     ideal = run_one(runs.ideal_scene(CONFIG, central).with_values({"solver.exudyn.step": 4e-5}), model)
     many = run_one(runs.long_scene(CONFIG, central), model)
     of = runs.Runs(CONFIG, {}, {(central, model): ideal}, {(central, model): many}, {}, Chaos.UNDECIDED, {})
-    return lambda identifier: runs.measure(identifier, of, model).first.value
+    return lambda identifier: runs.measure(identifier, of, model)[0].value
 
 
 def test_stroke_and_top_dead_centre_within_the_rounding_of_the_print(measured):
