@@ -31,22 +31,15 @@ from comparison.tables.table import Table
 
 
 class Steps(NamedTuple):
-    """Values of settings whose steps are studied."""
+    """Values of settings whose steps are studied, ascending but for the tolerances."""
 
-    gains: tuple[float, ...]
-    """Baumgarte's alpha and beta, 1/s, ascending from 0; the default of a scene among them."""
-    tolerances: tuple[float, ...]
-    """Of a step under them, rad and m, descending; the first is that of all pairs and of the long runs."""
-    cycles: tuple[float, ...]
-    """Lengths of the long runs, ascending from 1."""
-    moduli: tuple[float, ...]
-    """Young's, of contacts without error control, Pa, ascending."""
-    impact_steps: tuple[float, ...]
-    """Of single impacts, s."""
-    phases: tuple[float, ...]
-    """How much of a step the touch comes after a state in flight."""
-    map_steps: tuple[float, ...]
-    """Of a quarter of a cycle, s, ascending."""
+    gains: tuple[float, ...]  # Baumgarte's alpha and beta, 1/s, from 0; the default of a scene among them
+    tolerances: tuple[float, ...]  # under them, rad and m; all pairs and the long runs have the first
+    cycles: tuple[float, ...]  # of the long runs, from 1
+    moduli: tuple[float, ...]  # Young's, of contacts without error control, Pa
+    impact_steps: tuple[float, ...]  # of single impacts, s
+    phases: tuple[float, ...]  # how much of a step the touch comes after a state in flight
+    map_steps: tuple[float, ...]  # of a quarter of a cycle, s
 
 
 FULL = Steps(
@@ -195,8 +188,6 @@ def rebounds(method: Fixed, wh: float, phases: Array = ALL_PHASES) -> Array:
 
 LEAST = 0.01
 """w h below which an impact takes more than 300 steps and is as exact as it can be."""
-LOOSE = 1e-4
-"""Of Newton's iteration, where the usual tolerance failed."""
 _SLOWEST = 1e-6
 """rpm: the crank stands still for the time of an impact."""
 _APPROACH, _LEAVE = 3, 40
@@ -223,8 +214,8 @@ class Impact:
         """Of the slider, m/s: a micrometre a step at most, so that it does not come to the other wall."""
         return min(0.05, 1e-6 / self.step)
 
-    def scene(self, tolerance: float | None = None) -> Scene:
-        """Return the scene, in which nothing is lost; without a tolerance of Newton's with the usual one."""
+    def scene(self) -> Scene:
+        """Return the scene, in which nothing is lost."""
         count = _APPROACH + int(1.3 * pi / self.wh) + _LEAVE
         cycle = 60.0 / _SLOWEST
         base = load_scene(BASE)
@@ -245,7 +236,7 @@ class Impact:
             # A sample a step, although their quotient rounds.
             "solver.exudyn.step": self.step * (1 + 1e-6),
         }
-        return base.with_values(values | ({"solver.exudyn.tolerance": tolerance} if tolerance else {}))
+        return base.with_values(values)
 
     def measure(self, outcome: Outcome) -> dict[str, Any]:
         """Return what the slider leaves with and what one mass would, in speeds before the impact.
@@ -264,17 +255,11 @@ class Impact:
 
 
 def run_impacts(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Run those that take so few steps that they can err; a row each (`Impact.measure`).
-
-    ``loosened``: where Newton failed, the status with `LOOSE`.
-    """
+    """Run those that take so few steps that they can err; a row each (`Impact.measure`)."""
     every = [Impact(*each) for each in product(FIXED, config.impact_steps, config.moduli, config.phases)]
     impacts = [impact for impact in every if impact.wh >= LEAST]
     ended = run_all([Job(impact.scene(), "exudyn") for impact in impacts], n_jobs, on_progress)
-    rows = pd.DataFrame([each.measure(outcome) for each, outcome in zip(impacts, ended, strict=True)])
-    failed = [number for number, outcome in enumerate(ended) if outcome.status == "newton-failed"]
-    again = run_all([Job(impacts[number].scene(LOOSE), "exudyn") for number in failed], n_jobs)
-    return rows.assign(loosened=pd.Series([outcome.status for outcome in again], failed, dtype=object))
+    return pd.DataFrame([each.measure(outcome) for each, outcome in zip(impacts, ended, strict=True)])
 
 
 def map_scene(method: str, step: float, young: float) -> Scene:

@@ -265,24 +265,6 @@ class Fit:
         return float(np.sqrt(np.sum(self.residuals**2) / freedom))
 
 
-@dataclass(frozen=True)
-class Profile:
-    """What it costs to hold one unknown."""
-
-    best: float
-    values: Array
-    """What it is held at, shape (n,); like the best in m."""
-    growth: Array
-    """Of the sum of squared residuals over that of the best geometry, the others fitted, shape (n,)."""
-
-    @property
-    def two_sigma(self) -> tuple[float, float]:
-        """Return where the growth passes 4, to either side, m."""
-        low, high = np.flatnonzero(self.values < self.best)[::-1], self.values > self.best
-        below, above = (float(np.interp(4.0, self.growth[at], self.values[at])) for at in (low, high))
-        return below, above
-
-
 def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame, allowances: Array) -> Array:
     """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
     assembled, values = shown(Geometry(*map(float, geometry)), topology)
@@ -318,24 +300,3 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
     jacobian = np.asarray(best.jac, dtype=np.float64)
     covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))
     return Fit(topology, fitted, shown(fitted, topology)[1], np.asarray(best.fun), covariance)
-
-
-def profile(fitted: Fit, which: int, values: Array, facts: pd.DataFrame) -> Profile:
-    """Return what it costs to hold one unknown at values, m, shape (n,), while the others are fitted.
-
-    ``which``: its place in `Geometry`. The searches start along the covariance of the best fit.
-    """
-    free = [k for k in range(3) if k != which]
-    slope = fitted.covariance[free, which] / fitted.covariance[which, which]
-    best, allowances = np.array(fitted.geometry), facts["allowance"].to_numpy()
-
-    def misses(others: Array, value: float) -> Array:
-        return residuals(np.insert(others, which, value).tolist(), fitted.topology, facts, allowances)
-
-    starts = (best[free] + slope * (value - best[which]) for value in values)
-    sums = [
-        2 * least_squares(misses, start, args=(value,), x_scale=0.1).cost
-        for start, value in zip(starts, values, strict=True)
-    ]
-    growth = np.array(sums) - np.sum(fitted.residuals**2)
-    return Profile(fitted.geometry[which], values, growth)

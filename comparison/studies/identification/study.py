@@ -24,12 +24,10 @@ from comparison.studies.identification.fitting import (
     BASE,
     TOPOLOGIES,
     Fit,
-    Profile,
     Topology,
     fit,
     motion,
     printed_facts,
-    profile,
     residuals,
     shipped_geometry,
     shown,
@@ -47,8 +45,6 @@ Values = dict[str, object]
 FITTING = 0.1
 """Share of the progress that the fits take."""
 UNKNOWNS = ("H_x", "H_y", "guide")
-HELD = np.linspace(-3.0, 3.0, 13)
-"""Values of a profile, standard deviations from the best."""
 DECISIVE = 3.0
 """Factor between two misfits from which on the peaks decide; scenes scatter by 2 about their mean."""
 VELOCITIES = {"lowest": (2, "F14c-vy"), "highest": (3, "F14c-vy2")}
@@ -95,12 +91,11 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """Fits of all arrangements, the best first, its profiles, one an unknown, and what was run."""
+    """Fits of all arrangements, the best first, and what was run."""
 
     config: Config
     facts: pd.DataFrame
     fits: list[Fit]
-    profiles: list[Profile]
     ratios: pd.DataFrame
     """Median of the largest errors in the second cycle over the published one: a row for each key that is
     varied and its value, a column for each scene and channel."""
@@ -124,10 +119,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
             on_progress(FITTING * (n + 1) / len(config.topologies))
     fits = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
     runs = simulate(fits[1], config, n_jobs, part(on_progress, FITTING, 1.0))
-    best = fits[0]
-    spread = np.sqrt(np.diag(best.covariance))
-    profiles = [profile(best, n, best.geometry[n] + spread[n] * HELD, facts) for n in range(3)]
-    return Results(config, facts, fits, profiles, *runs)
+    return Results(config, facts, fits, *runs)
 
 
 # ---- the runs
@@ -247,7 +239,6 @@ def page(results: Results) -> dict[str, object]:
         "": UNKNOWNS,
         "best": [_mm(value) for value in best.geometry],
         "standard deviation": [_mm(value) for value in deviations],
-        "two deviations by the profile": [" … ".join(map(_mm, each.two_sigma)) for each in results.profiles],
         "shipped": [_mm(value) for value in shipped],
     }
     slope, at_zero = np.polyfit(
@@ -330,10 +321,9 @@ def _off_the_closed_form(run: Table) -> float:
 
 
 def draw(results: Results, folder: Path) -> None:
-    """Draw presses, ranking and profiles of the fits, radius and offset of the runs; write CSV."""
+    """Draw presses and ranking of the fits, radius and offset of the runs; write CSV."""
     _draw_presses(results.fits, folder / "press.svg")
     _draw_ranking(results.fits, folder / "ranking.svg")
-    _draw_profiles(results.profiles, folder / "profiles.svg")
     _draw_radius(results.by_radius, folder / "radius.svg")
     _draw_offset(results.ranges, folder / "offset.svg")
     ratios = results.ratios
@@ -386,20 +376,6 @@ def _draw_ranking(fits: Sequence[Fit], path: Path) -> None:
         labels = [each.topology.words("{}, B {}, rod 2 at {}, {}, guide {}") for each in fits]
         axes.set_yticks(places, labels, fontsize=6.8)
         axes.set_xlabel("misfit of the printed figures (allowances)")
-
-
-def _draw_profiles(profiles: Sequence[Profile], path: Path) -> None:
-    """Draw what holding one unknown costs; one profile an unknown."""
-    with svg.panels(path, 1, 3, height=2.6, sharey=True) as three:
-        for axes, name, held, value in zip(three, UNKNOWNS, profiles, shipped_geometry(), strict=True):
-            off = 1e3 * (np.asarray(held.values) - held.best)
-            axes.plot(off, held.growth, label="others fitted", color=svg.SERIES[0])
-            axes.axhline(4.0, label="two standard deviations", color=svg.LIMIT, dashes=(1, 2))
-            axes.axvline(1e3 * (value - held.best), label="shipped", color=svg.SERIES[3])
-            axes.set_xlabel(f"{name} − best (mm)")
-            axes.set_title(f"best {number(1e3 * held.best, 5)} mm", fontsize=9)
-        three[0].set_ylabel("growth of the sum of squares (-)")
-        svg.legend_above(three[0])
 
 
 def _draw_radius(peaks: pd.DataFrame, path: Path) -> None:

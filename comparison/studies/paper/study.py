@@ -67,6 +67,7 @@ def page(results: Results) -> Mapping[str, object]:
     predicted = entries[entries["use"] == Use.PREDICTION]
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
     statements_of = [{**each.claim, "verdict": str(each.verdict)} for each in results.judged]
+    found = statements(results.judged).query("model == @MODELS[0] and not decides")
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
@@ -74,6 +75,7 @@ def page(results: Results) -> Mapping[str, object]:
         "split": rows_table(_split(predicted, size) for size in Size if size is not Size.NONE),
         "table": markdown(_written(entries)),
         "statements": pd.DataFrame(statements_of),
+        "evidence": {name: of.to_dict("records") for name, of in found.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
         "one_limit": ", ".join(
             quantity(fitted[f"min_{name}_reliability"], unit_of(name), 2) for name in QUANTITIES

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.store import cache_folder
 from comparison.scene import load_scene
 from comparison.studies.extremes import runs, study
 from comparison.studies.extremes.cells import (
@@ -39,8 +38,7 @@ from comparison.studies.extremes.cells import (
     run_campaign,
     warned,
 )
-from comparison.studies.extremes.runs import LIMIT, CellRun, out_of_time, run_cell, run_tasks
-from comparison.studies.shared import benchmark_unit
+from comparison.studies.extremes.runs import LIMIT, CellRun, out_of_time, run_cell
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -84,41 +82,32 @@ def why(of, base=None, *others):
 # ---- cells
 
 
-@pytest.mark.parametrize(
-    ("key", "low", "high"),
-    [
-        ("clearance.slider", 1e-9, 5e-3),
-        ("drive.speed_rpm", 1.0, 6000.0),
-        ("contact.youngs_modulus", 1e6, 1e13),
-        ("contact.restitution", 0.0, 1.0),
-        ("friction.coefficient", 0.0, 2.0),
-        ("contact.corner_radius", 1e-6, 1.0),
-        ("environment.gravity", -9.81, 98.1),
-        ("drive.cycles", 10.0, 10_000.0),
-        ("solver.reference.tolerance", 1e-16, 1.0),
-        ("solver.exudyn.step", 1e-7, 1e-2),
-    ],
-)
-def test_the_ranges_that_are_asked_for_are_reached(key, low, high):
-    values = [float(of[key]) for cell in EVERY_CELL if key in (of := {**cell.changes, **cell.settings})]
-    values = [value for value in values if key != "drive.speed_rpm" or value > 0]
-    assert (min(values), max(values)) == pytest.approx((low, high), rel=0.05)
+RANGES = {
+    "clearance.slider": (1e-9, 5e-3),
+    "drive.speed_rpm": (1.0, 6000.0),
+    "contact.youngs_modulus": (1e6, 1e13),
+    "friction.coefficient": (0.0, 2.0),
+    "drive.cycles": (10.0, 10_000.0),
+    "solver.exudyn.step": (1e-7, 1e-2),
+}
 
 
-def test_each_cell_is_there_once_and_under_laws_that_the_models_have():
+def test_each_cell_is_there_once_and_the_ranges_that_are_asked_for_are_reached():
     assert max(Counter((cell.axis, cell.label, cell.law) for cell in EVERY_CELL).values()) == 1
-    for law in LAWS:
-        assert load_scene(runs.BASE, {"contact.law": law}).data["contact"]["law"] == law
+    for key, ends in RANGES.items():
+        values = [float(of[key]) for cell in EVERY_CELL if key in (of := {**cell.changes, **cell.settings})]
+        values = [value for value in values if key != "drive.speed_rpm" or value > 0]
+        assert (min(values), max(values)) == pytest.approx(ends, rel=0.05)
 
 
 def test_the_hypercube_has_a_point_in_each_of_200_parts_of_each_range():
     points = hypercube(200, SEED)
     assert {cell.law for cell in points} == set(LAWS)
-    for key, low, high in (("drive.speed_rpm", 1.0, 6000.0), ("contact.youngs_modulus", 1e6, 1e13)):
+    for key in ("drive.speed_rpm", "contact.youngs_modulus"):
+        low, high = RANGES[key]
         share = np.log(np.array([cell.changes[key] for cell in points]) / low) / np.log(high / low)
         # Values are written with six digits: a point on a border may change its part.
         assert len(set(np.floor(200 * share))) >= 198
-    assert points[3].changes == hypercube(200, SEED)[3].changes
 
 
 # ---- classes
@@ -234,26 +223,6 @@ def test_the_limit_is_a_multiple_of_what_the_benchmark_takes(monkeypatch):
         assert out_of_time(run_cell(CellRun(scene, "reference"), lambda _: None)) is ended
 
 
-def test_the_unit_is_the_least_of_its_repeats_of_a_mass_between_its_walls(monkeypatch):
-    # It ends between them, less than the 5 um deep that 0.1 m/s reaches; and not where it began.
-    assert 0.0 < abs(benchmark_unit._compiled()(benchmark_unit.STEPS)) < 1.05e-4
-    times = iter([0.03, 0.02, 0.05, *[0.04] * benchmark_unit.REPEATS])
-    monkeypatch.setattr(benchmark_unit, "_seconds", lambda _: next(times))
-    assert benchmark_unit.unit_seconds.__wrapped__() == 0.02
-
-
-def test_equal_tasks_run_once_and_not_again():
-    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1, "output.samples_per_cycle": 250})
-    tasks = {name: CellRun(scene, "reference") for name in ("one", "other")}
-    rows = run_tasks(tasks, 1, None)
-    assert rows["one"] == rows["other"]
-    assert (rows["one"]["status"], len(rows["one"]["x"])) == ("success", 26)
-    (ledger,) = cache_folder().glob("*extremes-runs*.jsonl")
-    kept = ledger.read_bytes()
-    assert run_tasks(tasks, 1, None) == rows
-    assert ledger.read_bytes() == kept
-
-
 def test_the_estimate_is_three_times_the_distance_of_levels_out_of_order():
     """Or of neighbouring starts, where that is more; without a finer run there is none."""
     scene = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "output.samples_per_cycle": 250})
@@ -320,31 +289,19 @@ def test_some_cells_for_real():
 # ---- the page of made-up runs
 
 
-def made_up() -> pd.DataFrame:
+def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
     kinds = [Class.CONVERGED, Class.ANNOUNCED, Class.STOPPED, Class.NOT_TESTED, Class.REFUSED]
     places = [("base", BASE_LABEL), ("clearance", "1e-09"), ("clearance", "0.005"), (HYPERCUBE, "1")]
-    rows = []
-    for number, (axis, value) in enumerate(places):
-        for at, method in enumerate((MINIMAL, TREE, FULL)):
-            rows.append(
-                dict.fromkeys(COLUMNS, math.nan)
-                | {"cell": number, "axis": axis, "value": value, "law": LAWS[0], "scene": ""}
-                | {"model": method.model, "formulation": method.name, "bound_m": 1e-9, "error_m": 2e-9}
-                | {"class": kinds[(number + at) % 5].value, "status": "newton-failed", "message": "try"}
-                | {"cause": Cause.MAGNIFIED.value, "magnification": 10.0, "estimate_m": 3e-9}
-                | {"speed_rpm": 10.0, "modulus_Pa": 1e9}
-            )
-    return pd.DataFrame(rows)
-
-
-def test_a_study_in_which_no_scene_magnifies_has_its_figures(tmp_path):
-    study.draw(study.Results(made_up().assign(magnification=0.0), {}, None), tmp_path)
-    assert {path.stem for path in tmp_path.glob("*.svg")} == {"axes", "errors", "hypercube"}
-
-
-def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
-    results = study.Results(made_up(), {}, None)
-    study.STUDY.report(results, tmp_path)
+    runs_of = [
+        {"cell": number, "axis": axis, "value": value, "law": LAWS[0], "formulation": method.name}
+        | {"class": str(kinds[(number + at) % 5]), "status": "newton-failed", "cause": str(Cause.MAGNIFIED)}
+        | dict.fromkeys(("error_m", "estimate_m"), 3e-9)
+        | {"bound_m": 1e-9, "magnification": 0.0, "speed_rpm": 10.0, "modulus_Pa": 1e9}
+        for number, (axis, value) in enumerate(places)
+        for at, method in enumerate((MINIMAL, TREE, FULL))
+    ]
+    table = pd.DataFrame(runs_of).reindex(columns=["cell", *COLUMNS])
+    study.STUDY.report(study.Results(table, {}, None), tmp_path)
     text = (tmp_path / "README.md").read_text("utf-8")
     assert "Of 12 runs 3 ended at the study's own limit of time and are not tested. Of the other 9: " in text
     assert "reference (clearance 0.005); Exudyn, tree (clearance 1e-09); Exudyn, five bodies (base" in text

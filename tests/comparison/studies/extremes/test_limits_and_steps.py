@@ -13,7 +13,6 @@ import pytest
 from scipy.integrate import DOP853
 
 from comparison.execution.run import Outcome, run_one
-from comparison.models import MODELS
 from comparison.studies.extremes import limits, study
 from comparison.studies.extremes.cells import COLUMNS
 from comparison.studies.extremes.limits import LIMITS, NO_DAMPING, NO_FRICTION, TIGHT, TILTS, WIDE
@@ -52,11 +51,6 @@ def by_the_reference(name: str, folder) -> tuple[pd.DataFrame, pd.Series]:
     orders = limit.observed(frame)
     assert orders["exudyn"].isna().all()
     return frame[frame["model"] == "reference"], orders.set_index(["case", "quantity"])["reference"]
-
-
-def test_restitution_of_the_law() -> None:
-    assert limits.law() == limits.restitution(0.9) == pytest.approx(0.9131766778, abs=1e-10)
-    assert limits.restitution(1.0) == 1.0
 
 
 def test_clearance_to_zero(tmp_path) -> None:
@@ -99,11 +93,6 @@ def test_speed_to_zero(tmp_path) -> None:
     assert rough[-1] == pytest.approx(rough[-2], rel=0.05)  # what does not vanish
 
 
-def test_both_models_are_in_every_limit() -> None:
-    for limit in LIMITS.values():
-        assert {case["model"] for case in limit.cases} == set(MODELS)
-
-
 # ---- steps
 
 
@@ -118,16 +107,12 @@ def after(steps: int, z: complex) -> float:
     return abs(y)
 
 
-@pytest.mark.parametrize("degrees", [180.0, 150.0, 120.0, 95.0, 90.0])
+@pytest.mark.parametrize("degrees", [180.0, 120.0, 90.0])
 def test_the_stability_limit_of_dop853_parts_decay_from_growth(degrees) -> None:
     direction = cmath.exp(1j * math.radians(degrees))
     S = stable_to(direction)
     assert after(400, 0.99 * S * direction) < 1.0
     assert after(400, 1.01 * S * direction) > 2.0
-
-
-def test_a_growing_root_has_no_stable_step() -> None:
-    assert stable_to(1.0) == 0.0
 
 
 def test_the_reference_takes_the_steps_that_stability_allows() -> None:
@@ -153,14 +138,12 @@ def test_a_rigid_wall_throws_back_what_two_steps_by_hand_say() -> None:
     np.testing.assert_allclose(thrown, 3.0 - 4.0 * phases, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("step", "young"), [(1e-5, 1e9), (1e-5, 1e12)])
 @pytest.mark.parametrize("name", FIXED)
-def test_five_bodies_rebound_as_one_mass_does(name, step, young) -> None:
-    impact = Impact(name, step, young, 0.375)
+def test_five_bodies_rebound_as_one_mass_does(name) -> None:
+    impact = Impact(name, 1e-5, 1e12, 0.375)
     ran = impact.measure(Outcome("success", table=run_one(impact.scene(), "exudyn")))
     # Rod 4 turns by some 1e-4 rad in the few steps in which it moves a micrometre each.
     assert ran["rebound"] == pytest.approx(ran["theory"], abs=3e-4)
-    assert ran["theory"] == rebounds(FIXED[name], impact.wh, np.array([0.375]))[0]
 
 
 def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(tmp_path, monkeypatch) -> None:

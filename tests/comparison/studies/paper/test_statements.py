@@ -112,11 +112,8 @@ def test_every_statement_can_be_supported_and_can_be_contradicted(made_up):
     ("criterion", "value", "verdict"),
     [
         ("peaks", 1.05, SUPPORTED),
-        ("peaks", 1.04, UNDECIDED),
         ("peaks", 0.95, CONTRADICTED),
         ("bottom", 0.25, SUPPORTED),  # the smaller the closer
-        ("bottom", 0.89, CONTRADICTED),
-        ("swings", 2.0, UNDECIDED),
         ("swings", 1.0, CONTRADICTED),
         ("exponent", 0.0, UNDECIDED),
         ("repetition", float("nan"), UNDECIDED),
@@ -178,8 +175,6 @@ def test_swings_count_in_a_cycle_only_if_they_are_wide_however_many_contacts_the
         ((135, 225), SUPPORTED),
         ((-45, 45), SUPPORTED),  # the same in the frame of the pin
         ((135, -45), CONTRADICTED),
-        ((135, 225, 45, -45), SUPPORTED),  # no other zone is hit more
-        ((135, 135, 225, 45, 45, 45), CONTRADICTED),
         ((135, 135, 135, 225, 225, 45, 45, 45), UNDECIDED),
     ],
 )
@@ -187,14 +182,3 @@ def test_the_quadrants_in_which_the_pin_pushes(made_up, angles, verdict):
     # Forty of the two hundred samples of a cycle, so that whole turns of the angles fit.
     of = made_up.motions(angles=np.resize(angles, 24).repeat(1))
     assert claims.pin_zones(of, "reference", {}).verdict is verdict
-
-
-def test_chaos_is_the_verdict_of_the_study_nonlinear(made_up):
-    for chaos, verdict in (
-        (Chaos.CHAOTIC, SUPPORTED),
-        (Chaos.REGULAR, CONTRADICTED),
-        (Chaos.UNDECIDED, UNDECIDED),
-    ):
-        evidence = claims.chaotic(made_up.motions(chaos=chaos), "exudyn", {})
-        assert evidence.verdict is verdict
-        assert evidence.numbers["exponents per cycle"] == ([2.0], "")
