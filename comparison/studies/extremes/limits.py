@@ -5,13 +5,15 @@ Clearance to 0, walls of infinite stiffness, nothing lost, and a speed to 0; and
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from importlib.resources import files
 from math import cos, log, log1p, nan, radians, sin, tau
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -100,38 +102,22 @@ def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> 
 
 # ---- limits of parameters
 
-
-class Panel(NamedTuple):
-    """One of the two panels of a limit's figure, with logarithmic axes."""
-
-    x: str
-    y: str
-    quantities: tuple[str, ...]
-    guide: tuple[float, float, float, float]
-    """A line of the expected order: from and to which abscissa, its first ordinate, the order."""
-    rows: str = "index == index"
-    """The rows that are shown, as `pandas.DataFrame.query` takes them."""
+_DATA: dict[str, dict[str, Any]] = tomllib.loads(
+    files("comparison.studies.extremes").joinpath("limits.toml").read_text("utf-8")
+)
+_ALL = "index == index"
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit as data: its runs, what is measured of them, at which order that goes to its limit."""
+    """A limit: its runs and what is measured of them; all else is in ``limits.toml``."""
 
-    variable: str
-    """The entry of a case that goes to its limit."""
+    name: str
     cases: Sequence[Case]
-    scene: Callable[[Case], Scene]
+    changes: Callable[[Case], dict[str, object]]
+    """Dotted keys of a case."""
     measure: Callable[[Case, Table, Table], Row]
     """From a case, its run and the run that it is held against to columns of a row."""
-    orders: Mapping[str, float]
-    """Column -> expected order in the variable; nan where theory has none."""
-    by: str
-    """Column whose values have an order each; a row without one belongs to none."""
-    known: tuple[object, ...]
-    """Its values for which the expected orders hold."""
-    panels: tuple[Panel, Panel]
-    asymptotic: str = "index == index"
-    """The rows that orders are taken of, as `pandas.DataFrame.query` takes them."""
     against: Callable[[Case], Job] | None = None
     """The run that a case is held against; by default its own."""
     derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
@@ -140,7 +126,7 @@ class Limit:
     @property
     def jobs(self) -> list[Job]:
         """The runs of the cases and, in their order, those that they are held against."""
-        own = [Job(self.scene(case), case["model"]) for case in self.cases]
+        own = [Job(scene_of(self, case), case["model"]) for case in self.cases]
         return own + ([self.against(case) for case in self.cases] if self.against else [])
 
     def rows(self, outcomes: Sequence[Outcome]) -> pd.DataFrame:
@@ -155,33 +141,24 @@ class Limit:
 
     def observed(self, frame: pd.DataFrame) -> pd.DataFrame:
         """Return the observed orders: ``case``, ``quantity``, ``expected``, and a column for each model."""
+        data = _DATA[self.name]
+        taken, variable = frame.query(data.get("asymptotic", _ALL)), data["variable"]
         rows = [
-            {"case": key, "quantity": name, "expected": order if key in self.known else nan}
-            | {
-                model: rate(of[self.variable].tolist(), of[name].tolist())
-                for model, of in group.groupby("model")
-            }
-            for key, group in frame.query(self.asymptotic).groupby(self.by, sort=False)
-            for name, order in self.orders.items()
+            {"case": key, "quantity": name, "expected": order if key in data["known"] else nan}
+            | {model: rate(of[variable].tolist(), of[name].tolist()) for model, of in group.groupby("model")}
+            for key, group in taken.groupby(data["by"], sort=False)
+            for name, order in data["orders"].items()
         ]
         return pd.DataFrame(rows, columns=["case", "quantity", "expected", *MODELS])
 
 
-# Clearance to 0: the slider's deviation from the ideal mechanism over one cycle.
+def scene_of(limit: Limit, case: Case) -> Scene:
+    """Return the scene of a case."""
+    return load_scene(BASE, _DATA[limit.name]["scene"] | limit.changes(case))
+
+
+# Clearance to 0
 WIDE, TIGHT = "clearance > 3 depths", "clearance < depth / 3"
-_CENTRED = {"mechanism.reference_offset": 0.0, "drive.cycles": 1.0, "output.groups": []}
-
-
-def _clearance_scene(case: Case) -> Scene:
-    clearance = case["clearance"]
-    values = {
-        "initial.slider_offset": 0.0,
-        "clearance.slider": clearance,
-        "solver.exudyn.formulation": "tree",
-        # The tolerance is one of the rod's angle; a thousandth of the angle that crosses the clearance.
-        "solver.reference.tolerance": max(1e-12, min(1e-10, clearance / 240)),
-    }
-    return load_scene(BASE, _CENTRED | values)
 
 
 def _deviations(_: Case, run: Table, still: Table) -> Row:
@@ -201,44 +178,30 @@ def _with_regime(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(where=where, **{"y / x": frame["y"] / frame["x"]})
 
 
+_CENTRED = {"mechanism.reference_offset": 0.0, "drive.cycles": 1.0, "output.groups": []}
 CLEARANCE = Limit(
-    variable="clearance",
-    cases=[{"model": model, "clearance": 10.0**-n} for n in range(3, 10) for model in MODELS],
-    scene=_clearance_scene, measure=_deviations, derive=_with_regime,
-    against=lambda _: Job(load_scene("ideal", _CENTRED), "reference"),
-    orders={"x": 1.0, "y": 1.0, "vx": 0.5, "vy": 0.5, "largest force": 0.6, "depth": nan},
-    by="where", known=(WIDE,),
-    panels=(
-        Panel("clearance (m)", "largest deviation (m)", ("x", "y"), (1e-5, 1e-3, 1e-5, 1.0)),
-        Panel("clearance (m)", "largest deviation (m/s)", ("vx", "vy"), (1e-5, 1e-3, 8e-3, 0.5)),
-    ),
-)  # fmt: skip
+    "clearance",
+    [{"model": model, "clearance": 10.0**-n} for n in range(3, 10) for model in MODELS],
+    lambda case: {
+        "clearance.slider": case["clearance"],
+        # The tolerance is one of the rod's angle; a thousandth of the angle that crosses the clearance.
+        "solver.reference.tolerance": max(1e-12, min(1e-10, case["clearance"] / 240)),
+    },
+    _deviations,
+    lambda _: Job(load_scene("ideal", _CENTRED), "reference"),
+    _with_regime,
+)
 
-# Stiffness to infinity: the first impact of the scene, what it returns, and the motion after it.
+# Stiffness to infinity
 MODULI = tuple(10.0**power for power in range(8, 16))  # Pa
 TILTS = {"two": 0.0, "one": 2e-3}
 """Corners that hit at once -> the slider's angle, rad: upright, or so that one corner comes alone."""
 _FLIGHTS = [f"x {k}" for k in (1, 2, 3)]
 
 
-def _stiff_scene(case: Case) -> Scene:
-    values = {
-        "contact.youngs_modulus": case["modulus"],
-        "friction.coefficient": 0.0,
-        "initial.slider_angle": TILTS[case["corners"]],
-        "drive.cycles": 0.25,
-        "output.groups": [],
-        "output.samples_per_cycle": 4000,
-        "solver.reference.tolerance": 1e-12,
-        "solver.exudyn.formulation": "tree",
-        "solver.exudyn.tolerance": 1e-12,
-    }
-    return load_scene(BASE, values)
-
-
 def _first_impact(case: Case, run: Table, hard: Table) -> Row:
     """Return depth, duration and restitution of the first contact, and x (m) in the middle of the flights."""
-    data, first = _stiff_scene(case).data, contacts(run).iloc[0]
+    data, first = scene_of(STIFFNESS, case).data, contacts(run).iloc[0]
     m = effective_mass(data, 2 if case["corners"] == "two" else 1, float(first["start"]))
     v, contact = float(first["normal_speed"]), data["contact"]
     # The middles of the first flights between contacts of the hardest walls; nan for what lacks.
@@ -266,98 +229,69 @@ def _with_errors(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 STIFFNESS = Limit(
-    variable="modulus",
-    cases=[
-        {"corners": corners, "modulus": young, "model": model}
-        for corners in TILTS for young in MODULI for model in MODELS
+    "stiffness",
+    [
+        {"corners": at, "modulus": young, "model": model}
+        for at in TILTS
+        for young in MODULI
+        for model in MODELS
     ],
-    scene=_stiff_scene, measure=_first_impact, derive=_with_errors,
+    lambda case: {
+        "contact.youngs_modulus": case["modulus"],
+        "initial.slider_angle": TILTS[case["corners"]],
+    },
+    _first_impact,
     # The hardest walls, whose flights are those that x is taken in.
-    against=lambda case: Job(_stiff_scene({**case, "modulus": MODULI[-1]}), "reference"),
-    orders=dict.fromkeys(("depth", "duration", "error", *(f"{x} in flight" for x in _FLIGHTS)), -0.4),
-    by="corners", known=tuple(TILTS),
-    asymptotic="modulus >= 1e11",  # softer contacts last milliseconds, in which the press moves
-    panels=(
-        Panel("Young's modulus (Pa)", "|restitution − the law's|", ("error",), (1e9, 1e15, 0.1, -0.4)),
-        Panel("Young's modulus (Pa)", "depth (m)", ("depth",), (1e9, 1e15, 3e-5, -0.4)),
-    ),
-)  # fmt: skip
+    lambda case: Job(scene_of(STIFFNESS, {**case, "modulus": MODULI[-1]}), "reference"),
+    _with_errors,
+)
 
-# Restitution 1 and friction 0, each alone and both: with both, the residual is all the method's.
+# Nothing lost
 BOTH, NO_FRICTION, NO_DAMPING = "restitution 1, friction 0", "friction 0", "restitution 1"
-_LOSSLESS: dict[str, dict[str, object]] = {
-    BOTH: {"contact.restitution": 1.0, "friction.coefficient": 0.0},
-    NO_FRICTION: {"friction.coefficient": 0.0},
-    NO_DAMPING: {"contact.restitution": 1.0},
-}
-_CYCLES = {"reference": 1.0, "exudyn": 0.25}
+_LOSSLESS = {BOTH: (1.0, 0.0), NO_FRICTION: (None, 0.0), NO_DAMPING: (1.0, None)}
+"""Restitution and friction, where they are not the scene's."""
 _SETTINGS = {
-    "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10),
-    "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6),
+    "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10, 1.0),
+    "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6, 0.25),
 }
-"""Of each model the key, its values (rad, s) where nothing is lost, and the one where something is."""
+"""Of a model the key, its values (rad, s) where nothing is lost, the one where something is, and cycles."""
 
 
-def _lossless_scene(case: Case) -> Scene:
-    usual = {
-        "drive.cycles": _CYCLES[case["model"]],
-        "output.groups": ["energy"],
-        "output.samples_per_cycle": 4000,
-        _SETTINGS[case["model"]][0]: case["setting"],
-    }
-    return load_scene(BASE, _LOSSLESS[case["case"]] | usual)
-
-
-def _energies(_: Case, run: Table, __: Table) -> Row:
-    names = ("damping", "friction", "residual", "kinetic")
-    return {name: float(np.abs(run.values(f"energy_{name}")).max()) for name in names}
+def _without_losses(case: Case) -> dict[str, object]:
+    key, _, _, cycles = _SETTINGS[case["model"]]
+    losses = zip(("contact.restitution", "friction.coefficient"), _LOSSLESS[case["case"]], strict=True)
+    known = {name: value for name, value in losses if value is not None}
+    return {"drive.cycles": cycles, key: case["setting"], **known}
 
 
 LOSSLESS = Limit(
-    variable="setting",
-    cases=[
-        {"case": BOTH, "model": model, "setting": each}
-        for model in MODELS for each in _SETTINGS[model][1]
-    ]
-    + [
-        {"case": case, "model": model, "setting": _SETTINGS[model][2]}
-        for model in MODELS for case in (NO_FRICTION, NO_DAMPING)
+    "lossless",
+    [
+        {"case": case, "model": model, "setting": setting}
+        for cases in ((BOTH,), (NO_FRICTION, NO_DAMPING))
+        for model, (_, values, usual, _) in _SETTINGS.items()
+        for case in cases
+        for setting in (values if case == BOTH else [usual])
     ],
-    scene=_lossless_scene, measure=_energies, orders={"residual": nan}, by="case", known=(),
-    asymptotic=f"case == {BOTH!r}",
-    panels=(
-        Panel("tolerance of the reference (rad)", "largest energy residual (J)", ("residual",),
-              (1e-12, 1e-8, 1e-11, 1.0), f"model == 'reference' and case == {BOTH!r}"),
-        Panel("step of Exudyn (s)", "largest energy residual (J)", ("residual",),
-              (1e-6, 1e-5, 4e-9, 2.0), f"model == 'exudyn' and case == {BOTH!r}"),
-    ),
-)  # fmt: skip
+    _without_losses,
+    lambda _, run, __: {
+        name: float(np.abs(run.values(f"energy_{name}")).max())
+        for name in ("damping", "friction", "residual", "kinetic")
+    },
+)
 
-# Speed to 0: the slider comes to hang on rod 4 against one wall, and forces become the static ones.
+# Speed to 0
 SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm
 SLOWEST_TREE = 3.75
 """rpm: an explicit method takes steps of one length however slow the press is."""
-_SAMPLES = 360
-_ONE_CYCLE: dict[str, object] = {"drive.cycles": 1.0, "output.samples_per_cycle": _SAMPLES}
 _SIDES = {"ll": 1.0, "ul": 1.0, "lr": -1.0, "ur": -1.0}
-
-
-def _slow_scene(case: Case) -> Scene:
-    values = _ONE_CYCLE | {
-        "drive.speed_rpm": case["speed"],
-        "friction.coefficient": case["friction"],
-        "output.groups": ["corners"] if case["model"] == "exudyn" else ["corners", "joints", "energy"],
-        # At 1 rpm the last impacts are 1e-11 m deep: what a looser tolerance leaves of them never settles.
-        "solver.reference.tolerance": 1e-12,
-        "solver.exudyn.formulation": "tree",
-        "solver.exudyn.step": 60.0 / case["speed"] / 500,
-    }
-    return load_scene(BASE, values)
 
 
 def _at_rest(_: Case) -> Job:
     """Return the run of the ideal mechanism, all but at rest, its slider on the line of the right wall."""
-    values = _ONE_CYCLE | {
+    values = {
+        "drive.cycles": 1.0,
+        "output.samples_per_cycle": 360,
         "drive.speed_rpm": 1e-6,
         "mechanism.reference_offset": load_scene(BASE).data["clearance"]["slider"],
         "output.groups": ["joints"],
@@ -371,7 +305,7 @@ def _less_static(case: Case, run: Table, static: Table) -> Row:
     The largest differences (N, N m, m), and the largest kinetic energy, J; of the whole cycle the number of
     contacts, when the last began, and the mean step, s.
     """
-    data, late, events = _slow_scene(case).data, slice(_SAMPLES // 2, None), contacts(run)
+    data, late, events = scene_of(SPEED, case).data, slice(len(run.time) // 2, None), contacts(run)
     held = static.values("guide_force")[late]
     walls = sum(sign * run.values(f"corner_{corner}_normal")[late] for corner, sign in _SIDES.items())
     # Upright and at rest, each corner of the side bears half.
@@ -392,23 +326,25 @@ def _less_static(case: Case, run: Table, static: Table) -> Row:
 
 
 SPEED = Limit(
-    variable="speed",
-    cases=[
+    "speed",
+    [
         {"friction": friction, "model": model, "speed": speed}
-        for friction in (0.0, 0.15) for model in MODELS for speed in SPEEDS
+        for friction in (0.0, 0.15)
+        for model in MODELS
+        for speed in SPEEDS
         if model == "reference" or speed >= SLOWEST_TREE
     ],
-    scene=_slow_scene, measure=_less_static, against=_at_rest,
-    orders=dict.fromkeys(("wall force", "torque", "depth", "kinetic energy"), 2.0)
-    | {"last touch": 0.0, "mean step": nan},
-    by="friction", known=(0.0,),
-    panels=(
-        Panel("speed (rpm)", "|wall force − static| (N)", ("wall force",), (1.0, 60.0, 6e-5, 2.0)),
-        Panel("speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0)),
-    ),
-)  # fmt: skip
+    lambda case: {
+        "drive.speed_rpm": case["speed"],
+        "friction.coefficient": case["friction"],
+        "output.groups": ["corners"] if case["model"] == "exudyn" else ["corners", "joints", "energy"],
+        "solver.exudyn.step": 60.0 / case["speed"] / 500,
+    },
+    _less_static,
+    _at_rest,
+)
 
-LIMITS = {"clearance": CLEARANCE, "stiffness": STIFFNESS, "lossless": LOSSLESS, "speed": SPEED}
+LIMITS = {limit.name: limit for limit in (CLEARANCE, STIFFNESS, LOSSLESS, SPEED)}
 """By the name that is, after ``limit_``, that of figure and table."""
 
 
@@ -434,21 +370,21 @@ WRITTEN: Columns = {"case": str, "quantity": str, "expected": number, **dict.fro
 
 def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:
     """Write limit_NAME.svg: points beside lines of the expected orders."""
-    limit = LIMITS[name]
+    data = _DATA[name]
+    kept = dict.fromkeys([data["variable"], "model", *([data["by"]] if data["by"] != "where" else [])])
     with svg.panels(folder / f"limit_{name}.svg", 1, 2, height=3.0) as both:
-        for axes, panel in zip(both, limit.panels, strict=True):
-            kept = dict.fromkeys([limit.variable, "model", *([limit.by] if limit.by != "where" else [])])
-            points = frame.query(panel.rows).melt(list(kept), list(panel.quantities), "quantity")
-            by = "quantity" if len(panel.quantities) > 1 else limit.by
+        for axes, panel in zip(both, data["panels"], strict=True):
+            points = frame.query(panel.get("rows", _ALL)).melt(list(kept), panel["columns"], "quantity")
+            by = "quantity" if len(panel["columns"]) > 1 else data["by"]
             lines = zip(points[by].unique(), ((None, None), (4, 1.5)), strict=False)
             looks = {
-                (key, model): look | {"dashes": dashes, "lw": 0.8, "mfc": "none"}
+                (key, model): look | {"dashes": dashes, "lw": 0.8, "mfc": "none", "label": f"{key}, {model}"}
                 for key, dashes in lines
                 for model, look in _MARKS.items()
             }
-            settings = {"xscale": "log", "yscale": "log", "xlabel": panel.x, "ylabel": panel.y}
-            curves(axes, points, limit.variable, "value", [by, "model"], looks, **settings)
-            start, end, first, order = panel.guide
+            settings = {"xscale": "log", "yscale": "log", "xlabel": panel["x"], "ylabel": panel["y"]}
+            curves(axes, points, data["variable"], "value", [by, "model"], looks, **settings)
+            start, end, first, order = panel["guide"]
             ends = first, first * (end / start) ** order
             axes.plot((start, end), ends, color=svg.LIMIT, lw=3, alpha=0.5, zorder=0)
             written = str(Fraction(order).limit_denominator(10)).replace("-", "−")

@@ -6,9 +6,12 @@ where Exudyn's five bodies, which have no error control in contacts, cannot foll
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from importlib.resources import files
 from itertools import pairwise, product
-from math import nan, pi, sqrt
+from math import pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,28 +34,21 @@ from comparison.tables.table import Table
 
 
 class Steps(NamedTuple):
-    """Values of settings whose steps are studied, ascending but for the tolerances."""
+    """Values of settings, as ``steps.toml`` explains them."""
 
-    gains: tuple[float, ...]  # Baumgarte's alpha and beta, 1/s, from 0; the default of a scene among them
-    tolerances: tuple[float, ...]  # under them, rad and m; all pairs and the long runs have the first
-    cycles: tuple[float, ...]  # of the long runs, from 1
-    moduli: tuple[float, ...]  # Young's, of contacts without error control, Pa
-    impact_steps: tuple[float, ...]  # of single impacts, s
-    phases: tuple[float, ...]  # how much of a step the touch comes after a state in flight
-    map_steps: tuple[float, ...]  # of a quarter of a cycle, s
+    gains: Sequence[float]
+    tolerances: Sequence[float]
+    cycles: Sequence[float]
+    moduli: Sequence[float]
+    impact_steps: Sequence[float]
+    phases: Sequence[float]
+    map_steps: Sequence[float]
 
 
-FULL = Steps(
-    gains=(0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5),
-    # The loosest that the scene with contact is given is a hundredth of its clearance.
-    tolerances=(5e-6, 1e-7, 1e-10),
-    cycles=(1.0, 2.0, 5.0, 10.0, 20.0, 50.0),
-    moduli=tuple(10.0**power for power in range(6, 14)),
-    impact_steps=(1e-7, 1e-6, 1e-5, 1e-4, 1e-3),
-    phases=(0.125, 0.375, 0.625, 0.875),
-    map_steps=(1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3),
+_DATA: dict[str, dict[str, Any]] = tomllib.loads(
+    files("comparison.studies.extremes").joinpath("steps.toml").read_text("utf-8")
 )
-
+FULL = Steps(**_DATA["full"])
 
 # ---- steps of the explicit method DOP853
 
@@ -79,16 +75,9 @@ DEFAULT_GAIN = 10.0
 
 def gain_scene(name: str, alpha: float, beta: float, tolerance: float, cycles: float) -> Scene:
     """Return a scene of `GAIN_SCENES` for the multiplier form with Baumgarte's gains, 1/s."""
-    values = {
-        "drive.cycles": cycles,
-        "output.groups": [],
-        "output.samples_per_cycle": 100,
-        "solver.reference.formulation": "multiplier",
-        "solver.reference.tolerance": tolerance,
-        "solver.reference.baumgarte_alpha": alpha,
-        "solver.reference.baumgarte_beta": beta,
-    }
-    return load_scene(GAIN_SCENES[name], values)
+    values = {"drive.cycles": cycles, "solver.reference.tolerance": tolerance}
+    gains = {"solver.reference.baumgarte_alpha": alpha, "solver.reference.baumgarte_beta": beta}
+    return load_scene(GAIN_SCENES[name], _DATA["gains"] | values | gains)
 
 
 def run_gains(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
@@ -188,8 +177,6 @@ def rebounds(method: Fixed, wh: float, phases: Array = ALL_PHASES) -> Array:
 
 LEAST = 0.01
 """w h below which an impact takes more than 300 steps and is as exact as it can be."""
-_SLOWEST = 1e-6
-"""rpm: the crank stands still for the time of an impact."""
 _APPROACH, _LEAVE = 3, 40
 """Steps in flight before and after the impact; in the latter the algorithmic acceleration dies away."""
 
@@ -217,26 +204,20 @@ class Impact:
     def scene(self) -> Scene:
         """Return the scene, in which nothing is lost."""
         count = _APPROACH + int(1.3 * pi / self.wh) + _LEAVE
-        cycle = 60.0 / _SLOWEST
+        cycle = 60.0 / _DATA["impact"]["drive.speed_rpm"]
         base = load_scene(BASE)
         before = (_APPROACH + self.phase) * self.step * self.speed
         values = {
-            "contact.exponent": 1.0,
-            "contact.restitution": 1.0,
             "contact.youngs_modulus": self.modulus,
-            "friction.coefficient": 0.0,
-            "environment.gravity": 0.0,
-            "drive.speed_rpm": _SLOWEST,
             "drive.cycles": count * self.step / cycle,
             "initial.slider_vx": -self.speed,
             "initial.slider_offset": before - base.data["clearance"]["slider"],
-            "output.groups": ["corners"],
             "output.samples_per_cycle": round(cycle / self.step),
             "solver.exudyn.method": self.method,
             # A sample a step, although their quotient rounds.
             "solver.exudyn.step": self.step * (1 + 1e-6),
         }
-        return base.with_values(values)
+        return base.with_values(_DATA["impact"] | values)
 
     def measure(self, outcome: Outcome) -> dict[str, Any]:
         """Return what the slider leaves with and what one mass would, in speeds before the impact.
@@ -266,23 +247,20 @@ def map_scene(method: str, step: float, young: float) -> Scene:
     """Return a quarter of a cycle of the central case; without a method: for the reference."""
     values: dict[str, object] = {
         "contact.youngs_modulus": young,
-        "drive.cycles": 0.25,
         "output.groups": ["energy"] if method == "trapezoidal-index2" else [],
-        "output.samples_per_cycle": 400,
     }
     if method:
         values |= {"solver.exudyn.method": method, "solver.exudyn.step": step}
-    return load_scene(BASE, values)
+    return load_scene(BASE, _DATA["map"] | values)
 
 
 def run_map(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Return a row for each method, step (s) and modulus (Pa).
 
-    ``count``: steps per contact, in an elastic impact of one corner at the speed of the scene's first touch;
-    ``until``: time of the last sample, s. Of a run that finished ``wrong``: where the method gives energies,
-    the spurious energy in what was lost (`comparison.execution.quality.energy_share`), else by how much the
-    deepest penetration of a wall differs from the reference's; ``speed``: largest |vx| in that of the
-    reference.
+    ``count``: steps per contact, in an elastic impact of one corner at the speed of the scene's first touch.
+    Of a run that finished ``wrong``: where the method gives energies, the spurious energy in what was lost,
+    else by how much the deepest penetration of a wall differs from the reference's; ``speed``: largest |vx|
+    in that of the reference.
     """
     points = list(product(FIXED, config.map_steps, config.moduli))
     jobs = [Job(map_scene(*point), "exudyn") for point in points]
@@ -293,8 +271,6 @@ def run_map(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.Data
     for (method, step, young), outcome in zip(points, outcomes, strict=False):
         data, right, run = map_scene(method, step, young).data, exact[young].table, outcome.table
         row: dict[str, Any] = {"method": method, "step": step, "modulus": young, "status": outcome.status}
-        begun = run or outcome.partial
-        row["until"] = nan if begun is None or len(begun.frame) == 0 else float(begun.time[-1])
         if right is not None:
             touch = float(contacts(right)["normal_speed"].iloc[0])
             row["count"] = duration(effective_mass(data, 1), corner_stiffness(data["contact"]), touch) / step
@@ -323,13 +299,9 @@ class StepRuns(NamedTuple):
     points: pd.DataFrame
 
 
-_SHARES = (0.0, 0.6, 0.9, 1.0)
-"""Of the expected time: where gains, impacts and map begin and end."""
-
-
 def run_steps(config: Steps, n_jobs: int, on_progress: Progress | None) -> StepRuns:
     """Run all."""
-    shares = (part(on_progress, *ends) for ends in pairwise(_SHARES))
+    shares = (part(on_progress, *ends) for ends in pairwise((0.0, 0.6, 0.9, 1.0)))
     runs = zip((run_gains, run_impacts, run_map), shares, strict=True)
     return StepRuns(*(run(config, n_jobs, share) for run, share in runs))
 
