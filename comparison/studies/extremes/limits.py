@@ -114,12 +114,10 @@ class Limit:
 
     name: str
     cases: Sequence[Case]
-    changes: Callable[[Case], dict[str, object]]
-    """Dotted keys of a case."""
+    changes: Callable[[Case], dict[str, object]]  # dotted keys of a case
     measure: Callable[[Case, Table, Table], Row]
     """From a case, its run and the run that it is held against to columns of a row."""
-    against: Callable[[Case], Job] | None = None
-    """The run that a case is held against; by default its own."""
+    against: Callable[[Case], Job] | None = None  # the run that a case is held against; by default its own
     derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
     """Adds columns to the frame of all runs."""
 
@@ -228,7 +226,7 @@ def _with_errors(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**ratio, error=(frame["restitution"] - law()).abs()).join(last)
 
 
-STIFFNESS = Limit(
+STIFFNESS: Limit = Limit(
     "stiffness",
     [
         {"corners": at, "modulus": young, "model": model}

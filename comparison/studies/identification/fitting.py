@@ -43,16 +43,12 @@ class Lengths(NamedTuple):
 class Topology:
     """The two-valued choices of an arrangement, 1 or -1 but for the pin."""
 
-    crank: int
-    """1: counter-clockwise, -1: clockwise."""
-    rocker: int
-    """1: joint B lies to the left of the line from A to H, -1: to its right."""
-    slider: int
-    """-1: rod 4 points down from the rocker's tip, 1: up."""
+    crank: int  # 1: counter-clockwise, -1: clockwise
+    rocker: int  # 1: joint B lies to the left of the line from A to H, -1: to its right
+    slider: int  # -1: rod 4 points down from the rocker's tip, 1: up
     pin: str
     """Where rod 2 is attached to the rocker: ``"centroid"`` or ``"tip"``."""
-    side: int
-    """-1: the guide is to the left of the crank pivot, 1: to its right."""
+    side: int  # -1: the guide is to the left of the crank pivot, 1: to its right
 
     def words(self, text: str) -> str:
         """Fill words for crank, B, pin, slider and guide into a text with five places."""
@@ -90,13 +86,10 @@ class Motion:
     A: Points
     B: Points
     C: Points
-    F: Points
-    """Joints; F is the slider."""
+    F: Points  # joints; F is the slider
     velocity: Array
-    acceleration: Array
-    """Of the slider, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2."""
-    tangent: Array
-    """Tangent of rod 4's angle to the guide."""
+    acceleration: Array  # of the slider, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2
+    tangent: Array  # tangent of rod 4's angle to the guide
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -253,10 +246,8 @@ class Fit:
     topology: Topology
     geometry: Geometry
     shown: Array
-    residuals: Array
-    """Of what the press shows, over the facts' allowances; both have shape (5,)."""
-    covariance: Array
-    """Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit."""
+    residuals: Array  # of what the press shows, over the facts' allowances; both have shape (5,)
+    covariance: Array  # of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit
 
     @property
     def misfit(self) -> float:

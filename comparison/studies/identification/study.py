@@ -80,13 +80,10 @@ class Config:
     """What is fitted and how much is run."""
 
     topologies: Sequence[Topology]
-    members: int
-    """Runs in an ensemble."""
-    samples: int
-    """A cycle, of the runs whose peaks are taken."""
+    members: int  # runs in an ensemble
+    samples: int  # a cycle, of the runs whose peaks are taken
     cycles: int
-    long_samples: int
-    """A cycle, of the runs whose ranges are taken."""
+    long_samples: int  # a cycle, of the runs whose ranges are taken
 
 
 @dataclass(frozen=True)
@@ -99,10 +96,8 @@ class Results:
     ratios: pd.DataFrame
     """Median of the largest errors in the second cycle over the published one: a row for each key that is
     varied and its value, a column for each scene and channel."""
-    ranges: pd.DataFrame
-    """A row for each reference offset (m) with the columns of `PRINTED_RANGES`."""
-    ideal: dict[str, Table]
-    """Model -> one cycle of the scene ``ideal``."""
+    ranges: pd.DataFrame  # a row for each reference offset (m) with the columns of `PRINTED_RANGES`
+    ideal: dict[str, Table]  # model -> one cycle of the scene ``ideal``
 
     @property
     def by_radius(self) -> pd.DataFrame:
@@ -200,15 +195,12 @@ def _ranges(run: Table, ideal: Table) -> list[float]:
 class RadiusFit(NamedTuple):
     """A straight line through the logarithms of radii and peaks."""
 
-    power: float
-    """Of the radius in the peaks."""
+    power: float  # of the radius in the peaks
     radius: float
     """At which the mean of the peaks is the published one, m; nan where they do not grow with it."""
     low: float
-    high: float
-    """One standard deviation to either side, from the scatter of the scenes through `POWER`, m."""
-    scatter: float
-    """Factor by which the scenes scatter about their mean."""
+    high: float  # one standard deviation to either side, from the scatter of the scenes through `POWER`, m
+    scatter: float  # factor by which the scenes scatter about their mean
 
 
 def fit_radius(peaks: pd.DataFrame) -> RadiusFit:

@@ -68,8 +68,7 @@ class Criterion:
 class Evidence:
     """What one model's runs show of a statement."""
 
-    deciding: Mapping[str, float]
-    """Criterion -> value."""
+    deciding: Mapping[str, float]  # criterion -> value
     numbers: Mapping[str, tuple[Array | Sequence[float], str]]
     """What they follow from: label -> values and their unit."""
 

@@ -63,16 +63,11 @@ class Config:
 
     samples: int
     """A cycle, of the two: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
-    long_samples: int
-    """A cycle, of many cycles; divides the former."""
-    cycles: int
-    """Of the central case, as in Figs. 14 and 15."""
-    fewer: int
-    """Of the other cases, which the paper does not follow so long."""
-    members: int
-    """Runs of two cycles that differ by a nudge."""
-    chaos: nonlinear.Config
-    """What the study nonlinear runs of the central case."""
+    long_samples: int  # a cycle, of many cycles; divides the former
+    cycles: int  # of the central case, as in Figs. 14 and 15
+    fewer: int  # of the other cases, which the paper does not follow so long
+    members: int  # runs of two cycles that differ by a nudge
+    chaos: nonlinear.Config  # what the study nonlinear runs of the central case
 
 
 @dataclass(frozen=True)
@@ -80,12 +75,9 @@ class Runs:
     """Tables of all runs, by (scene, model)."""
 
     config: Config
-    short: dict[tuple[str, str], list[Table]]
-    """Two cycles of each member."""
-    ideal: dict[tuple[str, str], Table]
-    """Two cycles of the ideal mechanism, at the same times."""
-    long: dict[tuple[str, str], Table]
-    """Many cycles, of the scenes with clearance at the slider."""
+    short: dict[tuple[str, str], list[Table]]  # two cycles of each member
+    ideal: dict[tuple[str, str], Table]  # two cycles of the ideal mechanism, at the same times
+    long: dict[tuple[str, str], Table]  # many cycles, of the scenes with clearance at the slider
     pin: dict[str, Table]
     """Model -> two cycles with clearance at the crank pin, with the journal's path and forces."""
     chaos: Chaos

@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from comparison.reliability.assessment import cap, reliability
+from comparison.reliability.assessment import cap
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.identification import fitting
 from comparison.studies.paper import ledger, runs, study
 from comparison.studies.paper.ledger import Outcome, Size, Use
-from comparison.studies.shared.published import printed_events, printed_rows, published
+from comparison.studies.shared.published import printed_rows, published
 
 
 def used_for(word):
@@ -33,16 +33,6 @@ def entries(of):
     """Every entry by each of its ids."""
     rows = ledger.ledger(of).to_dict("records")
     return {name: SimpleNamespace(**row) for row in rows for name in row["ids"].split(", ")}
-
-
-def test_what_is_printed_again_counts_once():
-    rows = printed_events()
-    assert (sum(map(len, rows)), len(rows)) == (56, 48)
-    assert [ids for ids in rows if len(ids) > 1] == [
-        ["F7-T-v", "F9-210-v", "F10-28-v", "F12-150-v"],
-        ["F7-T-a", "F9-210-a", "F10-28-a", "F12-150-a"],
-        ["F9-210-d", "F10-28-d", "F12-150-d"],
-    ]
 
 
 def test_what_a_fit_reads_is_calibration_and_no_prediction(monkeypatch):
@@ -80,19 +70,6 @@ def test_uses_of_the_distinct_figures(made_up):
         "F17-150-d",
         "F17-300-d",
     ]
-
-
-@pytest.mark.parametrize(
-    ("ratios", "size"),
-    [
-        ([0.951], Size.CLOSE),
-        ([1.06], Size.FACTOR),
-        ([2.01], Size.FAR),
-        ([1.0, 1.0, 2.5], Size.FAR),  # the farthest of all models and starts
-    ],
-)
-def test_what_ratios_mean(ratios, size):
-    assert ledger.size_of(ratios) == size
 
 
 @pytest.mark.parametrize(
@@ -171,33 +148,6 @@ def test_the_stroke_and_the_dead_centre_of_a_cosine(made_up):
     of = made_up.motions()
     assert runs.measure("S4.2-stroke", of, "reference")[0].value == pytest.approx(-0.224)
     assert runs.measure("S2.2-tdc", of, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
-
-
-def test_peaks_of_the_first_cycle_and_near_an_instant(made_up):
-    of = made_up.motions([{(runs.CENTRAL, "slider_y"): 1e-5}])  # 1e-5 sin
-    period = load_scene(runs.CENTRAL).period
-    assert of.peak(runs.CENTRAL, "reference", "slider_y", (0, 1)).time <= period
-    # At the zero crossing sin(2 pi 0.025) of the largest is reached within 2.5 % of a cycle.
-    close = of.near(runs.CENTRAL, "reference", "slider_y", 1.5 * period)
-    assert abs(close.value) == pytest.approx(1e-5 * np.sin(2 * np.pi * 0.025), rel=1e-6)
-
-
-def test_a_known_limit_is_implied_by_the_reliability_that_it_gives(made_up, monkeypatch):
-    size = 20.0
-    of = made_up.motions([{("300rpm-0.2mm", "slider_ay"): size}])
-    assessed = of.reliabilities("300rpm-0.2mm", "reference")["acceleration"]
-    last = int(np.argmin(np.abs(assessed.angle - 360.0)))
-    exact = float(reliability(Limits(upper=55.0), assessed.mean[last], assessed.deviation[last]))
-    printed = {"F17-300-a": published("F17-300-a")}
-    monkeypatch.setattr(ledger, "printed_rows", lambda: printed_rows().loc[["F17-300-a"]])
-    monkeypatch.setattr(
-        ledger, "published", lambda name: type(printed[name])(exact, "1", np.nan, 360.0, 5e-6)
-    )
-    (found,) = ledger.implied(of).to_dict("records")
-    at, low, high = (found[f"reference{end}"] for end in ("", "_least", "_most"))
-    assert at == pytest.approx(55.0, rel=1e-9)
-    assert low < at < high
-    assert found["unit"] == "m/s^2"
 
 
 def test_one_limit_is_found_from_reliabilities_that_share_it(made_up, monkeypatch):

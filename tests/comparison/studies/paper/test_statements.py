@@ -81,17 +81,8 @@ def adverse(made_up, series):
     return of
 
 
-def test_every_statement_has_its_criteria_and_known_scenes():
-    found = claims.all_claims()
-    assert len({claim["id"] for claim in found}) == len(found) == 33
-    for claim in found:
-        assert claim["test"] in claims.TESTS
-        named = [claim.get(key) for key in ("scene", "more", "less")] + claim.get("scenes", [])
-        assert set(named) - {None} <= set(runs.SCENES)
-    assert all(of.reason and of.supported != of.contradicted for of in claims.criteria().values())
-
-
 def test_every_statement_can_be_supported_and_can_be_contradicted(made_up):
+    assert len(claims.all_claims()) == 33
     held = {judged.claim["id"]: judged.verdict for judged in claims.judge_all(favourable(made_up))}
     assert held == dict.fromkeys(held, SUPPORTED)
     # A map of y cannot both be without scatter and not repeat: each needs a motion of its own.
@@ -106,21 +97,6 @@ def test_every_statement_can_be_supported_and_can_be_contradicted(made_up):
     # Every criterion decided something.
     used = {name for judged in restless.values() for of in judged.evidence.values() for name in of.deciding}
     assert used == set(claims.criteria())
-
-
-@pytest.mark.parametrize(
-    ("criterion", "value", "verdict"),
-    [
-        ("peaks", 1.05, SUPPORTED),
-        ("peaks", 0.95, CONTRADICTED),
-        ("bottom", 0.25, SUPPORTED),  # the smaller the closer
-        ("swings", 1.0, CONTRADICTED),
-        ("exponent", 0.0, UNDECIDED),
-        ("repetition", float("nan"), UNDECIDED),
-    ],
-)
-def test_what_a_value_says(criterion, value, verdict):
-    assert claims.criteria()[criterion].decide(value) is verdict
 
 
 def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_more_than_little(made_up):
@@ -140,18 +116,6 @@ def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_
     assert judged([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5) is UNDECIDED
     assert judged([1e-5, 3e-5], [2e-5, 1e-5], 2.0) is UNDECIDED
     assert judged([1.0e-5], [1.04e-5], 1.04) is UNDECIDED
-
-
-def test_accelerations_of_later_cycles_are_judged_by_the_forces_of_the_contacts(made_up):
-    period = load_scene(runs.CENTRAL).period
-    forces = [((k + 0.3) * period, 10.0 + k) for k in range(made_up.cycles)] + [(0.9 * period, 900.0)]
-    of = made_up.motions(long={"69GPa": {"events": forces}})
-    # The first cycle, with its 900 N, does not count, nor do its two contacts.
-    assert claims.later_cycles(of, "69GPa", "exudyn", "slider_ay") == pytest.approx(
-        10.0 + np.arange(1, made_up.cycles)
-    )
-    assert claims.later_cycles(of, runs.PIN, "exudyn", "slider_y").size == made_up.cycles - 1
-    assert claims.contacts_by_cycle(of, "69GPa", "exudyn")["size"].tolist() == [1] * (made_up.cycles - 1)
 
 
 def test_pairs_that_differ_by_little_count_for_neither_side():
