@@ -267,13 +267,7 @@ Run = dict[str, Any]
 
 
 def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Run cells, check what errs more than its bound, and refine what nothing accounts for.
-
-    Returns
-    -------
-    runs
-        A row for each run, by cell and formulation, in SI units; columns are `COLUMNS` and ``cell``.
-    """
+    """Run cells, check what errs more than its bound, and refine what nothing accounts for; see `frame`."""
     first, second, third, checks, reruns = (part(on_progress, *ends) for ends in pairwise(_SHARES))
     rows = _run(
         cells, [(n, method) for n, cell in enumerate(cells) for method in cell.methods], n_jobs, first
@@ -427,7 +421,7 @@ def rerun(
 
 
 def frame(runs: Iterable[Run]) -> pd.DataFrame:
-    """Return runs as a table: columns are `COLUMNS` and ``cell``."""
+    """Return runs as a table, by cell and formulation, in SI units: columns are `COLUMNS` and ``cell``."""
     named = [
         {
             **run,
@@ -484,43 +478,33 @@ def principal(why: Sequence[Cause]) -> str:
 
 
 def explain(runs: Sequence[Run]) -> None:
-    """Give every run its ``causes``: why it is in its class; nothing for one that converged.
-
-    A run's numbers are compared with those of the cell that changes nothing, under hertz-corners, on which
-    error bounds are measured, and of the same under its own law.
-    """
+    """Give every run its ``causes``: why it is in its class; nothing for one that converged."""
     unchanged = {(run["law"], run["formulation"]): run for run in runs if run["value"] == BASE_LABEL}
-    laws = {law for law, _ in unchanged}
     for run in runs:
-        same = unchanged.get((run["law"] if run["law"] in laws else LAWS[0], run["formulation"]))
-        together = [other for other in runs if other["cell"] == run["cell"] and other is not run]
-        run["causes"] = causes(run, together, unchanged, same)
+        if run["class"] is Class.REFUSED:
+            # Where the same mechanism runs with a finer tolerance, only that was wrong.
+            coarse = run["exact"].get(STRICT, run["row"])["status"] != "bad input"
+            run["causes"] = [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
+        elif run["class"] is Class.UNCONFIRMED:
+            run["causes"] = [Cause.UNCONFIRMED]
+        elif run["class"] in LARGER:
+            others = [other for other in runs if other["cell"] == run["cell"] and other is not run]
+            run["causes"] = _of_the_error(run, others, unchanged)
+        else:
+            # A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates
+            # the slider by N (r_y - c_f r_x) / J5: into its wall where c_f > r_y / r_x, length over width.
+            # The drive goes on all the same (Painleve's paradox).
+            slider = _BASE["mechanism"]["slider"]
+            jams = run["friction"] > slider["length"] / slider["width"]
+            run["causes"] = [Cause.JAMMED] if jams and run["class"] is not Class.CONVERGED else []
 
 
-def causes(
-    run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run], same: Run | None
-) -> list[Cause]:
-    """Return why a run is in its class, from the other runs of its cell and the unchanged ones."""
-    if run["class"] is Class.REFUSED:
-        # Where the same mechanism runs with a finer tolerance, only that was wrong.
-        coarse = run["exact"].get(STRICT, run["row"])["status"] != "bad input"
-        return [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
-    if run["class"] is Class.UNCONFIRMED:
-        return [Cause.UNCONFIRMED]
-    if run["class"] in LARGER:
-        return _of_the_error(run, others, unchanged, same)
-    # A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates the
-    # slider by N (r_y - c_f r_x) / J5: into its wall where c_f > r_y / r_x, length over width. The drive goes
-    # on all the same (Painleve's paradox).
-    slider = _BASE["mechanism"]["slider"]
-    jams = run["friction"] > slider["length"] / slider["width"]
-    return [Cause.JAMMED] if jams and run["class"] is not Class.CONVERGED else []
+def _of_the_error(run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run]) -> list[Cause]:
+    """Return what makes the error larger than its bound, factor by factor, as far as that accounts for it.
 
-
-def _of_the_error(
-    run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run], same: Run | None
-) -> list[Cause]:
-    """Return what makes the error larger than its bound, factor by factor, as far as that accounts for it."""
+    Its numbers are compared with those of the cell that changes nothing: under hertz-corners, on which error
+    bounds are measured, and under its own law.
+    """
     if run["law"] == LITERAL_LAW:
         return [Cause.LITERAL]
     if not isfinite(run["bound_m"]):
@@ -536,6 +520,8 @@ def _of_the_error(
         accounted *= own["error_m"] / own["bound_m"]
         why.append(Cause.AS_IN_BASE)
     usual = next(each["magnification"] for (law, _), each in unchanged.items() if law == LAWS[0])
+    laws = {law for law, _ in unchanged}
+    same = unchanged.get((run["law"] if run["law"] in laws else LAWS[0], run["formulation"]))
     if (magnified := run["magnification"] / usual) > SLIGHTLY:
         accounted *= magnified
         why.append(Cause.MAGNIFIED)
