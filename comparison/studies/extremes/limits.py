@@ -27,6 +27,7 @@ from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.runs import BASE
+from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, motion, table_1
 from comparison.studies.shared.figures import curves
 from comparison.studies.shared.frames import Columns
 from comparison.studies.shared.rates import rate
@@ -81,16 +82,11 @@ def effective_mass(data: Mapping[str, Any], corners: int, time: float = 0.0) -> 
     one alone rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
     """
     mechanism, drive = data["mechanism"], data["drive"]
-    rod, slider, rocker = mechanism["rod4"], mechanism["slider"], mechanism["rocker"]
+    rod, slider = mechanism["rod4"], mechanism["slider"]
     angle = radians(mechanism["crank_angle_deg"]) + tau * drive["speed_rpm"] / 60 * time
-    # The linkage's closure from the crank to rod 4, whose other end is off the guide's line by the clearance.
-    H, A = complex(*mechanism["rocker_pivot"]), mechanism["crank"]["length"] * np.exp(1j * angle)
-    gap, rod2 = np.abs(H - A), mechanism["rod2"]["length"]
-    along = (gap**2 + rod2**2 - rocker["centroid"] ** 2) / (2 * gap)
-    B = A + (along + 1j * mechanism["rocker_branch"] * np.sqrt(rod2**2 - along**2)) * (H - A) / gap
-    C = H + rocker["length"] / rocker["centroid"] * (B - H)
-    beside = mechanism["guide_x"] - data["clearance"]["slider"] - C.real
-    tangent = np.abs(beside) / np.sqrt(rod["length"] ** 2 - beside**2)
+    x, y = mechanism["rocker_pivot"]
+    press = Geometry(x, y, mechanism["guide_x"] - data["clearance"]["slider"])
+    tangent = motion(press, TOPOLOGIES[0], table_1()[0], np.array([angle])).tangent[0]
     inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
     across = rod["length"] ** 2 / inertia / (1.0 + tangent**2)
     if corners == 2:

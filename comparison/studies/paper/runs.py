@@ -169,13 +169,7 @@ def long_scene(config: Config, name: str) -> Scene:
 
 
 def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
-    """Run everything in one go.
-
-    Raises
-    ------
-    RunError
-        If one of them does not succeed.
-    """
+    """Run everything in one go; `RunError` if one of them does not succeed."""
     pairs, many = list(product(SCENES, MODELS)), list(product(SLIDER, MODELS))
     # With clearance at the pin Exudyn, full (five bodies), needs the scene's own step: at 1 us it never lifts
     # the pin off its bearing in the second cycle, at 0.25 us it flies for 6 % of the time, with the reference

@@ -17,7 +17,7 @@ from comparison.models import made_on
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies.shared.frames import markdown
+from comparison.studies.shared.frames import markdown, write_csv
 from comparison.studies.shared.study import Study
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.shipped import as_toml
@@ -116,13 +116,12 @@ def draw(results: Results, folder: Path) -> None:
     texts = {
         "slider_x.svg": standalone(channel_figure(scene, channel, "readme")),
         RECORD: as_toml([load_scene(name) for name in named], results.comparisons, results.made),
-        "verdicts.csv": pd.DataFrame(map(row, results.comparisons))
-        .replace(r"\*\*", "", regex=True)
-        .to_csv(index=False),
     }
     for name, text in texts.items():
         with replacing(folder / name) as part:
             part.write_text(text, "utf-8")
+    table = pd.DataFrame(map(row, results.comparisons)).replace(r"\*\*", "", regex=True)
+    write_csv({"verdicts": table}, folder)
 
 
 STUDY = Study(
