@@ -12,6 +12,7 @@ from enum import StrEnum
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -78,19 +79,6 @@ class Evidence:
         return _unanimous({criteria()[name].decide(value) for name, value in self.deciding.items()})
 
 
-@dataclass(frozen=True)
-class Judged:
-    """One statement, and each model's evidence."""
-
-    claim: Claim
-    evidence: Mapping[str, Evidence]
-
-    @property
-    def verdict(self) -> Verdict:
-        """What both models say."""
-        return _unanimous({each.verdict for each in self.evidence.values()})
-
-
 def _unanimous(verdicts: set[Verdict]) -> Verdict:
     return next(iter(verdicts)) if len(verdicts) == 1 else Verdict.UNDECIDED
 
@@ -116,12 +104,24 @@ def all_claims() -> list[Claim]:
     ]
 
 
-def judge_all(runs: Runs) -> list[Judged]:
-    """Decide every statement by both models."""
-    return [
-        Judged(claim, {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS})
-        for claim in all_claims()
-    ]
+def judge_all(runs: Runs) -> pd.DataFrame:
+    """Decide every statement by both models.
+
+    A row for each value of a criterion and each number that it follows from, by model; ``verdict`` is what
+    both models say, ``verdict_of_model`` what one says.
+    """
+    rows = []
+    for claim in all_claims():
+        evidence = {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS}
+        verdict = _unanimous({each.verdict for each in evidence.values()})
+        for model, each in evidence.items():
+            known = {key: claim[key] for key in ("id", "section", "says")} | {"verdict": verdict}
+            known |= {"model": model, "verdict_of_model": each.verdict}
+            deciding = {name: ([value], "") for name, value in each.deciding.items()}
+            for name, (values, unit) in {**deciding, **each.numbers}.items():
+                ends = {"least": min(values, default=nan), "most": max(values, default=nan)}
+                rows.append(known | {"what": name, "unit": unit, "decides": name in deciding} | ends)
+    return pd.DataFrame(rows)
 
 
 # ---- one function a kind of statement

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -16,7 +16,7 @@ from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures
-from comparison.studies.paper.claims import Judged, criteria, judge_all
+from comparison.studies.paper.claims import criteria, judge_all
 from comparison.studies.paper.ledger import Outcome, Size, Use, implied, ledger
 from comparison.studies.paper.runs import CENTRAL, REACH, Config, Runs, scene_of, simulate
 from comparison.studies.shared.frames import markdown, rows_table, write_csv
@@ -30,13 +30,13 @@ OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
 
 @dataclass(frozen=True)
 class Results:
-    """What was run, and what follows from it: `ledger`, `implied`, `first_cycle` and the statements."""
+    """What was run, and what follows from it: `ledger`, `implied`, `first_cycle`, `judge_all`."""
 
     runs: Runs
     entries: pd.DataFrame
     limits: pd.DataFrame
     first_cycle: pd.DataFrame
-    judged: list[Judged]
+    statements: pd.DataFrame
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -66,15 +66,14 @@ def page(results: Results) -> Mapping[str, object]:
     near = results.first_cycle.query("scene == @CENTRAL")["near"]
     predicted = entries[entries["use"] == Use.PREDICTION]
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
-    statements_of = [{**each.claim, "verdict": str(each.verdict)} for each in results.judged]
-    found = statements(results.judged).query("model == @MODELS[0] and not decides")
+    found = results.statements.query("model == @MODELS[0] and not decides")
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
         "sizes": {str(size): predicted[predicted["size"] == size] for size in Size},
         "split": rows_table(_split(predicted, size) for size in Size if size is not Size.NONE),
         "table": markdown(_written(entries)),
-        "statements": pd.DataFrame(statements_of),
+        "statements": results.statements.drop_duplicates("id"),
         "evidence": {name: of.to_dict("records") for name, of in found.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
         "one_limit": ", ".join(
@@ -131,26 +130,12 @@ def draw(results: Results, folder: Path) -> None:
     times = results.entries["times"].map(lambda t: " ".join(map(str, t)))
     frames = {
         "printed": results.entries.assign(times=times),
-        "statements": statements(results.judged),
+        "statements": results.statements,
         "criteria": pd.DataFrame([{"criterion": name} | asdict(each) for name, each in criteria().items()]),
         "limits": results.limits,
         "first-cycle": results.first_cycle,
     }
     write_csv(frames, folder)
-
-
-def statements(judged: Sequence[Judged]) -> pd.DataFrame:
-    """Return a row for each value of a criterion and each number that it follows from, by model."""
-    rows = []
-    for each, model in product(judged, MODELS):
-        evidence = each.evidence[model]
-        known = {key: each.claim[key] for key in ("id", "section", "says")} | {"verdict": each.verdict}
-        known |= {"model": model, "verdict_of_model": evidence.verdict}
-        deciding = {name: ([value], "") for name, value in evidence.deciding.items()}
-        for name, (values, unit) in {**deciding, **evidence.numbers}.items():
-            ends = {"least": min(values, default=None), "most": max(values, default=None)}
-            rows.append(known | {"what": name, "unit": unit, "decides": name in deciding} | ends)
-    return pd.DataFrame(rows)
 
 
 STUDY = Study(
