@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -13,9 +12,9 @@ import pytest
 from scipy.integrate import DOP853
 
 from comparison.execution.run import Outcome, run_one
-from comparison.studies.extremes import limits, study
+from comparison.studies.extremes import study
 from comparison.studies.extremes.cells import COLUMNS
-from comparison.studies.extremes.limits import LIMITS, NO_DAMPING, NO_FRICTION, TIGHT, TILTS, WIDE
+from comparison.studies.extremes.limits import BOTH, LIMITS, NO_DAMPING, NO_FRICTION, TIGHT, TILTS, WIDE
 from comparison.studies.extremes.steps import (
     FIXED,
     FULL,
@@ -37,59 +36,59 @@ NUMBERS = ("error_m", "bound_m", "estimate_m", "magnification", "speed_rpm", "mo
 # ---- limits
 
 
-def by_the_reference(name: str, folder) -> tuple[pd.DataFrame, pd.Series]:
-    """Run those of the reference, Exudyn's are said to have crashed; return rows and orders, and draw."""
-    limit, run = LIMITS[name], partial(run_one, model="reference")
-    outcomes = [
-        Outcome("success", table=run(job.scene)) if job.model == "reference" else Outcome("crashed")
-        for job in limit.jobs
-    ]
-    frame = limit.rows(outcomes)
-    limits.draw(name, frame, folder)
-    assert (folder / f"limit_{name}.svg").is_file()
-    assert set(frame.loc[frame["model"] == "exudyn", "status"]) == {"crashed"}
-    orders = limit.observed(frame)
-    assert orders["exudyn"].isna().all()
-    return frame[frame["model"] == "reference"], orders.set_index(["case", "quantity"])["reference"]
+@pytest.fixture(scope="module")
+def frames():
+    """Runs of all limits by the reference; Exudyn's are said to have crashed."""
+    return {
+        name: limit.rows(
+            [
+                Outcome("success", table=run_one(job.scene, "reference"))
+                if job.model == "reference"
+                else Outcome("crashed")
+                for job in limit.jobs
+            ]
+        )
+        for name, limit in LIMITS.items()
+    }
 
 
-def test_clearance_to_zero(tmp_path) -> None:
-    ran, orders = by_the_reference("clearance", tmp_path)
-    # The depth is a tenth of the smallest clearance of these: it takes some hundredths from the order.
-    assert orders[WIDE, "x"] == pytest.approx(1.0, abs=0.05)
-    assert orders[WIDE, "y"] == pytest.approx(1.0, abs=0.05)
-    assert orders[WIDE, "vx"] == pytest.approx(0.5, abs=0.1)
-    assert orders[TIGHT, "x"] < 0.3
-    assert (ran["y"] <= 0.2095 * 1.001 * ran["x"]).all()
+@pytest.mark.parametrize(
+    ("name", "case", "quantity", "order", "slack"),
+    [
+        # The depth is a tenth of the smallest clearance of these: it takes some hundredths from the order.
+        ("clearance", WIDE, "x", 1.0, 0.05),
+        ("clearance", WIDE, "y", 1.0, 0.05),
+        ("clearance", WIDE, "vx", 0.5, 0.1),
+        ("clearance", TIGHT, "x", 0.0, 0.3),
+        *(("stiffness", corners, "depth", -0.4, 0.005) for corners in TILTS),
+        *(("stiffness", corners, "duration", -0.4, 0.005) for corners in TILTS),
+        *(("stiffness", corners, "error", -0.4, 0.01) for corners in TILTS),
+        *(("stiffness", corners, "x 1 in flight", -0.4, 0.02) for corners in TILTS),
+        ("lossless", BOTH, "residual", 0.8, 0.3),
+        *(("speed", 0.0, name, 2.0, 0.02) for name in ("wall force", "torque", "kinetic energy")),
+        # At 60 rpm the force differs from the static one by half of it: the depth, its power 2/3, is not
+        # linear.
+        ("speed", 0.0, "depth", 2.0, 0.05),
+    ],
+)
+def test_the_reference_converges_to_known_limits_at_known_orders(
+    frames, name, case, quantity, order, slack
+) -> None:
+    observed = LIMITS[name].observed(frames[name]).set_index(["case", "quantity"])
+    assert np.isnan(observed["exudyn"][case, quantity])
+    assert observed["reference"][case, quantity] == pytest.approx(order, abs=slack)
 
 
-def test_stiffness_to_infinity(tmp_path) -> None:
-    ran, orders = by_the_reference("stiffness", tmp_path)
-    for corners in TILTS:
-        for name, slack in (("depth", 0.005), ("duration", 0.005), ("error", 0.01), ("x 1 in flight", 0.02)):
-            assert orders[corners, name] == pytest.approx(-0.4, abs=slack)
-    stiffest = ran[ran["modulus"] == 1e15]
-    assert len(stiffest) == 2
-    assert stiffest["restitution"].to_numpy() == pytest.approx(limits.law(), abs=1e-3)
+def test_the_limits_themselves(frames) -> None:
+    ran = {name: frame[frame["model"] == "reference"] for name, frame in frames.items()}
+    assert (ran["clearance"]["y"] <= 0.2095 * 1.001 * ran["clearance"]["x"]).all()
+    stiffest = ran["stiffness"][ran["stiffness"]["modulus"] == 1e15]
+    assert stiffest["restitution"].to_numpy() == pytest.approx(0.9131766778, abs=1e-3)
     assert stiffest["depth"].to_numpy() == pytest.approx(stiffest["point mass"].to_numpy(), rel=3e-4)
-
-
-def test_nothing_is_lost_that_cannot_be(tmp_path) -> None:
-    ran, orders = by_the_reference("lossless", tmp_path)
-    damped, rough = ran["case"] == NO_FRICTION, ran["case"] == NO_DAMPING
-    assert (ran.loc[~damped, "damping"] == 0.0).all()
-    assert (ran.loc[~rough, "friction"] == 0.0).all()
-    assert (ran.loc[damped, "damping"] > 0.0).all()
-    assert (ran.loc[rough, "friction"] > 0.0).all()
-    assert 0.5 < orders.iloc[0] < 1.1
-
-
-def test_speed_to_zero(tmp_path) -> None:
-    ran, orders = by_the_reference("speed", tmp_path)
-    # At 60 rpm the force differs from the static one by half of it: the depth, its power 2/3, is not linear.
-    for name, slack in (("wall force", 0.02), ("torque", 0.02), ("kinetic energy", 0.02), ("depth", 0.05)):
-        assert orders[0.0, name] == pytest.approx(2.0, abs=slack)
-    rough = ran.loc[ran["friction"] > 0, "torque"].to_numpy()
+    lossless = ran["lossless"]
+    assert ((lossless["damping"] > 0.0) == (lossless["case"] == NO_FRICTION)).all()
+    assert ((lossless["friction"] > 0.0) == (lossless["case"] == NO_DAMPING)).all()
+    rough = ran["speed"].loc[ran["speed"]["friction"] > 0, "torque"].to_numpy()
     assert rough[-1] == pytest.approx(rough[-2], rel=0.05)  # what does not vanish
 
 
@@ -146,10 +145,9 @@ def test_five_bodies_rebound_as_one_mass_does(name) -> None:
     assert ran["rebound"] == pytest.approx(ran["theory"], abs=3e-4)
 
 
-def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(tmp_path, monkeypatch) -> None:
+def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(frames, tmp_path, monkeypatch) -> None:
     """With the limits of the reference alone: where Exudyn has nothing, nothing is said to be zero."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
-    frames = {name: by_the_reference(name, tmp_path)[0] for name in LIMITS}
     runs = pd.DataFrame(columns=["cell", *COLUMNS]).astype(dict.fromkeys(NUMBERS, float))
     results = study.Results(runs, frames, run_steps(FEW, 1, None))
     monkeypatch.setattr(study, "draw_axes", lambda *_: None)
