@@ -372,7 +372,8 @@ def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:
             by = "quantity" if len(panel["columns"]) > 1 else data["by"]
             lines = zip(points[by].unique(), ((None, None), (4, 1.5)), strict=False)
             looks = {
-                (key, model): look | {"dashes": dashes, "lw": 0.8, "mfc": "none", "label": f"{key}, {model}"}
+                (key, model): look
+                | {"dashes": dashes, "lw": 0.8, "mfc": "none", "label": data["label"].format(key, model)}
                 for key, dashes in lines
                 for model, look in _MARKS.items()
             }

@@ -210,17 +210,16 @@ def _short(value: float) -> str:
 def draw_hypercube(runs: pd.DataFrame, folder: Path) -> None:
     """Write hypercube.svg: the class of each point, modulus over speed, a panel a compared formulation."""
     points = runs[runs["axis"] == HYPERCUBE]
+    looks = {kind: look for kind, look in _LOOKS.items() if kind in set(points["class"])}
     with svg.panels(folder / "hypercube.svg", 1, 3, height=2.6, sharey=True) as panels:
         for axes, (name, title) in zip(panels, TITLES.items(), strict=True):
             mine = points[points["formulation"] == name]
             settings = {"xscale": "log", "yscale": "log", "xlabel": "speed (rpm)"}
-            curves(axes, mine, "speed_rpm", "modulus_Pa", "class", _LOOKS, **settings)
+            curves(axes, mine, "speed_rpm", "modulus_Pa", "class", looks, **settings)
             axes.margins(0.05)
             axes.set_title(title, size=8, loc="left", color=COLOURS[name])
-        for kind in [kind for kind in Class if kind in set(points["class"])]:
-            panels[2].plot([], [], label=str(kind), **_LOOKS[kind])
         panels[0].set_ylabel("Young's modulus (Pa)")
-        svg.legend_above(panels[2], 6)
+        svg.legend_above(panels[0], 6)
 
 
 def draw_errors(runs: pd.DataFrame, folder: Path) -> None:

@@ -20,13 +20,13 @@ def curves(axes: Axes, frame: pd.DataFrame, x: str, y: str, by: Any, looks: Look
     axes, frame, x, y
         Panel, rows and columns.
     by, looks
-        Whose values have a look each, in whose order they are drawn; those without one are left out. The
-        label is the value, if the look has none.
+        Whose values have a look each, in whose order they are drawn, also those without any row, for the
+        legend; values without a look are left out. The label is the value, if the look has none.
     settings
         Of the panel, as `matplotlib.axes.Axes.set` takes them.
     """
     groups = dict(list(frame.groupby(by, sort=False)))
     for key, look in looks.items():
-        if key in groups:
-            axes.plot(groups[key][x], groups[key][y], **{"label": str(key), **look})
+        rows = groups.get(key, frame.iloc[:0])
+        axes.plot(rows[x], rows[y], **{"label": str(key), **look})
     axes.set(**settings)
