@@ -19,7 +19,6 @@ from comparison.studies.extremes.cells import (
     HYPERCUBE,
     LAWS,
     MINIMAL,
-    SEED,
     STRICT,
     TREE,
     Cause,
@@ -30,7 +29,6 @@ from comparison.studies.extremes.cells import (
     check,
     estimate,
     explain,
-    hypercube,
     judge,
     judged,
     principal,
@@ -98,16 +96,6 @@ def test_each_cell_is_there_once_and_the_ranges_that_are_asked_for_are_reached()
         values = [float(of[key]) for cell in EVERY_CELL if key in (of := {**cell.changes, **cell.settings})]
         values = [value for value in values if key != "drive.speed_rpm" or value > 0]
         assert (min(values), max(values)) == pytest.approx(ends, rel=0.05)
-
-
-def test_the_hypercube_has_a_point_in_each_of_200_parts_of_each_range():
-    points = hypercube(200, SEED)
-    assert {cell.law for cell in points} == set(LAWS)
-    for key in ("drive.speed_rpm", "contact.youngs_modulus"):
-        low, high = RANGES[key]
-        share = np.log(np.array([cell.changes[key] for cell in points]) / low) / np.log(high / low)
-        # Values are written with six digits: a point on a border may change its part.
-        assert len(set(np.floor(200 * share))) >= 198
 
 
 # ---- classes
