@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from comparison.reliability.assessment import cap
+from comparison.reliability.assessment import cap, reliability
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.identification import fitting
@@ -148,6 +148,34 @@ def test_the_stroke_and_the_dead_centre_of_a_cosine(made_up):
     of = made_up.motions()
     assert runs.measure("S4.2-stroke", of, "reference")[0].value == pytest.approx(-0.224)
     assert runs.measure("S2.2-tdc", of, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
+
+
+def test_peaks_of_the_first_cycle_and_near_an_instant(made_up):
+    of = made_up.motions([{(runs.CENTRAL, "slider_y"): 1e-5}])  # 1e-5 sin
+    period = load_scene(runs.CENTRAL).period
+    # At the zero crossing sin(2 pi 0.025) of the largest is reached within 2.5 % of a cycle.
+    close = of.near(runs.CENTRAL, "reference", "slider_y", 1.5 * period)
+    assert abs(close.value) == pytest.approx(1e-5 * np.sin(2 * np.pi * 0.025), rel=1e-6)
+    found = study.first_cycle(of).set_index(["scene", "quantity"]).loc[(runs.CENTRAL, "displacement")]
+    assert found["first"] == pytest.approx(1e-5 / abs(published("F9-210-d").value), rel=1e-9)
+
+
+def test_a_known_limit_is_implied_by_the_reliability_that_it_gives(made_up, monkeypatch):
+    size = 20.0
+    of = made_up.motions([{("300rpm-0.2mm", "slider_ay"): size}])
+    assessed = of.reliabilities("300rpm-0.2mm", "reference")["acceleration"]
+    last = int(np.argmin(np.abs(assessed.angle - 360.0)))
+    exact = float(reliability(Limits(upper=55.0), assessed.mean[last], assessed.deviation[last]))
+    printed = {"F17-300-a": published("F17-300-a")}
+    monkeypatch.setattr(ledger, "printed_rows", lambda: printed_rows().loc[["F17-300-a"]])
+    monkeypatch.setattr(
+        ledger, "published", lambda name: type(printed[name])(exact, "1", np.nan, 360.0, 5e-6)
+    )
+    (found,) = ledger.implied(of).to_dict("records")
+    at, low, high = (found[f"reference{end}"] for end in ("", "_least", "_most"))
+    assert at == pytest.approx(55.0, rel=1e-9)
+    assert low < at < high
+    assert found["unit"] == "m/s^2"
 
 
 def test_one_limit_is_found_from_reliabilities_that_share_it(made_up, monkeypatch):
