@@ -8,7 +8,6 @@ import pandas as pd
 
 from comparison.execution.run import Outcome
 from comparison.models import MODELS
-from comparison.verdict.results import Confirmation
 
 
 class Models:
@@ -40,12 +39,3 @@ class Models:
         touching = {"corner": ["ll"], "start": [0.0], "end": [scene.duration], "normal_speed": [0.1]}
         events = pd.DataFrame(touching | {"impulse": [0.1], "peak_force": [1.0], "largest_depth": [1e-6]})
         return Outcome("success", table=self.spoil[model](replace(table, events=events)))
-
-
-def refuse(*_):
-    raise AssertionError("nothing was to be confirmed")
-
-
-def as_it_is(result, runs, scene, run):
-    del runs, scene, run
-    return replace(result, confirmation=Confirmation("confirmed", members=(99, 30)))

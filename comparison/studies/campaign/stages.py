@@ -1,193 +1,198 @@
-"""One scene through the stages: the cheap look, both families of runs, confirmation, third opinions.
+"""One scene through the stages: the cheap look, both families of runs, confirmation, adjudication.
 
-Each stage is entered only if the one before asks for it. A row says how far the scene came and what was
-found.
+The cheap look is one run of the tree and the family of the reference, which costs a tenth of that. No
+difference has less uncertainty than the reference: what this leaves unpredictable or explains stays so.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
-from comparison.execution.run import VIOLATED, Outcome
+from comparison.execution.run import VIOLATED, Job, Progress
 from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
 from comparison.scene import Scene
-from comparison.studies.campaign.adjudication import Run, adjudicate
-from comparison.studies.campaign.population import Case
-from comparison.studies.campaign.screening import TIER, screen
-from comparison.studies.campaign.walls import breaches
+from comparison.studies.campaign.adjudication import LIMIT, Run, adjudicate, breaches, run_here
+from comparison.studies.campaign.population import Case, clearance
 from comparison.studies.detection.pairs import summary
+from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import Runs, compare
-from comparison.verdict.results import SceneComparison
+from comparison.verdict.compare import Runs, compare, model_uncertainty
+from comparison.verdict.confirmation import confirm
 from comparison.words.record import confirmation_record
 
-Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneComparison]
-"""Confirms a verdict "differ" by ensembles: a comparison, the runs, what they ran, who runs it."""
+TIER = "tight"
+# m: the largest u of a predictable sample of slider_x at the tight tier with 0.2 mm of clearance.
+DISTANCE = 1e-8
+MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
+STAGES = ("single runs", "families", "confirmation", "adjudication")
+SCREENED, COMPARED, CONFIRMED, ADJUDICATED = STAGES
+OUTCOMES = ("agree", "underestimated", "differ", "broken invariant", "not decided", "cannot compare")
+AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED = OUTCOMES
 
-SCREENED, COMPARED = "single runs", "families"
-"""How far a scene came."""
-AGREE, UNDERESTIMATED, DIFFER = "agree", "underestimated", "differ"
-BROKEN, NOT_DECIDED, FAILED = "broken invariant", "not decided", "cannot compare"
-OUTCOMES = (AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED)
+
+@dataclass(frozen=True)
+class CaseTask(Task):
+    """A case of the population."""
+
+    case: Case
+    models = MODELS
+
+    @property
+    def cost(self) -> float:
+        """Expected time of the tree's runs: it grows with a cycle's duration, which `Job.cost` leaves out."""
+        scene = self.case.scene
+        return Job(scene, "exudyn").cost * (5.0 if self.case.family else 1.0) * (1.0 + scene.period)
+
+
+def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:
+    """Return the rows of `examine`; cases that were examined before are not again."""
+    tasks = [CaseTask(case) for case in cases]
+    rows = measure_all(examine_case, tasks, on_processes(n_jobs, LIMIT), on_progress)
+    return [row if row["status"] == SUCCESS else empty(row["message"]) for row in rows]
+
+
+def examine_case(task: CaseTask, progress: Progress) -> Row:
+    """Examine a case in this process."""
+    progress(0.0)
+    return examine(task.case, run_here)
+
+
+def empty(reason: str) -> Row:
+    """Return the row of a scene of which nothing is known but why."""
+    row = dict.fromkeys(("screening", "coverage", "first", "confirmation", "adjudication"))
+    row |= {"outcome": FAILED, "reason": reason, "stage": ""}
+    return row | {"breaches": {}, "failures": [], "seconds": {}}
 
 
 class _FailedError(Exception):
     """A run without which there is nothing to compare."""
 
 
-class _Scene:
-    """The runs of one scene, each made when first asked for; ``failures`` lists those without success."""
-
-    def __init__(self, scene: Scene, run: Run) -> None:
-        self.scene, self.failures = scene, list[Row]()
-        self._run = run
-        self._levels = {model: levels(scene, model) for model in MODELS}
-        self._outcomes: dict[tuple[str, str], Outcome] = {}
-
-    def base(self, model: str) -> Table | None:
-        """Run a model at the scene's settings; None if that fails."""
-        return self._outcome(model, "base").table
-
-    def family(self, model: str) -> Runs:
-        """Run a model at all its levels.
-
-        Raises
-        ------
-        _FailedError
-            If a run fails.
-        """
-        tables = {kind: self._outcome(model, kind).table for kind in self._levels[model]}
-        there = {kind: table for kind, table in tables.items() if table is not None}
-        if len(there) < len(tables):
-            raise _FailedError
-        return Runs(refinement=refinement(model, self.scene), **there)
-
-    def _outcome(self, model: str, kind: str) -> Outcome:
-        if (model, kind) not in self._outcomes:
-            outcome = self._run(self._levels[model][kind], model)
-            self._outcomes[model, kind] = outcome
-            if outcome.table is None:
-                self.failures.append(
-                    {
-                        "model": model,
-                        "kind": kind,
-                        "status": outcome.status,
-                        "message": outcome.message,
-                        "invariants": broken(outcome.partial),
-                    }
-                )
-        return self._outcomes[model, kind]
-
-
-def broken(table: Table | None) -> list[str]:
-    """Return the names of the invariants that a run says it broke."""
-    found = {} if table is None else table.provenance.get("invariants", {})
-    return [name for name, of in found.items() if of["value"] > of["bound"]]
-
-
-def examine(case: Case, run: Run, confirm: Confirm) -> Row:
+def examine(case: Case, run: Run) -> Row:
     """Take a scene through the stages.
 
-    Returns
-    -------
-    row
-        ``outcome``, one of `OUTCOMES`; ``reason``; ``stage``, `SCREENED` or `COMPARED`; ``screening``, as
-        `comparison.studies.campaign.screening.Screening`; ``coverage``; ``breaches`` by model, as
-        `comparison.studies.campaign.walls.Breach`; ``failures``; ``first``, the earliest sample of a
-        difference; ``confirmation`` and ``adjudication``, None where there was nothing to confirm;
-        ``seconds`` by stage.
+    The row has one of `OUTCOMES`; ``stage``, `SCREENED` or `COMPARED`; ``screening``, see `screen`;
+    ``breaches`` by model; ``failures``: runs without success; ``first``, the earliest sample of a difference;
+    ``confirmation`` and ``adjudication``, None where nothing was to be confirmed; ``seconds`` by stage.
     """
-    runs = _Scene(case.scene, run)
-    row = nothing_found("") | {"stage": SCREENED, "failures": runs.failures}
+    row = empty("") | {"stage": SCREENED}
     try:
-        _into(row, case, runs, run, confirm)
+        _examine(row, case, run)
     except _FailedError:
-        first = runs.failures[0]
+        first = row["failures"][0]
         row["reason"] = f"{first['model']}, {first['kind']} run: {first['status']}"
-        if any(one["status"] == VIOLATED for one in runs.failures):
+        if any(one["status"] == VIOLATED for one in row["failures"]):
             row["outcome"] = BROKEN
     except TableError as error:
         row["reason"] = str(error)
     if row["outcome"] != DIFFER and any(row["breaches"].values()):
-        messages = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        messages = [f"{model}: {one['name']}" for model, shown in row["breaches"].items() for one in shown]
         row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(messages))}
     return row
 
 
-def nothing_found(reason: str) -> Row:
-    """Return the row of a scene of which nothing is known but why."""
-    return {"outcome": FAILED, "reason": reason, "stage": "", "screening": None, "coverage": None} | {
-        "breaches": {}, "failures": [], "first": None, "confirmation": None, "adjudication": None,
-        "seconds": {},
-    }  # fmt: skip
-
-
-def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> None:
+def _examine(row: Row, case: Case, run: Run) -> None:
     """Go from stage to stage and note what is found in the row."""
-    clock = _Clock(row["seconds"])
-    bases = {model: runs.base(model) for model in MODELS}
-    shown = {model: [asdict(one) for one in breaches(table)] for model, table in bases.items() if table}
-    row["breaches"] = shown
-    reference, tree = runs.family(MODELS[0]), bases[MODELS[1]]
+    scene, last = case.scene, time.process_time()
+
+    def lap(stage: str) -> None:
+        nonlocal last
+        now = time.process_time()
+        row["seconds"][stage], last = now - last, now
+
+    def table(model: str, kind: str, level: Scene) -> Table | None:
+        outcome = run(level, model)
+        if outcome.table is None:
+            numbers = {"model": model, "kind": kind, "status": outcome.status, "message": outcome.message}
+            said = {} if outcome.partial is None else outcome.partial.provenance.get("invariants", {})
+            broken = [name for name, one in said.items() if one["value"] > one["bound"]]
+            row["failures"].append(numbers | {"invariants": broken})
+        return outcome.table
+
+    def family(model: str) -> Runs:
+        tables = {"base": bases[model]} | {
+            kind: table(model, kind, level) for kind, level in levels(scene, model).items() if kind != "base"
+        }
+        there = {kind: one for kind, one in tables.items() if one is not None}
+        if len(there) < len(tables):
+            raise _FailedError
+        return Runs(refinement=refinement(model, scene), **there)
+
+    bases = {model: table(model, "base", scene) for model in MODELS}
+    row["breaches"] = {model: breaches(base) for model, base in bases.items() if base is not None}
+    reference, tree = family(MODELS[0]), bases[MODELS[1]]
     if tree is None:
         raise _FailedError
-    found = screen(case.scene, reference, tree)
-    row |= {"screening": asdict(found), "coverage": found.coverage}
-    clock.lap("single runs")
-    if not (found.parted or case.family or any(shown.values())):
-        if found.coverage >= thresholds(TIER).coverage:
-            row["outcome"] = AGREE
-        else:
-            row |= {"outcome": NOT_DECIDED, "reason": f"{found.coverage:.1%} of the samples are predictable"}
+    seen = row["screening"] = screen(scene, reference, tree)
+    coverage, floor = seen["coverage"], thresholds(TIER).coverage
+    row["coverage"] = coverage
+    lap(SCREENED)
+    if not (seen["parted"] or case.family or any(row["breaches"].values())):
+        reason = "" if coverage >= floor else f"{coverage:.1%} of the samples are predictable"
+        row |= {"outcome": NOT_DECIDED if reason else AGREE, "reason": reason}
         return
     row["stage"] = COMPARED
-    both = reference, runs.family(MODELS[1])
-    result = compare(*both, scene=case.scene, tier=TIER, labels=MODELS)
-    clock.lap("families")
+    both = reference, family(MODELS[1])
+    result = compare(*both, scene=scene, tier=TIER, labels=MODELS)
+    lap(COMPARED)
     if result.verdict == "differ":
-        result = confirm(result, both, case.scene, run)
+
+        def ensemble(scenes: Sequence[Scene], model: str) -> list[Table]:
+            outcomes = (run(each, model) for each in scenes)
+            return [outcome.table for outcome in outcomes if outcome.table is not None]
+
+        result = confirm(result, both, scene=scene, models=MODELS, run=ensemble)
         row["confirmation"] = confirmation_record(result)
-        clock.lap("confirmation")
-    shortened = summary(result)
-    coverage = _coverage(result)
-    row |= {"outcome": outcome_of(result, coverage), "coverage": coverage}
-    row |= {"reason": shortened["reason"], "first": shortened["first"]}
-    if result.verdict == "differ":
-        row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)
-        clock.lap("adjudication")
-
-
-class _Clock:
-    """Laps of processor time, s, into a mapping."""
-
-    def __init__(self, seconds: dict[str, float]) -> None:
-        self._seconds, self._last = seconds, time.process_time()
-
-    def lap(self, name: str) -> None:
-        """Note the time since the last lap."""
-        now = time.process_time()
-        self._seconds[name], self._last = now - self._last, now
-
-
-def outcome_of(result: SceneComparison, coverage: float) -> str:
-    """Return the outcome of a comparison whose difference, if it had one, went through confirmation.
-
-    Agreement counts only with `coverage` at the tier's floor or above, as in the first stage.
-    """
-    if result.verdict == "differ":
-        return DIFFER
-    if result.verdict == "agree" and result.confirmation is not None:
-        return UNDERESTIMATED
-    enough = coverage >= thresholds(TIER).coverage
-    return AGREE if result.verdict == "agree" and enough else NOT_DECIDED
-
-
-def _coverage(result: SceneComparison) -> float:
-    """Return the least coverage of a position that is excited."""
+        lap(CONFIRMED)
     positions = [result.channels[name] for name in ("slider_x", "slider_y")]
-    return min((one.coverage for one in positions if one.verdict != "unexcited"), default=0.0)
+    coverage = min((one.coverage for one in positions if one.verdict != "unexcited"), default=0.0)
+    short = summary(result)
+    row |= {"outcome": NOT_DECIDED, "coverage": coverage, "reason": short["reason"], "first": short["first"]}
+    if result.verdict == "differ":
+        row["outcome"] = DIFFER
+        row["adjudication"] = adjudicate(result, (reference.base, tree), scene, run)
+        lap(ADJUDICATED)
+    elif result.verdict == "agree" and result.confirmation is not None:
+        row["outcome"] = UNDERESTIMATED
+    elif result.verdict == "agree" and coverage >= floor:
+        row["outcome"] = AGREE
+
+
+def screen(scene: Scene, reference: Runs, tree: Table) -> dict[str, Any]:
+    """Compare one run of the tree with the reference.
+
+    ``parted``: whether in a channel of the motion any sample before the first unpredictable stretch may speak
+    against agreement, or more of all predictable samples than a verdict lets pass; ``time`` and ``channel``
+    of the first; ``distance``: largest over the predictable samples, on the scale of each channel, times the
+    clearance, m; ``coverage``: share of these samples, of the positions the least.
+    """
+    limits, size = thresholds(TIER), clearance(scene)
+    parted, farthest, coverage = [], 0.0, 1.0
+    for name in MOTION:
+        channel = channels()[name]
+        a, b = reference.base.values(name), tree.values(name)
+        extent = float(max(a.max(), b.max()) - min(a.min(), b.min()))
+        u = model_uncertainty(reference, name, scene.period)
+        if u is None or extent < channel.floor:
+            continue
+        scale = channel.scale_value(scene.data, extent)
+        predictable, apart = u <= limits.alpha * scale, np.abs(a - b)
+        against = predictable & (apart > np.maximum(DISTANCE / size * scale, limits.k * u))
+        known = np.logical_and.accumulate(predictable)
+        if (against & known).any() or against.sum() > (1.0 - limits.share) * predictable.sum():
+            parted.append((float(tree.time[against.argmax()]), name))
+        farthest = max(farthest, float(apart[predictable].max(initial=0.0)) / scale)
+        if channel.rate is not None:
+            coverage = min(coverage, float(predictable.mean()))
+    first, where = min(parted, default=(None, ""))
+    numbers = {"time": first, "channel": where, "distance": farthest * size, "coverage": coverage}
+    return {"parted": bool(parted)} | numbers

@@ -1,132 +1,207 @@
-"""Misses: faults seeded into one model or into its tables, of which the gate must tell every one.
-
-The catalogue is data, ``faults.toml``. A fault is detected where the verdict is "differ", or where
-there is none because the tables cannot be compared.
-"""
+"""Seeded faults, from ``faults.toml``: wrong numbers, copies of a model with wrong code, spoiled tables."""
 
 from __future__ import annotations
 
+import os
+import sys
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cache
+from importlib import invalidate_caches
 from importlib.resources import files
-from typing import Any, Literal
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
-from comparison.accuracy.levels import TIERS
-from comparison.models import MODELS
+import numpy as np
+import pandas as pd
+
+from comparison.models import GROUP, OWN, load
 from comparison.scene import Scene, load_scene
-from comparison.studies.detection.copies import Change
-from comparison.studies.detection.pairs import Pair
-from comparison.studies.detection.tasks import Found, Side
 from comparison.studies.shared.scenes import at_tier, leaves
+from comparison.tables.table import Table
+from comparison.verdict.compare import Runs
 
-Kind = Literal["number", "code", "table"]
-KINDS: tuple[Kind, ...] = ("number", "code", "table")
-DETECTED = ("differ", "cannot compare")
+KINDS = ("number", "code", "table")
+LATE = 1e-4  # s, a quarter of the usual sample
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fault(Change):
-    """One row of the catalogue: a wrong number or table, or a change of code."""
+class Fault:
+    """One entry of the catalogue."""
 
-    kind: Kind
+    kind: str  # one of `KINDS`, or "rearranged": other rounding, no fault
     name: str
     scene: str = "press"
-    key: str = ""
-    """Of a wrong number: the scene's key."""
+    key: str = ""  # of a wrong number, which is ``value``, or ``factor`` times the right one
     value: float | None = None
-    factor: float | None = None
-    spoil: str = ""
-    """Of a wrong table: see `comparison.studies.detection.tables`."""
-    tier: str = ""
-    """Of wrong code: the only tier that runs it, where the other one has code of its own."""
-    shows: tuple[str, ...] = ()
-    """Channels that must be among those that differ at the tight tier."""
-    unexcited: str = ""
-    """A channel that must be called unexcited instead."""
-    missed: str = ""
-    """Why it is not detected, where that is so."""
+    factor: float = 1.0
+    model: str = ""  # of wrong code: in its ``file``, ``new`` for ``old``, as a model of its own, ``engine``
+    engine: str = ""
+    file: str = ""
+    old: str = ""
+    new: str = ""
+    tier: str = ""  # the only tier that runs this code, where the other one has code of its own
+    spoil: str = ""  # of a wrong table: one of `SPOILS`
+    shows: tuple[str, ...] = ()  # channels that must be among those that differ at the tight tier
+    unexcited: str = ""  # a channel that must be called unexcited instead
+    missed: str = ""  # why it is not detected, where that is so
 
     def given(self, scene: Scene) -> Scene:
-        """Return the scene as a model with a wrong number is given it."""
+        """Return the scene as the faulty model is given it."""
         if self.kind != "number":
             return scene
-        return scene.with_values({self.key: self.wrong(scene)})
-
-    def wrong(self, scene: Scene) -> float:
-        """Return the wrong number."""
-        if self.value is not None:
-            return self.value
-        return (self.factor or 1.0) * float(leaves(scene.data)[self.key])
+        right = leaves(scene.data)[self.key]
+        return scene.with_values({self.key: self.factor * right if self.value is None else self.value})
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A fault in one model, looked for at one tier."""
-
-    fault: Fault
-    model: str
-    tier: str
-
-    @property
-    def pair(self) -> Pair:
-        """The other model as it is, against this one."""
-        scene = scenes(self.tier)[self.fault.scene]
-        other = MODELS[1 - MODELS.index(self.model)]
-        faulty = Side(self.fault.given(scene), self.model, self.fault.engine)
-        return Pair(scene, Side(scene, other), faulty, self.tier, self.fault.spoil)
-
-    def detected(self, found: Found) -> bool:
-        """Return whether this fault is detected."""
-        if self.fault.unexcited:
-            verdict, _ = found["channels"].get(self.fault.unexcited, ("", 0.0))
-            return bool(verdict == "unexcited")
-        return found["verdict"] in DETECTED
+@cache
+def records() -> dict[str, Any]:
+    """Read the study's data."""
+    folder = files("comparison.studies.detection")
+    texts = (folder.joinpath(name).read_text("utf-8") for name in ("faults.toml", "draws.toml"))
+    return {key: value for text in texts for key, value in tomllib.loads(text).items()}
 
 
-def catalogue() -> list[Fault]:
-    """Read all faults, in the order of the file."""
-    record = _record()
+def catalogue(kinds: Sequence[str] = KINDS) -> list[Fault]:
+    """Return all faults, in the order of the file."""
     return [
         Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
-        for kind in KINDS
-        for row in record[kind]
+        for kind in kinds
+        for row in records()[kind]
     ]
 
 
 @cache
 def scenes(tier: str) -> dict[str, Scene]:
     """Return the scenes of the catalogue with the settings of a tier."""
-    found = _record()["scene"].items()
-    return {name: at_tier(load_scene("150rpm-0.2mm", values), tier) for name, values in found}
+    values = records()["scene"].items()
+    return {name: at_tier(load_scene("150rpm-0.2mm", changes), tier) for name, changes in values}
 
 
-def controls() -> list[Pair]:
-    """Pairs without a fault, of each scene and tier: no detection counts where these differ."""
-    return [
-        Pair(scene, Side(scene, MODELS[0]), Side(scene, MODELS[1]), tier)
-        for tier in TIERS
-        for scene in scenes(tier).values()
-    ]
+# ---- wrong code
 
 
-def trials(faults: Sequence[Fault]) -> list[Trial]:
-    """Where each fault is looked for.
-
-    A wrong number in either model at the tight tier, and in the reference at the standard one: there five
-    bodies are slow, and need to run but once if the fault is in the other. Code and tables where they are.
-    """
-    return [
-        Trial(fault, model, tier)
-        for fault in faults
-        for tier in TIERS
-        for model in MODELS
-        if model == (fault.model or ("exudyn" if fault.kind == "table" else model))
-        and (fault.kind != "number" or tier == "tight" or model == "reference")
-        and tier == (fault.tier or tier)
-    ]
+class CatalogueError(ValueError):
+    """A change that does not fit the sources as they are now."""
 
 
-def _record() -> Mapping[str, Any]:
-    return tomllib.loads(files("comparison.studies.detection").joinpath("faults.toml").read_text("utf-8"))
+def package(model: str) -> Path:
+    """Return the folder of a model's package."""
+    spec = find_spec(OWN[model].module)
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).parent
+
+
+def changed(text: str, fault: Fault) -> str:
+    """Return the text of a source file with the change made; refuse a place that has moved on."""
+    if (count := text.count(fault.old)) != 1:
+        raise CatalogueError(
+            f"{fault.engine}: {fault.old!r} is {count} times in {fault.file} of the {fault.model} model"
+        )
+    return text.replace(fault.old, fault.new)
+
+
+@contextmanager
+def installed(faults: Sequence[Fault]) -> Iterator[None]:
+    """Install a copy of a model for each fault in its code, for this process and the workers it starts."""
+    with TemporaryDirectory(prefix="sixbar-") as folder:
+        for fault in faults:
+            _copy(fault, Path(folder))
+        sys.path.insert(0, folder)
+        invalidate_caches()
+        try:
+            yield
+        finally:
+            sys.path.remove(folder)
+            invalidate_caches()
+
+
+def _copy(fault: Fault, folder: Path) -> None:
+    """Copy the package under another name, and register it as any package with a model does."""
+    source, name = package(fault.model), fault.engine
+    for path in source.rglob("*.py"):
+        text, inside = path.read_text("utf-8"), path.relative_to(source)
+        if inside.as_posix() == fault.file:
+            text = changed(text, fault)
+        target = folder / name / inside
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text.replace(source.name, name), "utf-8")
+    record = folder / f"{name}-1.dist-info"
+    record.mkdir()
+    (record / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n", "utf-8")
+    (record / "entry_points.txt").write_text(f"[{GROUP}]\n{name} = {name}:simulate\n", "utf-8")
+
+
+def load_copy(engine: str) -> None:
+    """Import a copy so that its compiled kernels are kept beside it, and vanish with it."""
+    spec, before = find_spec(engine), dict(os.environ)
+    if spec is not None and spec.origin:
+        os.environ["NUMBA_CACHE_DIR"] = str(Path(spec.origin).parents[1])
+    try:
+        load(engine)
+    finally:
+        os.environ.pop("NUMBA_CACHE_DIR", None)
+        os.environ.update(before)
+
+
+# ---- wrong tables: what a faulty recorder or a careless hand does to all of a model's tables alike
+
+
+def spoiled(name: str, a: Runs, b: Runs) -> tuple[Runs, Runs]:
+    """Return the runs of two sides with the tables of the second, or of both, spoiled; "" spoils nothing."""
+    if not name:
+        return a, b
+    return (_changed(a, SPOILS[name]) if name == "both constant" else a), _changed(b, SPOILS[name])
+
+
+def _changed(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
+    changes: dict[str, Any] = {
+        name: replace(table, frame=change(table.frame))
+        for name, table in vars(runs).items()
+        if isinstance(table, Table)
+    }
+    return replace(runs, **changes)
+
+
+def _late_values(frame: pd.DataFrame) -> pd.DataFrame:
+    time = frame["time"].to_numpy()
+    at = np.maximum(time - LATE, time[0])
+    return frame.assign(**{name: np.interp(at, time, frame[name]) for name in frame.columns.drop("time")})
+
+
+def _row_for_next(frame: pd.DataFrame) -> pd.DataFrame:
+    rows = np.arange(len(frame))
+    rows[len(frame) // 2 + 1] -= 1
+    return frame.iloc[rows].reset_index(drop=True).assign(time=frame["time"])
+
+
+def _swapped_corners(frame: pd.DataFrame) -> pd.DataFrame:
+    exchange = {"corner_ll": "corner_lr", "corner_lr": "corner_ll"}
+    return frame.rename(columns=lambda name: exchange.get(name[:9], name[:9]) + name[9:])
+
+
+# By the name that the catalogue gives them.
+SPOILS: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
+    "nan": lambda frame: frame.assign(slider_vy=frame["slider_vy"].mask(frame.index == len(frame) // 2)),
+    "no channel": lambda frame: frame.drop(columns="corner_ur_friction"),
+    "truncated": lambda frame: frame.iloc[:-2],
+    "zero force": lambda frame: frame.assign(
+        **dict.fromkeys(frame.filter(regex="^corner_.*_(normal|friction)$").columns, 0.0)
+    ),
+    "late times": lambda frame: frame.assign(time=frame["time"] + LATE),
+    "late values": _late_values,
+    "row twice": lambda frame: frame.iloc[np.sort([*range(len(frame)), len(frame) // 2])].reset_index(
+        drop=True
+    ),
+    "held value": _row_for_next,
+    "millimetres": lambda frame: frame.assign(slider_x=1e3 * frame["slider_x"]),
+    "swapped corners": _swapped_corners,
+    "sign": lambda frame: frame.assign(slider_omega=-frame["slider_omega"]),
+    "constant": lambda frame: frame.assign(slider_y=frame["slider_y"].iloc[0]),
+    "both constant": lambda frame: frame.assign(slider_y=frame["slider_y"].iloc[0]),
+}

@@ -1,19 +1,23 @@
-"""Two sides compared as the results of one scene, and what is kept of it."""
+"""What is measured: two sides judged as the results of one scene, the smallest change that shows, hashes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from comparison.execution.run import RunError, run_one
+from comparison.accuracy.levels import refinement
+from comparison.accuracy.refine import levels, table_of_family
+from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.files import plain
 from comparison.scene import Scene, SceneError
-from comparison.studies.detection.copies import load_copy
-from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
+from comparison.studies.detection.faults import load_copy, spoiled
 from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import Runs, compare
@@ -22,61 +26,140 @@ from comparison.verdict.results import SceneComparison
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason
 
+DETECTED = ("differ", "cannot compare")  # where tables cannot be compared something is wrong with them
+LEAST, MOST = 1e-9, 0.1  # relative changes between which the smallest is sought
+HALVINGS = 6  # of the decades between them: 8 / 2^6, so that two changes remain which are 33 % apart
+# Where an ensemble's starts lie apart.
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
-"""Where an ensemble's starts lie apart."""
-_CONFIRMATION = ("outcome", "members", "factor", "suspicious")
-"""What is kept of a confirmation."""
+_KEPT = 8  # families that a process keeps, as many are compared with the same one
+_families: dict[tuple[str, str], Runs] = {}
 
 
 @dataclass(frozen=True)
-class Pair(Comparison):
-    """Two sides judged as results of one scene; found is `summary`, or why they cannot be compared."""
+class Side:
+    """One of the two that are compared: a scene as this model is given it."""
+
+    scene: Scene
+    model: str
+    engine: str = ""  # who runs it, where that is not the model itself but a copy of it
+
+    @property
+    def runs_by(self) -> str:
+        """Name of the engine."""
+        return self.engine or self.model
+
+    @property
+    def cost(self) -> float:
+        """Expected time of its five runs, s, roughly."""
+        solver, cycles = self.scene.data["solver"]["exudyn"], self.scene.data["drive"]["cycles"]
+        if self.model == "reference":
+            return 0.2
+        tree = solver["formulation"] == "tree"
+        return float(3.0 * cycles if tree else 6e-5 * self.scene.duration / solver["step"])
+
+    def run(self, scene: Scene) -> Table:
+        """Run a scene by this side's engine."""
+        if self.engine:
+            load_copy(self.engine)
+        return run_one(scene, self.runs_by)
+
+    def runs(self) -> Runs:
+        """Run its scene at all levels; the last few families are kept."""
+        key = (self.scene.hash, self.runs_by)
+        _families[key] = runs = _families.pop(key, None) or self._runs()
+        if len(_families) > _KEPT:
+            del _families[next(iter(_families))]
+        return runs
+
+    def _runs(self) -> Runs:
+        tables = {}
+        for kind, scene in levels(self.scene, self.model).items():
+            try:
+                tables[kind] = self.run(scene)
+            except RunError as error:
+                if (table := table_of_family(kind, error.outcome)) is None:
+                    raise
+                tables[kind] = table
+        return Runs(refinement=refinement(self.model, self.scene), **tables)
+
+
+class Measured(Task):
+    """Something that is measured by runs of sides, in this process."""
+
+    @property
+    @abstractmethod
+    def sides(self) -> tuple[Side, ...]:
+        """Whose runs."""
+
+    @abstractmethod
+    def find(self) -> Row:
+        """Run and judge."""
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The engines of its sides."""
+        return tuple(side.runs_by for side in self.sides)
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s; what the first is compared with is mostly kept."""
+        return self.sides[-1].cost + (0.1 * self.sides[0].cost if len(self.sides) > 1 else 0.0)
+
+
+def find(task: Measured, progress: Progress) -> Row:
+    """Measure a task."""
+    del progress
+    return task.find()
+
+
+def find_all(tasks: Sequence[Measured], n_jobs: int, on_progress: Progress | None = None) -> list[Row]:
+    """Return a row for each task: also for what went wrong, since a copy with a fault may raise anything."""
+    rows = measure_all(find, tasks, on_processes(n_jobs), on_progress)
+    return [row if row["status"] == SUCCESS else row | refusal(row["message"]) for row in rows]
+
+
+def refusal(reason: str) -> Row:
+    """Return the row of what cannot be compared."""
+    return {"verdict": "cannot compare", "reason": reason, "channels": {}, "first": None}
+
+
+@dataclass(frozen=True)
+class Pair(Measured):
+    """Two sides judged as results of one scene, as in ``sixbar validate``; the row is that of `summary`."""
 
     scene: Scene
     a: Side
     b: Side
     tier: str
-    spoil: str = ""
-    """Of `SPOILS`: what happens to the tables of ``b``, or of both."""
+    spoil: str = ""  # what happens to the tables of ``b``, or of both: one of `faults.SPOILS`
     environment: tuple[tuple[str, str], ...] = ()
-    """Variables of the process in which it is found, see `comparison.studies.detection.rounding`."""
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """Both sides."""
+        """Both."""
         return self.a, self.b
 
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-        return self.b.cost + 0.1 * self.a.cost
-
-    def find(self) -> Found:
-        """Run what has not run yet in this process, judge, and have a difference confirmed."""
+    def find(self) -> Row:
+        """Run what this process does not have, judge, and have a difference confirmed."""
         try:
-            found = summary(self.judged(*self.valid_runs()))
+            row = summary(self.judged())
         except (RunError, SceneError, TableError) as error:
-            found = refusal(str(error))
-        return found | {"scene": self.scene.name}
+            row = refusal(str(error))
+        return row | {"scene": self.scene.name}
 
-    def valid_runs(self) -> tuple[tuple[Runs, Runs], Scene, int]:
-        """Return the runs of both sides, one level finer where five bodies violate an invariant."""
+    def judged(self) -> SceneComparison:
+        """Compare the runs of both sides, one level finer where five bodies violate an invariant."""
+        a, b = models = (self.a.model, self.b.model)
+        scene, level = self.scene, 0
         try:
-            return self.spoiled(cached_runs(self.a), cached_runs(self.b)), self.scene, 0
+            runs = spoiled(self.spoil, self.a.runs(), self.b.runs())
         except RunError as error:
-            side = self.a if error.job.model == self.a.runs_by else self.b
-            models = self.a.model, self.b.model
-            again = without_violation(self.scene, [(side.model, error.outcome)], models, self.families)
+            failed = a if error.job.model == self.a.runs_by else b
+            again = without_violation(scene, [(failed, error.outcome)], models, self.families)
             if again is None:
                 raise
-            return again[1], again[0], 1
-
-    def judged(self, runs: tuple[Runs, Runs], scene: Scene | None = None, level: int = 0) -> SceneComparison:
-        """Compare the runs of both sides; a difference is confirmed by ensembles before it is one."""
-        a, b = models = (self.a.model, self.b.model)
-        labels = models if a != b else (a, f"{b} again")
-        scene = scene or self.scene
-        result = compare(*runs, scene=scene, labels=labels, tier=self.tier)
+            (scene, runs, _), level = again, 1
+        result = compare(*runs, scene=scene, labels=(a, b if a != b else f"{b} again"), tier=self.tier)
         return settle(
             result,
             runs,
@@ -87,97 +170,150 @@ class Pair(Comparison):
             level=level,
         ).comparison
 
-    def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:
-        """Return the runs of both sides with what happens to their tables."""
-        return SPOILS[self.spoil](a, b) if self.spoil else (a, b)
-
     def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
         """Run both sides at the settings of a scene; None if a run does not succeed."""
-        sides = [replace(side, scene=_change(self.scene, side.scene)(scene)) for side in self.sides]
         try:
-            return self.spoiled(cached_runs(sides[0]), cached_runs(sides[1]))
+            a, b = (replace(side, scene=self.given(side, scene)).runs() for side in (self.a, self.b))
+            return spoiled(self.spoil, a, b)
         except (RunError, SceneError, TableError):
             return None
 
     def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
-        """Run an ensemble of a model as its side of this pair runs it; those that succeed.
-
-        Where both sides are of one model this is the first one, as they differ by their numerics alone.
-        """
+        """Run scenes by the side of a model, of two of one model the first; those that succeed."""
         first = model == self.a.model
         side = self.a if first else self.b
-        if side.engine:
-            load_copy(side.engine)
-        given = _change(self.scene, side.scene)
         tables = []
         for scene in scenes:
             try:
-                table = run_one(given(scene), side.runs_by)
-                spoiled = self.spoiled(Runs(table), Runs(table))[0 if first else 1].base
+                table = Runs(side.run(self.given(side, scene)))
+                tables.append(spoiled(self.spoil, table, table)[0 if first else 1].base)
             except (RunError, SceneError, TableError):
                 continue
-            tables.append(spoiled)
         return tables
 
-
-def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
-    """Return what makes of a scene what a side is given, as it was given ``given`` for ``scene``.
-
-    Numbers that an ensemble moves are moved from there, all others are what the side was given.
-    """
-    before, after = leaves(scene.data), leaves(given.data)
-    changed = {key: value for key, value in after.items() if before.get(key) != value}
-
-    def change(other: Scene) -> Scene:
-        if not changed:
-            return other
-        theirs = leaves(other.data)
-        return other.with_values(
-            {
-                key: theirs[key] + value - before[key] if key in _MOVED else value
-                for key, value in changed.items()
-            }
-        )
-
-    return change
+    def given(self, side: Side, scene: Scene) -> Scene:
+        """Return what a side is given for a scene: what it was given, ensembles' numbers moved from there."""
+        before, after, theirs = (leaves(each.data) for each in (self.scene, side.scene, scene))
+        changes = {
+            key: theirs[key] + value - before[key] if key in _MOVED else value
+            for key, value in after.items()
+            if before.get(key) != value
+        }
+        return scene.with_values(changes) if changes else scene
 
 
-def summary(result: SceneComparison) -> Found:
+def summary(result: SceneComparison) -> Row:
     """Return what the study needs of a comparison, as JSON holds it.
 
-    ``first`` is the earliest sample that says "differ": of the channels with that verdict, the earliest
-    predictable sample outside its threshold; of several at that time the one that is the most outside.
+    ``first``: of the channels that differ, the earliest predictable sample outside its threshold; of several
+    at that time the one that is the most outside.
     """
-    first: dict[str, Any] | None = None
-    made = result.confirmation
-    best = (np.inf, 0.0)
+    outside: list[tuple[float, float, dict[str, Any]]] = []
     for name, channel in result.channels.items():
         if channel.verdict != "differ" or channel.u is None:
             continue
-        judged = channel.judged
-        threshold = channel.limits.k * channel.u
-        outside = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
-        if not outside.size:
+        size, threshold = np.abs(channel.difference), channel.limits.k * channel.u
+        late = channel.judged & (size > threshold)
+        if not late.any():
             # Separated by the largest uncertainty of all times, though no sample is predictable.
             threshold = np.full(threshold.shape, channel.worst_threshold)
-            outside = np.flatnonzero(np.abs(channel.difference) > threshold)
-        at = int(outside[0])
-        excess = float(abs(channel.difference[at]) / threshold[at])
-        if (result.time[at], -excess) < best:
-            best = (float(result.time[at]), -excess)
-            first = {
-                "channel": name,
-                "unit": channel.unit,
-                "time": float(result.time[at]),
-                "difference": float(abs(channel.difference[at])),
-                "threshold": float(threshold[at]),
-            }
+            late = size > threshold
+        at = int(late.argmax())
+        time, difference, allowed = (float(values[at]) for values in (result.time, size, threshold))
+        sample = {"time": time, "difference": difference, "threshold": allowed}
+        outside.append((time, -difference / allowed, {"channel": name, "unit": channel.unit} | sample))
+    made = result.confirmation
+    numbers = {name: getattr(made, name, None) for name in ("outcome", "members", "factor", "suspicious")}
     return {
         "verdict": result.verdict,
         "reason": scene_reason(result),
         "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
-        "first": first,
+        "first": min(outside, key=lambda one: one[:2])[2] if outside else None,
         "refined": result.refined,
-        "confirmation": made
-        and plain({name: getattr(made, name) for name in _CONFIRMATION} | {"sentence": confirmation(result)}),
+        "confirmation": made and plain(numbers | {"sentence": confirmation(result)}),
     }
+
+
+@dataclass(frozen=True)
+class Search(Measured):
+    """The smallest change of one number in one model that the verdict detects: by halving the decades.
+
+    Families are compared; what they end with is confirmed by ensembles, or else the next larger change.
+    """
+
+    scene: Scene
+    a: Side
+    model: str
+    key: str
+    tier: str
+    halvings: int = HALVINGS
+
+    @property
+    def step(self) -> float:
+        """Factor from one change to the next larger one."""
+        return float((MOST / LEAST) ** 0.5**self.halvings)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The side without the change, and the one that gets it."""
+        return self.a, Side(self.scene, self.model)
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return self.halvings * super().cost
+
+    def find(self) -> Row:
+        """Return the changes ``found``, ``missed``, and ``shown`` by families alone; None without one."""
+        missed, low, high = None, LEAST, MOST
+        if not self.shows(high):
+            return {"found": None, "missed": high, "shown": None}
+        for _ in range(self.halvings):
+            middle = (low * high) ** 0.5
+            if self.shows(middle):
+                high = middle
+            else:
+                missed = low = middle
+        shown = high
+        while not self.confirmed(high):
+            missed, high = high, high * self.step
+            if high > MOST * self.step**0.5:
+                return {"found": None, "missed": missed, "shown": shown}
+        return {"found": high, "missed": missed, "shown": shown}
+
+    def pair(self, change: float) -> Pair:
+        """Return the comparison with this relative change."""
+        value = float(leaves(self.scene.data)[self.key]) * (1.0 + change)
+        changed = Side(self.scene.with_values({self.key: value}), self.model)
+        return Pair(self.scene, self.a, changed, self.tier)
+
+    def shows(self, change: float) -> bool:
+        """Return whether the families differ with this relative change."""
+        pair = self.pair(change)
+        try:
+            both = pair.a.runs(), pair.b.runs()
+            return compare(*both, scene=self.scene, tier=self.tier).verdict == "differ"
+        except (RunError, TableError):
+            return True
+
+    def confirmed(self, change: float) -> bool:
+        """Return whether the verdict detects this relative change."""
+        return self.pair(change).find()["verdict"] in DETECTED
+
+
+@dataclass(frozen=True)
+class Bits(Measured):
+    """The hash of one run under a variant of rounding."""
+
+    side: Side
+    environment: tuple[tuple[str, str], ...]
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The one that is run."""
+        return (self.side,)
+
+    def find(self) -> Row:
+        """Return the hash of all numbers of the table."""
+        frame = self.side.run(self.side.scene).frame
+        return refusal("") | {"bits": hashlib.sha256(frame.to_numpy().tobytes()).hexdigest()}

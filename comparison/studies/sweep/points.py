@@ -1,11 +1,11 @@
-"""Which values of which keys: a grid, a list, or a Latin hypercube."""
+"""Which values of which keys a sweep runs: a grid, a list, or a Latin hypercube."""
 
 from __future__ import annotations
 
 import csv
 import difflib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import islice, product
 from pathlib import Path
 
@@ -15,11 +15,9 @@ from comparison.files import check_size
 from comparison.scene import Scene, parse_set
 from comparison.studies.shared.scenes import settable
 
-Point = dict[str, object]
-"""Dotted keys of a scene and their values."""
+Point = dict[str, object]  # dotted keys of a scene and their values
 MOST = 1_000_000
-LARGEST_LIST = 200_000_000
-"""Bytes of a list of points."""
+LARGEST_LIST = 200_000_000  # bytes of a list of points
 
 
 class SweepError(ValueError):
@@ -29,15 +27,8 @@ class SweepError(ValueError):
 def chosen_points(
     axes: Sequence[str] | None, file: Path | None, ranges: Sequence[str] | None, count: int, seed: int
 ) -> list[Point]:
-    """Return the points that one of three ways gives: `grid`, `listed` or `latin_hypercube`.
-
-    Raises
-    ------
-    SweepError
-        If not exactly one of them is given.
-    """
-    given = [("--grid", bool(axes)), ("--list", file is not None), ("--latin", bool(ranges))]
-    ways = [name for name, is_given in given if is_given]
+    """Return the points that one of three ways gives: `grid`, `listed` or `latin_hypercube`."""
+    ways = [name for name, given in (("--grid", axes), ("--list", file), ("--latin", ranges)) if given]
     if len(ways) > 1:
         raise SweepError(f"{' and '.join(ways)}: give one of --grid, --list and --latin")
     if axes:
@@ -50,37 +41,20 @@ def chosen_points(
 
 
 def grid(axes: Sequence[str]) -> list[Point]:
-    """Return every combination of the values of axes ``key=a,b,c``, those of the last key changing first.
-
-    Values are as in TOML, what is not TOML is a string.
-
-    Raises
-    ------
-    SweepError
-        If there is no value, or a key comes twice.
-    """
+    """Return every combination of the values of axes ``key=a,b,c``, those of the last key changing first."""
     values: dict[str, list[object]] = {}
-    for axis in axes:
-        key, text = _split("--grid", axis, "a,b,c")
-        parsed = [_value(part) for part in text.split(",") if part.strip()]
-        if not parsed:
+    for axis, key, text in _axes("--grid", axes, "a,b,c"):
+        values[key] = [_value(part) for part in text.split(",") if part.strip()]
+        if not values[key]:
             raise SweepError(f"--grid {axis!r}: needs at least one value, as in {key}=1,2,3")
-        _once("--grid", key, values)
-        values[key] = parsed
-    count = math.prod(len(of) for of in values.values())
+    count = math.prod(map(len, values.values()))
     if count > MOST:
         raise SweepError(f"--grid: {count} points; at most {MOST} are possible")
     return [dict(zip(values, chosen, strict=True)) for chosen in product(*values.values())]
 
 
 def listed(path: Path) -> list[Point]:
-    """Return the rows of a CSV file whose header names keys.
-
-    Raises
-    ------
-    SweepError
-        If it cannot be read, is empty, or a row has not as many values as the header.
-    """
+    """Return the rows of a CSV file whose header names keys."""
     try:
         check_size(path, LARGEST_LIST)
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -102,27 +76,16 @@ def listed(path: Path) -> list[Point]:
 
 
 def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
-    """Return points of a Latin hypercube over axes ``key=low:high``; the same seed gives the same points.
-
-    Each key's range is cut into ``count`` parts, with a point in each.
-
-    Raises
-    ------
-    SweepError
-        If a range is none, or a key comes twice.
-    """
+    """Return points of a Latin hypercube over axes ``key=low:high``: one in each of ``count`` parts."""
     ranges: dict[str, tuple[float, float]] = {}
-    for axis in axes:
-        key, text = _split("--latin", axis, "low:high")
-        low, colon, high = text.partition(":")
+    for axis, key, text in _axes("--latin", axes, "low:high"):
         try:
-            bounds = float(low), float(high)
+            low, high = map(float, text.split(":"))
         except ValueError:
-            bounds = (math.nan, math.nan)
-        if not colon or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
+            low = high = math.nan
+        if not (low < high and math.isfinite(high - low)):
             raise SweepError(f"--latin {axis!r}: needs two numbers low:high with low < high")
-        _once("--latin", key, ranges)
-        ranges[key] = bounds
+        ranges[key] = low, high
     if not 1 <= count <= MOST:
         raise SweepError(f"--points {count} must be 1 to {MOST}")
     sample = qmc.LatinHypercube(len(ranges), rng=seed).random(count)
@@ -131,13 +94,7 @@ def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
 
 
 def check_keys(base: Scene, keys: Sequence[str]) -> None:
-    """Refuse what is not a key of the scene, before anything is run.
-
-    Raises
-    ------
-    SweepError
-        Naming the nearest key that there is.
-    """
+    """Refuse what is not a key of the scene; name the nearest one that is."""
     known = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in keys:
         if key not in known:
@@ -146,16 +103,17 @@ def check_keys(base: Scene, keys: Sequence[str]) -> None:
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} is not a key of a scene{hint}")
 
 
-def _split(option: str, axis: str, form: str) -> tuple[str, str]:
-    key, equals, text = axis.partition("=")
-    if not equals or not all(part.strip() for part in key.split(".")):
-        raise SweepError(f"{option} {axis!r} must be key={form}")
-    return key.strip(), text
-
-
-def _once(option: str, key: str, seen: Mapping[str, object]) -> None:
-    if key in seen:
-        raise SweepError(f"{option}: key {key!r} is given twice")
+def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str, str]]:
+    """Return each axis with its key and what it says of it; no key twice."""
+    split: list[tuple[str, str, str]] = []
+    for axis in axes:
+        key, equals, text = axis.partition("=")
+        if not equals or not all(part.strip() for part in key.split(".")):
+            raise SweepError(f"{option} {axis!r} must be key={form}")
+        if any(key.strip() == other for _, other, _ in split):
+            raise SweepError(f"{option}: key {key.strip()!r} is given twice")
+        split.append((axis, key.strip(), text))
+    return split
 
 
 def _value(text: str) -> object:

@@ -1,20 +1,80 @@
-"""One run of a sweep as a task and as a row."""
+"""The runs of a sweep: what is measured of each, on which processes, and the table, a row a run."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+import logging
+import socket
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
 
 import pandas as pd
 
+from comparison.execution.pool import Attempt, Died
 from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
-from comparison.execution.tasks import Task
+from comparison.execution.tasks import Finished, Spread, Task, measure_all
+from comparison.files import replacing
+from comparison.metrics.signals import rms
+from comparison.models import find
+from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest
-from comparison.studies.sweep.outputs import measure, needs_ideal
-from comparison.studies.sweep.points import Point
+from comparison.studies.sweep.points import Point, SweepError, check_keys
+from comparison.tables.channels import channels
+from comparison.tables.table import Table
 
+LEDGER, TABLE = "runs.jsonl", "sweep.csv"
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
+OF_CHANNELS = ("min", "max", "rms", "end")  # min and max over the integration steps
+OF_ERRORS = ("slider_y", "slider_vy", "slider_ay")  # whose error against the ideal mechanism the paper shows
+OF_CONTACTS = ("normal_speed", "impulse", "peak_force", "largest_depth")
+USUAL = (*(f"peak_error:{channel}" for channel in OF_ERRORS), "contacts", "impulse", "largest:peak_force")
+PATIENCE = 10.0  # s, after which waiting for a scheduler that does not answer is stopped
+
+
+def names() -> list[str]:
+    """List every quantity that a run may be asked for; no model writes channels of the crank."""
+    written = [name for name, channel in channels().items() if channel.group != "crank"]
+    return [
+        *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
+        *(f"peak_error:{channel}" for channel in OF_ERRORS),
+        "contacts",
+        "impulse",
+        *(f"largest:{column}" for column in OF_CONTACTS),
+        "steps",
+    ]
+
+
+def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float | None:
+    """Return one of the `names` of a run; None where it has not what that needs.
+
+    A peak error is the largest over the second cycle, as in the paper; over all where there is no second.
+    """
+    what, _, part = name.partition(":")
+    if what in ("peak_error", *OF_CHANNELS) and part not in run.names:
+        return None
+    if what == "peak_error":
+        assert ideal is not None
+        second = (period, 2 * period) if run.time[-1] >= 2 * period * (1 - 1e-9) else ()
+        return abs(slider_errors(run, ideal, period, names=(part,)).peak(part, *second).value)
+    if what in ("min", "max") and part in run.extrema:
+        return float(run.extrema[part][what])
+    if what in OF_CHANNELS:
+        values = run.values(part)
+        found = {"min": values.min(), "max": values.max(), "end": values[-1], "rms": rms(run.time, values)}
+        return float(found[what])
+    if what == "steps":
+        steps = run.provenance.get("counters", {}).get("steps")
+        return None if steps is None else float(steps)
+    if run.events is None:
+        return None
+    if what == "largest":
+        return float(run.events[part].max()) if len(run.events) else 0.0
+    return float(len(run.events) if what == "contacts" else run.events["impulse"].to_numpy().sum())
 
 
 @dataclass(frozen=True)
@@ -36,27 +96,118 @@ def run_point(task: SweepRun, progress: Progress) -> Row:
     """Run and measure."""
     del progress
     scene = task.base.with_values(task.point)
-    run = run_one(scene, task.model)
-    # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
-    ideal = run_one(scene.with_values(IDEAL), "reference") if needs_ideal(task.asked) else None
-    return {"values": measure(run, ideal, scene.period, task.asked)}
+    run, ideal = run_one(scene, task.model), None
+    if any(name.startswith("peak_error:") for name in task.asked):
+        # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
+        ideal = run_one(scene.with_values(IDEAL), "reference")
+    return {"values": {name: quantity(name, run, ideal, scene.period) for name in task.asked}}
 
 
-def result_table(tasks: Sequence[SweepRun], rows: Sequence[Row]) -> pd.DataFrame:
-    """Return the sweep's table: number of the point, its values, model, status, message, quantities."""
-    points: dict[str, int] = {}
-    lines = []
-    for task, row in zip(tasks, rows, strict=True):
-        number = points.setdefault(digest(task.point), len(points) + 1)
-        values = row.get("values", {})
-        lines.append(
-            {
-                "point": number,
-                **task.point,
-                "model": task.model,
-                "status": row["status"],
-                "message": row["message"],
-            }
-            | {name: values.get(name) for name in task.asked}
-        )
-    return pd.DataFrame(lines)
+def sweep(
+    base: Scene,
+    points: Sequence[Point],
+    models: Sequence[str],
+    asked: Sequence[str],
+    folder: Path,
+    spread: Spread,
+    on_progress: Progress | None = None,
+) -> tuple[Path, int]:
+    """Run all points by all models and write the table.
+
+    Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
+    does not depend on who ran what when. The folder is made once all that is asked for, of `names`, is known.
+
+    Returns
+    -------
+    table, failed
+        The path of the table, and how many runs did not succeed: these are rows too, with their reason.
+
+    Raises
+    ------
+    SweepError
+        If a point names what is not a key of a scene, or a quantity is not one.
+    LedgerError
+        If a row cannot be kept.
+    """
+    known = names()
+    for name in asked:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else "such as " + ", ".join(USUAL)
+            raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
+    check_keys(base, list(dict.fromkeys(key for point in points for key in point)))
+    for model in models:
+        find(model)
+    folder.mkdir(parents=True, exist_ok=True)
+    tasks = [SweepRun(base, point, model, tuple(asked)) for point in points for model in models]
+    rows = measure_all(run_point, tasks, spread, on_progress, ledger=folder / LEDGER)
+    numbers: dict[str, int] = {}
+    lines = [
+        {"point": numbers.setdefault(digest(task.point), len(numbers) + 1), **task.point, "model": task.model}
+        | {"status": row["status"], "message": row["message"]}
+        | {name: row.get("values", {}).get(name) for name in task.asked}
+        for task, row in zip(tasks, rows, strict=True)
+    ]
+    path = folder / TABLE
+    with replacing(path) as part:
+        pd.DataFrame(lines).to_csv(part, index=False)
+    return path, sum(row["status"] != "success" for row in rows)
+
+
+def on_cluster(address: str) -> Spread:
+    """Return what spreads work over the workers of a Dask scheduler, which have this package installed."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise SweepError("--scheduler needs dask: pip install 'sixbar-crossval[cluster]'") from error
+    # What they say about a lost connection is said here, in one line.
+    for name in ("distributed", "tornado", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise SweepError(f"--scheduler {address}: {error}") from error
+    if not host or not port:
+        raise SweepError(f"--scheduler {address}: must be tcp://host:port")
+    try:
+        # Dask's own client tries for twice its patience where nobody listens.
+        socket.create_connection((host, port), timeout=PATIENCE).close()
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+        raise SweepError(f"--scheduler {address}: does not answer: {reason}") from error
+
+    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
+        try:
+            yield from _work(client, address, attempt, tasks)
+        finally:
+            with suppress(OSError, TimeoutError):
+                client.close(timeout=2)
+
+    return spread
+
+
+def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
+    from distributed import as_completed
+
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise SweepError(f"--scheduler {address}: has no workers") from error
+    futures = {
+        client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
+        for key, task in tasks.items()
+    }
+    for future in as_completed(futures, loop=client.loop):
+        if future.status == "finished":
+            yield futures[future], future.result()
+        elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
+            yield futures[future], Died("its worker died")
+        else:
+            raise SweepError(f"--scheduler {address}: lost; finished runs are kept")
+
+
+def _alone(attempt: Attempt, task: Task) -> Any:
+    """Work off a task of which nobody asks how far it is (on the cluster)."""
+    return attempt(task, lambda _: None)

@@ -1,42 +1,82 @@
-"""A scene timed, and the errors of what users read.
-
-One run at a time: timings of runs side by side would be those of a busy machine.
-"""
+"""Every method over its settings on three scenes, timed one by one, with the errors of what users read."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
+from comparison.accuracy.work_precision import WARM
 from comparison.execution.run import Job, Progress, RunError, run_all, run_one, successful
 from comparison.execution.store import Row
 from comparison.execution.tasks import Task
 from comparison.reliability.errors import slider_errors
-from comparison.scene import Scene, SceneError
-from comparison.studies.shared.formulations import MINIMAL, TREE
-from comparison.studies.tradeoff.methods import WITH_CLEARANCE, cycle
+from comparison.scene import Scene, SceneError, load_scene
+from comparison.studies.shared import formulations as catalogue
+from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method
+from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 
-TRUTH = 1e-14
-"""Tolerance of the run that counts as exact: a hundredth of the smallest that is measured."""
-CONFIRMING = 1e-12
-"""Tolerance of the other model's most accurate run."""
-LONG = 3.0
-"""s; a longer run is measured once."""
-WARM = 0.02
-"""Cycles of the run before, in which kernels are compiled."""
-QUANTITIES = {
-    "slider_x": ("maximum error of x", "m"),
-    "slider_y_error": ("error of the largest deviation of y from the ideal mechanism", ""),
-    "impulse": ("error of the sum of all contacts' impulses", ""),
-    "peak_force": ("error of the largest contact force", ""),
-    "crank_torque": ("maximum error of the crank torque relative to its range", ""),
+TRUTH = 1e-14  # tolerance of the run that counts as exact: a hundredth of the smallest that is measured
+CONFIRMING = 1e-12  # tolerance of the other model's most accurate run
+LONG = 3.0  # s; a longer run is measured once
+BASE = "150rpm-0.2mm"
+WITH_CLEARANCE = (BASE, "300rpm-0.2mm")
+# Scene -> what is changed of it; each is run for one crank cycle.
+SCENES: dict[str, dict[str, object]] = {
+    "ideal": {"joints.slider": "ideal", "output.groups": ["accelerations", "joints"]},
+    **{name: {"output.groups": []} for name in WITH_CLEARANCE},
 }
-"""What errors are measured of, and the unit; without one: relative."""
+# Scene -> the quantity whose error stands for its accuracy.
+CHIEF = {name: "slider_x" if name in WITH_CLEARANCE else "crank_torque" for name in SCENES}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A method over its settings."""
+
+    method: Method
+    settings: tuple[float, ...]  # tolerances, or step sizes in s, coarsest first
+    order: float = 1.0  # of the error in the setting: 1 for a tolerance
+    scenes: tuple[str, ...] = WITH_CLEARANCE
+
+    @property
+    def key(self) -> str:
+        """Dotted key of the setting."""
+        return f"solver.{self.method.model}.{'step' if self.order == 2 else 'tolerance'}"
+
+    def scene(self, name: str, setting: float) -> Scene:
+        """Return a crank cycle of one of the scenes as this method runs it."""
+        return cycle(name, {**self.method.changes, self.key: setting})
+
+
+def cycle(name: str, changes: Mapping[str, object]) -> Scene:
+    """Return one crank cycle of one of the scenes; settings after the formulation that they belong to."""
+    source = name if name in WITH_CLEARANCE else BASE
+    return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).variant(changes)
+
+
+def _decades(first: int, last: int) -> tuple[float, ...]:
+    return tuple(float(f"1e-{n}") for n in range(first, last + 1))
+
+
+_STEPS = (4e-5, 2e-5, 8e-6, 4e-6, 2e-6, 1e-6, 5e-7)
+SWEEPS = (
+    Sweep(MINIMAL, _decades(6, 12)),
+    Sweep(catalogue.MINIMAL_SCIPY, _decades(6, 9)),
+    Sweep(catalogue.MINIMAL_LSODA, _decades(6, 10)),
+    Sweep(catalogue.MINIMAL_RADAU, _decades(6, 8)),
+    Sweep(catalogue.MINIMAL_BDF, _decades(6, 9)),
+    Sweep(MULTIPLIERS, _decades(6, 12), scenes=tuple(SCENES)),
+    Sweep(catalogue.MULTIPLIERS_BDF, _decades(6, 8), scenes=tuple(SCENES)),
+    Sweep(TREE, _decades(4, 11)),
+    Sweep(catalogue.TREE_LONG_STEPS, _decades(2, 8)),
+    Sweep(catalogue.FULL, _STEPS, order=2.0),
+    Sweep(catalogue.FULL_INDEX2, _STEPS, order=2.0, scenes=tuple(SCENES)),
+)
 
 
 @dataclass(frozen=True)
@@ -45,11 +85,9 @@ class Timed(Task):
 
     model: str
     scene: Scene
-    rounds: int
+    rounds: int  # runs of which the least time counts, or as many more as take ``busy`` seconds together
     busy: float
-    """The least time counts, of ``rounds`` runs or of as many more as take ``busy`` seconds together."""
-    exact: str = ""
-    """Name of the scene whose accurate run gives the errors; "": none are measured."""
+    exact: str = ""  # name of the scene whose accurate run gives the errors; "": none are measured
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -61,59 +99,42 @@ def measure(task: Timed, progress: Progress) -> Row:
     """Run a scene some times and return status, the least time, the work, contacts and the errors."""
     del progress
     try:
-        seconds, table = timed(task)
+        run_one(task.scene.with_values({"drive.cycles": WARM}), task.model)
+        times: list[float] = []
+        while len(times) < task.rounds or sum(times) < task.busy:
+            before = time.process_time()
+            table = run_one(task.scene, task.model)
+            times.append(time.process_time() - before)
+            if times[0] > LONG:
+                break
         found = errors(table, task.exact) if task.exact else {}
     except (RunError, SceneError, TableError) as error:
         return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
     counters = table.provenance["counters"]
     return {
-        "seconds": seconds,
+        "seconds": min(times),
         "evaluations": counters.get("rhs", counters.get("newton_iterations")),
         "contacts": 0 if table.events is None else len(table.events),
         "errors": found,
     }
 
 
-def timed(task: Timed) -> tuple[float, Table]:
-    """Return the least processor time of some runs, s, and a result; raises as `run_one`."""
-    run = partial(run_one, model=task.model)
-    run(task.scene.with_values({"drive.cycles": WARM}))
-    times: list[float] = []
-    while len(times) < task.rounds or sum(times) < task.busy:
-        before = time.process_time()
-        table = run(task.scene)
-        times.append(time.process_time() - before)
-        if times[0] > LONG:
-            break
-    return min(times), table
-
-
 def errors(table: Table, name: str) -> dict[str, float]:
-    """Return the errors of a run of one of the scenes, by the names of `QUANTITIES`."""
-    exact = truth(name)
+    """Return the errors of a run of one of the scenes: of x in m, all others relative."""
+    right, ideal = exact(name)
     if name not in WITH_CLEARANCE:
-        torque = exact.values("crank_torque")
-        error = np.abs(table.values("crank_torque") - torque).max() / np.ptp(torque)
-        return {"crank_torque": float(error)}
-    assert table.events is not None
-    assert exact.events is not None
+        torque = right.values("crank_torque")
+        return {"crank_torque": float(np.abs(table.values("crank_torque") - torque).max() / np.ptp(torque))}
     period = cycle(name, {}).period
-    deviation, right = (
-        abs(slider_errors(of, _ideal(name), period, names=("slider_y",)).peak("slider_y").value)
-        for of in (table, exact)
-    )
-    ratios = {
-        "slider_y_error": deviation / right,
-        "impulse": table.events["impulse"].sum() / exact.events["impulse"].sum(),
-        "peak_force": table.events["peak_force"].max() / exact.events["peak_force"].max(),
-    }
-    return {"slider_x": _apart(table, exact)} | {key: float(abs(of - 1)) for key, of in ratios.items()}
 
+    def quantities(one: Table) -> Array:
+        assert one.events is not None
+        y = slider_errors(one, ideal, period, names=("slider_y",)).peak("slider_y").value
+        return np.array([abs(y), one.events["impulse"].sum(), one.events["peak_force"].max()])
 
-@cache
-def truth(name: str) -> Table:
-    """Return the run of a scene that counts as exact; of the ideal mechanism the closed form."""
-    return run_one(_exact(name).scene, "reference")
+    relative = np.abs(quantities(table) / quantities(right) - 1)
+    names = ("slider_y_error", "impulse", "peak_force")
+    return {"slider_x": _apart(table, right)} | dict(zip(names, relative.tolist(), strict=True))
 
 
 def confirmations(names: Sequence[str], n_jobs: int) -> list[float]:
@@ -125,13 +146,42 @@ def confirmations(names: Sequence[str], n_jobs: int) -> list[float]:
 
 
 def _exact(name: str) -> Job:
+    """Return the run of a scene that counts as exact; of the ideal mechanism it is the closed form."""
     return Job(cycle(name, {**MINIMAL.changes, "solver.reference.tolerance": TRUTH}), "reference")
 
 
 @cache
-def _ideal(name: str) -> Table:
-    return run_one(cycle(name, {"joints.slider": "ideal"}), "reference")
+def exact(name: str) -> tuple[Table, Table]:
+    """Return the exact run of a scene, and that of the ideal mechanism."""
+    job = _exact(name)
+    return run_one(job.scene, job.model), run_one(cycle(name, {"joints.slider": "ideal"}), "reference")
 
 
 def _apart(a: Table, b: Table) -> float:
     return float(np.abs(a.values("slider_x") - b.values("slider_x")).max())
+
+
+# ---- how the cost of a run grows: with the cycles, the contacts and the channels that are recorded
+
+# Method -> how many cycles it runs.
+LENGTHS = {MINIMAL: (1.0, 10.0, 100.0, 1000.0), MULTIPLIERS: (1.0, 10.0, 100.0), TREE: (1.0, 3.0, 10.0)}
+CLEARANCES = ("90rpm-0.1mm", BASE, "300rpm-0.2mm", "90rpm-0.5mm")
+ALL = ("accelerations", "corners", "joints", "energy")
+GROUPS = ((), ALL[:2], ALL[2:3], ALL[3:], ALL)
+
+
+def growing(most: float) -> list[tuple[Row, Method, Scene]]:
+    """Return what is timed, of no run more than so many cycles: the labels of its row, method and scene."""
+
+    def one(table: str, cycles: float, method: Method, name: str, *groups: str) -> tuple[Row, Method, Scene]:
+        few = {} if table == "channels" else {"output.samples_per_cycle": 100}
+        changes = {**few, "output.groups": list(groups), **method.changes, "drive.cycles": cycles}
+        labels = {"table": table, "cycles": cycles, "scene": name, "channels": ", ".join(("motion", *groups))}
+        return labels | {"method": method.title}, method, load_scene(name, changes)
+
+    ten, lengths = min(10.0, most), [(method, n) for method, all_of in LENGTHS.items() for n in all_of]
+    return [
+        *(one("cycles", n, method, BASE) for method, n in lengths if n <= most),
+        *(one("contacts", ten, MINIMAL, name) for name in CLEARANCES),
+        *(one("channels", ten, MINIMAL, BASE, *groups) for groups in GROUPS),
+    ]

@@ -24,7 +24,8 @@ from comparison.verdict.compare import Runs, compare
 OTHER_FILES = {
     "contact-laws": {"runs.csv", "switches.csv"},
     "crank-pin": {"peaks.csv"},
-    "detection": {"detection.json"},
+    "campaign": {"campaign.json", "scenes.csv", "opinions.csv", "failures.csv"},
+    "detection": {"detection.json", "comparisons.csv", "faults.csv"},
     "ensembles": {"tests.csv"},
     "extremes": {"cells.csv", "classes.csv"},
     "identification": {"arrangements.csv", "peaks.csv", "ranges.csv"},
@@ -39,6 +40,7 @@ OTHER_FILES = {
     },
     "random-inputs": {"precision.csv", "probabilities.csv"},
     "reliability": {"differences.csv", "two-cycles.csv", "one-model.csv"},
+    "tradeoff": {"tradeoff.json", "settings.csv", "costs.csv", "orders.csv"},
     "verdicts": {"verdicts.csv"},
 }
 
@@ -76,6 +78,8 @@ def again(folder, fakes, monkeypatch):
         "nonlinear",
         "random-inputs",
         "detection",
+        "campaign",
+        "tradeoff",
         "extremes",
     ],
 )  # fmt: skip
@@ -89,14 +93,15 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     text = Path(printed).read_text("utf-8")
     assert text == Path(f"reports/{name}/README.md").read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
-    pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
+    pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
     assert {path.name for path in Path(printed).parent.iterdir()} == {
         "README.md", *OTHER_FILES.get(name, set()), *pictures
     }  # fmt: skip
     for picture in pictures:
         drawn = (Path(printed).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
-        assert any(svg.light_colours()[role] in drawn for role in (svg.FIRST, svg.SERIES[0]))
+        roles = (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE)
+        assert any(svg.light_colours()[role] in drawn for role in roles)
 
 
 def test_all_studies_their_list_and_the_table_of_the_readme(folder):
@@ -183,15 +188,6 @@ def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, ma
 
 def test_a_bar_in_a_cell_does_not_end_it():
     assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
-
-
-def test_speed_against_accuracy_has_its_tables_and_drawings(folder):
-    written = folder / "reports" / "tradeoff"
-    text = (written / "README.md").read_text("utf-8")
-    assert not re.search(r"\{\w*\}|\bnan\b", text)
-    pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
-    assert len(pictures) == 6
-    assert {path.name for path in written.iterdir()} == {"README.md", "tradeoff.json", *pictures}
 
 
 def test_extremes_have_every_run_in_a_class(folder):

@@ -1,104 +1,35 @@
-"""A comparison of the study: what its ensembles are given, and how a confirmation changes what is found."""
+"""A comparison of the study: what its ensembles are given, what is confirmed, the smallest change found."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from comparison.accuracy.uncertainty import moved
 from comparison.execution.run import VIOLATED, Job, Outcome, RunError
-from comparison.studies.detection import limits, pairs
-from comparison.studies.detection.faults import Trial, catalogue, scenes
-from comparison.studies.detection.pairs import Pair
-from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Side, runs
+from comparison.studies.detection import pairs
+from comparison.studies.detection.draws import Trial, controls, searches, trials
+from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
+from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all
+from comparison.tables.table import TableError
 from comparison.verdict.compare import Runs
 from comparison.verdict.refinement import Settled
 from comparison.verdict.results import Confirmation
 
-FAULTS = {(fault.name, fault.model): fault for fault in catalogue()}
+STEP = (MOST / LEAST) ** (1 / 64)
 
 
-@pytest.fixture
-def asked(monkeypatch):
-    """What is run in an ensemble: engine and scene; each run comes to its scene."""
-    scenes_of = []
-
-    def run_one(scene, engine):
-        scenes_of.append((engine, scene))
-        return scene
-
-    monkeypatch.setattr(pairs, "run_one", run_one)
-    monkeypatch.setattr(pairs, "load_copy", lambda _: None)
-    return scenes_of
-
-
-def trial(name, model, tier="tight", of=""):
-    return Trial(FAULTS[name, of], model, tier)
-
-
-def starts(pair):
-    return [moved(pair.scene, shift, -shift) for shift in (1e-9, 2e-9)]
-
-
-@pytest.mark.parametrize("name", ["stiffness +1 %", "clearance +1 µm", "gravity upwards"])
-@pytest.mark.parametrize("model", ["reference", "exudyn"])
-def test_the_ensemble_of_a_faulty_model_has_its_wrong_number_and_the_moved_starts(name, model, asked):
-    pair = trial(name, model).pair
-    fault, others = FAULTS[name, ""], starts(pair)
-    assert pair.b.model == model
-    pair.ensemble(others, model)
-    assert [engine for engine, _ in asked] == [model] * 2
-    for (_, given), other in zip(asked, others, strict=True):
-        assert given.data["initial"] == other.data["initial"] != pair.scene.data["initial"]
-        assert given.hash == other.with_values({fault.key: fault.wrong(pair.scene)}).hash
-    asked.clear()
-    pair.ensemble(others, pair.a.model)
-    assert [(engine, given.hash) for engine, given in asked] == [(pair.a.model, o.hash) for o in others]
-
-
-def test_a_wrong_start_is_moved_as_the_right_one_is(asked):
+def test_a_wrong_start_is_moved_as_the_right_one_is():
     # The crank's angle is what an ensemble moves where the crank pin alone has clearance.
     pin = scenes("tight")["press"].with_values({"joints.slider": "ideal", "joints.crank_pin": "clearance"})
-    right = pin.data["mechanism"]["crank_angle_deg"]
-    wrong = pin.with_values({"mechanism.crank_angle_deg": right + 2.0})
-    pair = Pair(pin, Side(pin, "exudyn"), Side(wrong, "reference"), "tight")
-    pair.ensemble([moved(pin, 1e-6, 0.0)], "reference")
-    turned = moved(pin, 1e-6, 0.0).data["mechanism"]["crank_angle_deg"] - right
-    ((_, given),) = asked
-    assert turned != 0.0
-    assert given.data["mechanism"]["crank_angle_deg"] == pytest.approx(right + 2.0 + turned, abs=1e-12)
-
-
-def test_wrong_code_runs_its_ensemble_itself_and_runs_that_fail_are_left_out(asked, monkeypatch):
-    pair = trial("a corner left out", "reference", of="reference").pair
-    pair.ensemble(starts(pair), "reference")
-    assert [engine for engine, _ in asked] == ["reference_fault_corner"] * 2
-
-    def run_one(*_):
-        raise RunError(Outcome("chatter"), None)
-
-    monkeypatch.setattr(pairs, "run_one", run_one)
-    monkeypatch.setattr("comparison.execution.run.describe", lambda *_: "chatter")
-    assert pair.ensemble(starts(pair), "reference") == []
-
-
-@pytest.fixture(scope="module")
-def table():
-    return runs(Side(scenes("tight")["press"], "reference")).base
-
-
-@pytest.mark.parametrize("spoil", ["zero force", "sign", "both constant"])
-def test_the_ensemble_of_a_spoiled_table_is_spoiled_alike(spoil, table, monkeypatch):
-    monkeypatch.setattr(pairs, "run_one", lambda *_: table)
-    fault = next(fault for fault in FAULTS.values() if fault.spoil == spoil)
-    pair = Trial(fault, "exudyn", "tight").pair
-    expected = [side.base.frame for side in SPOILS[spoil](Runs(table), Runs(table))]
-    for model, frame in zip((pair.a.model, pair.b.model), expected, strict=True):
-        (made,) = pair.ensemble(starts(pair)[:1], model)
-        assert made.frame.equals(frame)
-    assert expected[0].equals(table.frame) == (spoil != "both constant")
+    other = moved(pin, 1e-6, 0.0)
+    right, turned = (scene.data["mechanism"]["crank_angle_deg"] for scene in (pin, other))
+    side = Side(pin.with_values({"mechanism.crank_angle_deg": right + 2.0}), "reference")
+    given = Pair(pin, Side(pin, "exudyn"), side, "tight").given(side, other)
+    assert given.data["mechanism"]["crank_angle_deg"] == pytest.approx(turned + 2.0, abs=1e-12)
+    assert turned != right
 
 
 @pytest.fixture(scope="module")
@@ -107,37 +38,62 @@ def two():
     scene = scenes("tight")["press"]
     wrong = scene.with_values({"environment.gravity": 9.0})
     pair = Pair(scene, Side(scene, "exudyn"), Side(wrong, "reference"), "tight")
-    return pair, (runs(pair.a), runs(pair.b))
+    return pair, (pair.a.runs(), pair.b.runs())
+
+
+@pytest.mark.parametrize("key", ["stiffness +1 %", "a corner left out", "zero force", "both constant"])
+def test_an_ensemble_is_run_as_its_side_was(key, two, monkeypatch):
+    """With its wrong number, by its own code, or with its tables spoiled, from the moved start."""
+    fault = next(fault for fault in catalogue() if key in (fault.name, fault.spoil))
+    table, asked = two[1][1].base, []
+    monkeypatch.setattr(pairs, "run_one", lambda scene, engine: asked.append((engine, scene.hash)) or table)
+    monkeypatch.setattr(pairs, "load_copy", lambda _: None)
+    pair = Trial(fault, fault.model or "exudyn", "tight").pair
+    start = moved(pair.scene, 1e-9, -1e-9)
+    both = spoiled(fault.spoil, Runs(table), Runs(table))
+    for side, runs in zip((pair.a, pair.b), both, strict=True):
+        (made,) = pair.ensemble([start], side.model)
+        assert made.frame.equals(runs.base.frame)
+    wrong = fault.engine or pair.b.model
+    assert asked == [(pair.a.model, start.hash), (wrong, fault.given(start).hash)]
+
+
+def test_runs_of_an_ensemble_that_fail_are_left_out(two, monkeypatch):
+    def run_one(scene, engine):
+        raise RunError(Outcome("chatter"), Job(scene, engine))
+
+    monkeypatch.setattr(pairs, "run_one", run_one)
+    assert two[0].ensemble([two[0].scene], "exudyn") == []
 
 
 def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
-    pair, both = two
+    pair, _ = two
 
-    def confirm(result, of, *, scene, models, run, run_families, level):
-        assert (result.verdict, level) == ("differ", 0)
-        assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
-        assert (run, run_families) == (pair.ensemble, pair.families)
+    def settle(result, runs, *, scene, **_):
+        assert result.verdict == "differ"
+        channels = {name: replace(one, verdict="agree") for name, one in result.channels.items()}
         made = Confirmation("underestimated", members=(99, 30), factor=7.0)
-        return Settled(replace(result, verdict="agree", confirmation=made), of, scene)
+        return Settled(replace(result, verdict="agree", channels=channels, confirmation=made), runs, scene)
 
-    monkeypatch.setattr(pairs, "settle", confirm)
-    found = pairs.summary(pair.judged(both))
-    assert found["verdict"] == "agree"
-    assert found["confirmation"]["outcome"] == "underestimated"
-    assert not trial("gravity upwards", "exudyn").detected(found)
-    monkeypatch.setattr(Pair, "find", lambda _: found)
-    assert not limits.searches()[0].confirmed(1e-3)
+    monkeypatch.setattr(pairs, "settle", settle)
+    row = pair.find()
+    assert (row["verdict"], row["confirmation"]["outcome"]) == ("agree", "underestimated")
+    assert not trials(catalogue())[0].detected(row)
+    monkeypatch.setattr(Pair, "find", lambda _: row)
+    assert not searches()[0].confirmed(1e-3)
+
+
+def test_families_show_a_change_of_a_tenth_and_no_change_of_nothing(two):
+    search = Search(two[0].scene, two[0].a, "reference", "environment.gravity", "tight")
+    assert (search.shows(0.1), search.shows(0.0)) == (True, False)
 
 
 def test_finer_runs_of_both_sides_keep_their_difference(two):
     pair, (_, faulty) = two
-    closer = pair.scene.with_values({"solver.reference.tolerance": 1e-13, "solver.exudyn.tolerance": 1e-12})
-    finer = pair.families(closer)
-    assert finer is not None
-    for runs_of, model, key in zip(finer, ("exudyn", "reference"), (1e-12, 1e-13), strict=True):
-        assert runs_of.base.provenance["settings"]["tolerance"] == key, model
+    finer = pair.families(pair.scene.with_values({"solver.reference.tolerance": 1e-13}))
+    assert [runs.base.provenance["settings"]["tolerance"] for runs in finer] == [1e-11, 1e-13]
     # Only the second side has the wrong gravity: at t = 0 it accelerates as before, but for rounding.
-    wrong, right = (of.base.values("slider_ay")[0] for of in (finer[1], finer[0]))
+    wrong, right = (runs.base.values("slider_ay")[0] for runs in (finer[1], finer[0]))
     assert wrong == pytest.approx(faulty.base.values("slider_ay")[0], rel=1e-12)
     # Of 0.81 m/s^2 the share tan^2 of rod 4's inclination, 0.045, since the rocker's tip is driven.
     assert abs(wrong - right) > 0.01
@@ -150,36 +106,80 @@ def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monk
     wrong = scene.with_values({"environment.gravity": 9.0})
     pair = Pair(scene, Side(scene, "reference"), Side(wrong, "exudyn"), "standard")
     step = scene.data["solver"]["exudyn"]["step"]
+    judged = []
 
-    def cached(side):
+    def runs(side):
         """The side itself in place of its runs."""
         if side.model == "exudyn" and side.scene.data["solver"]["exudyn"]["step"] == step:
             raise RunError(Outcome(status, "lower the step"), Job(side.scene, side.runs_by))
         return side
 
-    monkeypatch.setattr(pairs, "cached_runs", cached)
-    if status != VIOLATED:
-        with pytest.raises(RunError, match=status):
-            pair.valid_runs()
-        return
-    sides, closer, level = pair.valid_runs()
-    assert (closer.data["solver"]["exudyn"]["step"], level) == (step / 2, 1)
-    for side, gravity in zip(sides, (9.81, 9.0), strict=True):
-        assert side.scene.data["solver"] == closer.data["solver"]
-        assert side.scene.data["environment"]["gravity"] == gravity  # each keeps its own number
+    def settle(_, sides, *, scene, level, **__):
+        judged.append((scene.data["solver"]["exudyn"]["step"], level))
+        assert [side.scene.data["solver"] for side in sides] == [scene.data["solver"]] * 2
+        # Each keeps its own number.
+        assert [side.scene.data["environment"]["gravity"] for side in sides] == [9.81, 9.0]
+        raise TableError("enough")
 
-
-def test_models_that_agree_run_nothing_more(two, monkeypatch):
-    pair, (a, _) = two
-    for more in ("ensemble", "families"):
-        monkeypatch.setattr(Pair, more, lambda *_, **__: pytest.fail("was asked"))
-    found = pairs.summary(pair.judged((a, a)))
-    assert (found["verdict"], found["confirmation"]) == ("agree", None)
+    monkeypatch.setattr(Side, "runs", runs)
+    monkeypatch.setattr(pairs, "compare", lambda *_, **__: None)
+    monkeypatch.setattr(pairs, "settle", settle)
+    assert pair.find()["verdict"] == "cannot compare"
+    assert judged == ([(step / 2, 1)] if status == VIOLATED else [])
 
 
 def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models(two):
-    pair, both = two
-    found = pairs.summary(pair.judged(both))
-    assert found["verdict"] == "differ"
-    assert found["confirmation"]["outcome"] == "confirmed"
-    assert found["confirmation"]["members"] == [30, 99]
+    row = two[0].find()
+    made = row["confirmation"]
+    assert (row["verdict"], made["outcome"], made["members"]) == ("differ", "confirmed", [30, 99])
+
+
+@pytest.mark.parametrize("smallest", [3e-9, 1e-4, 0.09])
+@pytest.mark.parametrize("confirming", [False, True])
+def test_the_search_ends_within_a_third_of_the_smallest_change(smallest, confirming, monkeypatch):
+    """It is what families show, or, where they show all, what ensembles confirm."""
+    asked, search = [], searches()[0]
+    shown = LEAST if confirming else smallest
+    monkeypatch.setattr(Search, "shows", lambda _, change: change >= shown)
+    monkeypatch.setattr(Search, "confirmed", lambda _, change: asked.append(change) or change >= smallest)
+    row = search.find()
+    assert row["missed"] < smallest <= row["found"]
+    assert row["found"] / row["missed"] == pytest.approx(STEP, rel=1e-9)
+    assert asked == sorted(asked)
+    assert (asked[0], asked[-1]) == (row["shown"], row["found"])
+
+
+@pytest.mark.parametrize(
+    ("shows", "confirmed", "found", "missed", "shown"),
+    [
+        (False, False, np.nan, MOST, np.nan),
+        (True, False, np.nan, MOST, LEAST * STEP),
+        (True, True, LEAST * STEP, np.nan, LEAST * STEP),
+    ],
+)
+def test_a_search_without_an_end_says_so(shows, confirmed, found, missed, shown, monkeypatch):
+    monkeypatch.setattr(Search, "shows", lambda *_: shows)
+    monkeypatch.setattr(Search, "confirmed", lambda *_: confirmed)
+    row = searches()[0].find()
+    numbers = np.array([row["found"], row["missed"], row["shown"]], dtype=float)
+    assert numbers == pytest.approx([found, missed, shown], rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.slow
+def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    few = ("stiffness +0.1 %", "friction drives instead of braking", "slider x in millimetres")
+    tried = [one for one in trials(catalogue()) if one.fault.name in few and one.tier == "tight"]
+    assert len({(one.fault.kind, one.model) for one in tried}) == 5
+    healthy = [pair for pair in controls() if pair.tier == "tight"][:2]
+    with installed([one.fault for one in tried if one.fault.engine]):
+        rows = find_all([*healthy, *(one.pair for one in tried)], 2)
+    assert [row["verdict"] for row in rows[:2]] == ["agree", "agree"]
+    for one, row in zip(tried, rows[2:], strict=True):
+        if row["verdict"] == "cannot compare":  # its own run refutes it before anybody compares
+            assert "invariant-violated" in row["reason"], row["reason"]
+            continue
+        assert row["verdict"] == "differ", one
+        assert {name for name, (verdict, _) in row["channels"].items() if verdict == "differ"} >= {
+            *one.fault.shows
+        }

@@ -1,74 +1,249 @@
-"""Sweeps: which points, what is measured, resumed after a kill, on processes and on a cluster."""
+"""Sweeps: points, what is measured, resumption after a kill, processes and a cluster."""
 
 from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.studies.sweep.outputs import USUAL, measure, names
+from comparison.studies.sweep import runs
 from comparison.studies.sweep.points import SweepError, check_keys, grid, latin_hypercube, listed
+from comparison.studies.sweep.runs import USUAL, names, on_cluster, quantity
 from comparison.tables.table import Table
 
+ROOT = Path(__file__).parents[4]
+PATIENCE = 600.0
+QUICK = ["--set", "output.samples_per_cycle=50", "--set", "drive.cycles=2.0"]
 
-def test_a_grid_is_every_combination_with_the_last_key_changing_first():
-    points = grid(["drive.speed_rpm=100, 150", "joints.slider=ideal,clearance"])
-    assert points == [
+
+def test_points_of_a_grid_of_a_hypercube_and_of_a_list(tmp_path):
+    assert grid(["drive.speed_rpm=100, 150", "joints.slider=ideal,clearance"]) == [
         {"drive.speed_rpm": speed, "joints.slider": joint}
         for speed in (100, 150)
         for joint in ("ideal", "clearance")
     ]
-
-
-def test_a_latin_hypercube_has_one_point_in_each_part_of_each_range():
-    points = latin_hypercube(["drive.speed_rpm=100:200", "clearance.slider=1e-4:2e-4"], 20, seed=3)
+    axes = ["drive.speed_rpm=100:200", "clearance.slider=1e-4:2e-4"]
+    points = latin_hypercube(axes, 20, seed=3)
     for key, low, high in (("drive.speed_rpm", 100.0, 200.0), ("clearance.slider", 1e-4, 2e-4)):
-        parts = sorted(int(20 * (point[key] - low) / (high - low)) for point in points)
-        assert parts == list(range(20))
-    assert points == latin_hypercube(["drive.speed_rpm=100:200", "clearance.slider=1e-4:2e-4"], 20, seed=3)
-    assert points != latin_hypercube(["drive.speed_rpm=100:200", "clearance.slider=1e-4:2e-4"], 20, seed=4)
-
-
-def test_a_list_is_read_with_its_types(tmp_path):
+        assert sorted(int(20 * (point[key] - low) / (high - low)) for point in points) == list(range(20))
+    assert points == latin_hypercube(axes, 20, seed=3) != latin_hypercube(axes, 20, seed=4)
     path = tmp_path / "points.csv"
     path.write_text("drive.speed_rpm,contact.law\n100,foundation\n1.5e2,hertz-corners\n")
     assert listed(path) == [
         {"drive.speed_rpm": 100, "contact.law": "foundation"},
         {"drive.speed_rpm": 150.0, "contact.law": "hertz-corners"},
     ]
-    path.write_text("drive.speed_rpm,contact.law\n100\n")
-    with pytest.raises(SweepError, match="line 2 has 1 values for 2 keys"):
-        listed(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("drive.speed_rpm,contact.law\n100\n", "line 2 has 1 values for 2 keys"),
+        ("drive.speed_rpm\n", "at least one line of values"),
+        ("a.b,a.b\n1,2\n", "names a key twice"),
+    ],
+)
+def test_a_list_that_is_none_is_refused(text, message, tmp_path):
+    (tmp_path / "points.csv").write_text(text)
+    with pytest.raises(SweepError, match=message):
+        listed(tmp_path / "points.csv")
 
 
 def test_materials_are_swept_of_both_partners_or_of_one():
     number = load_scene("150rpm-0.2mm")
+    keys = ["contact.youngs_modulus", "contact.youngs_modulus.slider", "contact.poisson.guide"]
     for scene in (number, number.with_values({"contact.youngs_modulus.guide": 69e9})):
-        check_keys(
-            scene, ["contact.youngs_modulus", "contact.youngs_modulus.slider", "contact.poisson.guide"]
-        )
-        with pytest.raises(SweepError, match=r"did you mean 'contact\.poisson\.guide'"):
-            check_keys(scene, ["contact.poisson.guid"])
+        check_keys(scene, keys)
 
 
 def test_what_is_measured_of_a_run_whose_numbers_are_known():
     time_ = np.linspace(0.0, 2.0, 5)
-    y = np.array([0.0, 9.0, 1.0, -3.0, 2.0])
-    frame = pd.DataFrame({"time": time_, "slider_y": y})
+    frame = pd.DataFrame({"time": time_, "slider_y": [0.0, 9.0, 1.0, -3.0, 2.0]})
     events = pd.DataFrame({"impulse": [0.25, 0.5], "peak_force": [3.0, 7.0]})
     run = Table(frame, events, {"slider_y": {"min": -3.5, "max": 9.5}}, {"counters": {"steps": 12}})
     ideal = Table(pd.DataFrame({"time": time_, "slider_y": [0.0, 0.0, 0.5, 0.0, 0.5]}))
-    asked = (
-        "min:slider_y",
-        "max:slider_y",
-        "end:slider_y",
-        "rms:slider_y",
-        "peak_error:slider_y",
-        "contacts",
-    )
-    found = measure(run, ideal, 1.0, (*asked, "impulse", "largest:peak_force", "steps", "max:slider_vx"))
-    # The largest error, 9, is in the first cycle; in the second it is -3.
-    assert list(found.values()) == [-3.5, 9.5, 2.0, np.sqrt(95 / 5), 3.0, 2.0, 0.75, 7.0, 12.0, None]
-    assert measure(Table(frame), None, 1.0, ("contacts", "impulse")) == {"contacts": None, "impulse": None}
-    assert set(USUAL) <= set(names())
+    known = {
+        "min:slider_y": -3.5,
+        "max:slider_y": 9.5,
+        "end:slider_y": 2.0,
+        "rms:slider_y": np.sqrt(95 / 5),
+        "peak_error:slider_y": 3.0,  # the largest, 9, is in the first cycle; in the second it is -3
+        "contacts": 2.0,
+        "impulse": 0.75,
+        "largest:peak_force": 7.0,
+        "steps": 12.0,
+        "max:slider_vx": None,
+    }
+    assert {name: quantity(name, run, ideal, 1.0) for name in known} == known
+    assert quantity("max:slider_y", Table(frame), None, 1.0) == 9.0
+    assert {quantity(name, Table(frame), None, 1.0) for name in ("contacts", "impulse", "steps")} == {None}
+    assert quantity("largest:impulse", Table(frame, events[:0]), None, 1.0) == 0.0
+    assert set(USUAL) | set(known) <= set(names())
+
+
+def lines(path):
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def sweep(*arguments):
+    return main(["study", "sweep", "150rpm-0.2mm", *QUICK, "--out", "out", *arguments])
+
+
+def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tried_again(
+    here, gravity, capsys
+):
+    values = f"9.81,{gravity.crash},{gravity.refuse},{gravity.fail},{gravity.nan}"
+    asked = ["--grid", f"environment.gravity={values}", "--model", "reference,exudyn", "--jobs", "2"]
+    assert sweep(*asked) == 0
+    out, err = capsys.readouterr()
+    assert out.endswith("... and 5 more rows\nout/sweep.csv\n")
+    assert err == "sixbar: warning: 4 of 10 runs did not succeed: see the column status\n"
+    theirs = pd.read_csv("out/sweep.csv").query("model == 'exudyn'")
+    assert theirs["status"].tolist() == ["success", "crashed", "bad input", "newton-failed", "unusable"]
+    runs = lines(here)
+    assert sweep(*asked) == 0
+    assert lines(here) == runs + 1
+
+
+@pytest.mark.usefixtures("here")
+def test_the_table_does_not_depend_on_the_number_of_processes():
+    assert sweep("--latin", "drive.speed_rpm=100:200", "--points", "12", "--jobs", "1") == 0
+    one = Path("out/sweep.csv").read_bytes()
+    Path("out/runs.jsonl").unlink()
+    assert sweep("--latin", "drive.speed_rpm=100:200", "--points", "12", "--jobs", "2") == 0
+    assert Path("out/sweep.csv").read_bytes() == one
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--grid", "drive=1"], "'drive' is not a key of a scene"),
+        (["--grid", "contact.poisson.guid=1"], "did you mean 'contact.poisson.guide'"),
+        (["--grid", "drive.speed_rpm="], "needs at least one value"),
+        (["--grid", "drive.cycles=1", "--grid", "drive.cycles=2"], "key 'drive.cycles' is given twice"),
+        ([], "give one of --grid, --list and --latin"),
+        (["--grid", "drive.speed_rpm=1", "--latin", "drive.speed_rpm=1:2"], "give one of --grid"),
+        (["--grid", "drive.speed_rpm"], "must be key=a,b,c"),
+        (["--latin", "drive.speed_rpm=2:1"], "low < high"),
+        (["--latin", "drive.speed_rpm=1:2", "--points", "0"], "--points 0 must be"),
+        (["--list", "none.csv"], "--list none.csv: cannot be read: No such file"),
+        (["--grid", "drive.speed_rpm=1", "--output", "peak_eror:slider_y"], "did you mean 'peak_error:sl"),
+    ],
+)
+def test_a_mistake_is_reported_in_one_line_before_anything_runs(arguments, message, here, capsys):
+    assert sweep(*arguments) == 2
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert here.read_text() == ""
+    assert not Path("out").exists()
+
+
+def environment(tmp_path):
+    """What a process of its own needs to find this package and the fake models."""
+    paths = [str(tmp_path / "fakes"), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "comparison", "study", "sweep", "150rpm-0.2mm", *QUICK, *arguments]
+
+
+def test_a_killed_sweep_goes_on_where_it_was_and_ends_with_the_same_table(here, tmp_path):
+    count = 60
+    axis = ["--latin", "clearance.slider=1e-4:3e-4", "--points", str(count), "--jobs", "2"]
+    where = {"env": environment(tmp_path), "cwd": tmp_path}
+    subprocess.run(command(*axis, "--out", "whole"), **where, check=True, stdout=subprocess.DEVNULL)
+    # Two runs a row: the scene's and the ideal mechanism's. After three quarters of them the models wait.
+    held = where["env"] | {"SIXBAR_TEST_HOLD": str(lines(here) + 2 * count * 3 // 4)}
+    ledger = tmp_path / "broken" / "runs.jsonl"
+    broken = command(*axis, "--out", "broken")
+    with subprocess.Popen(broken, env=held, cwd=tmp_path, start_new_session=True) as process:
+        while lines(ledger) < count // 2:
+            assert process.poll() is None
+            time.sleep(0.002)
+        os.killpg(process.pid, signal.SIGKILL)
+    kept = lines(ledger)
+    assert count // 2 <= kept < count
+    assert not (tmp_path / "broken" / "sweep.csv").exists()
+    before = lines(here)
+    subprocess.run(broken, **where, check=True, stdout=subprocess.DEVNULL)
+    assert lines(here) - before == 2 * (count - kept)
+    assert (tmp_path / "broken" / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
+
+
+NO_DASK = "dask is not installed: pip install 'sixbar-crossval[cluster]'"
+
+
+@pytest.fixture
+def scheduler(fake_models, tmp_path):
+    """The address of a scheduler with two workers, in processes of their own on this machine."""
+    assert fake_models.exists()  # its workers' models
+    if importlib.util.find_spec("distributed") is None:
+        pytest.skip(NO_DASK)
+    found, env = tmp_path / "scheduler.json", environment(tmp_path)
+    quiet = {"env": env, "cwd": tmp_path, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    local = ["--host", "127.0.0.1", "--no-dashboard"]
+    start = [sys.executable, "-m", "distributed.cli.dask_scheduler", *local, "--port", "0"]
+    processes = [subprocess.Popen([*start, "--scheduler-file", str(found)], **quiet)]
+    try:
+        until = time.monotonic() + PATIENCE
+        while not found.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        address = json.loads(found.read_text())["address"]
+        worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, *local, "--nthreads", "1"]
+        processes += [subprocess.Popen([*worker, "--no-nanny"], **quiet) for _ in range(2)]
+        yield address
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.wait()
+
+
+def test_a_cluster_gives_the_same_table(scheduler, here, tmp_path):
+    axis = ["--latin", "drive.speed_rpm=100:200", "--points", "12", "--model", "reference,exudyn"]
+    env = environment(tmp_path)
+    for more in (["--out", "processes", "--jobs", "2"], ["--out", "cluster", "--scheduler", scheduler]):
+        subprocess.run(command(*axis, *more), env=env, cwd=tmp_path, check=True, timeout=PATIENCE)
+    ours, theirs = (Path(tmp_path, name, "sweep.csv").read_bytes() for name in ("processes", "cluster"))
+    assert ours == theirs
+    assert len({line.split()[-1] for line in here.read_text().splitlines()}) == 4  # processes
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("127.0.0.1:9", "does not answer"),
+        ("tcp://127.0.0.1", "must be tcp://host:port"),
+        ("tcp://127.0.0.1:99999", "Port out of range"),
+        ("tcp://nowhere.invalid:8786", "does not answer"),
+    ],
+)
+def test_dask_is_not_even_asked_where_nobody_listens(address, message, monkeypatch):
+    """Its client would try for twice the time that it is given."""
+    distributed = pytest.importorskip("distributed", reason=NO_DASK)
+    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("asked"))
+    with pytest.raises(SweepError, match=f"^--scheduler {address}: {message}[^\n]*$"):
+        on_cluster(address)
+
+
+@pytest.mark.slow
+def test_who_listens_and_is_no_scheduler_is_one_line(monkeypatch):
+    pytest.importorskip("distributed", reason=NO_DASK)
+    monkeypatch.setattr(runs, "PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:  # accepts, and never says anything
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(SweepError, match=f"--scheduler {address}: does not answer"):
+            on_cluster(address)
