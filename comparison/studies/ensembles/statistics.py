@@ -1,14 +1,9 @@
-r"""Two ensembles of runs from scattered starts, compared as distributions.
+"""Two ensembles of runs from scattered starts, compared as distributions.
 
-Every quantity gives one number a run (a channel at an instant, the contacts of a cycle, quantiles of a run's
-contacts), so that the runs, started independently, are the sample. Two samples are compared by the two-sample
-test of Kolmogorov and Smirnov (the statistic is the largest distance of the empirical distribution functions,
-its p-value exact, conservative where values are tied) and by the Wasserstein distance
-:math:`\int |F_a - F_b|`.
-
-Some hundred tests at 5 % each would find differences by chance. The p-values are adjusted after Benjamini and
-Yekutieli (Ann. Statist. 29, 2001, 1165-1188), however the tests depend on each other: of all differences that
-are reported, at most the share `RATE` is expected to be false.
+Every quantity gives one number a run, so that the runs, started independently, are the sample. Two samples
+are compared by the two-sample test of Kolmogorov and Smirnov and by the Wasserstein distance. Some hundred
+tests at 5 % each would find differences by chance: the p-values are adjusted after Benjamini and Yekutieli
+(Ann. Statist. 29, 2001, 1165-1188), however the tests depend on each other.
 """
 
 from __future__ import annotations
@@ -24,6 +19,7 @@ from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
 
 RATE = 0.05
+"""Of the differences that are reported, the share expected to be false is at most this."""
 NAMES = ["quantity", "where", "unit"]
 """What names a column of an ensemble's numbers, and a row of their tests."""
 QUANTILES = {"median": 0.5, "nine tenths": 0.9, "largest": 1.0}
@@ -36,48 +32,24 @@ def distances(a: pd.DataFrame, b: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     tests
-        By quantity, where and unit: ``statistic``, 0 to 1; ``wasserstein`` and ``scale``, the standard
-        deviation of both together, in the unit; ``p`` for this quantity alone; ``adjusted``, the smallest
-        rate of false discoveries at which it is a difference; ``differs``: it is one at `RATE`.
+        A row a column: ``statistic``, 0 to 1; ``wasserstein`` and ``scale``, the standard deviation of both
+        together, in the column's unit; ``p`` for this column alone; ``adjusted``, the smallest rate of false
+        discoveries at which it is a difference; ``differs``: it is one at `RATE`.
     """
     rows = []
     for column in a:
         x, y = a[column].to_numpy(float), b[column].to_numpy(float)
         test = ks_2samp(x, y)
-        scale = np.std(np.concatenate([x, y]))
-        rows.append((test.statistic, wasserstein_distance(x, y), scale, test.pvalue))
+        rows.append((test.statistic, wasserstein_distance(x, y), np.std(np.append(x, y)), test.pvalue))
     tests = pd.DataFrame(rows, a.columns, ["statistic", "wasserstein", "scale", "p"], dtype=np.float64)
     tests["adjusted"] = false_discovery_control(tests["p"], method="by") if rows else tests["p"]
     return tests.assign(differs=tests["adjusted"] <= RATE)
 
 
-def numbers_of(
-    runs: Sequence[Table], instants: Array, units: Mapping[str, str], period: float, first_cycle: int
-) -> pd.DataFrame:
-    """Return the numbers of an ensemble, a row a run, a column a quantity, where it is taken, and its unit.
-
-    Parameters
-    ----------
-    runs
-        All with the same times.
-    instants
-        Sample times (s) at which channels are taken, shape (k,).
-    units
-        Channel -> its unit.
-    period
-        Of the crank, s.
-    first_cycle
-        The first whose contacts count, from 0: until then the runs have not diverged.
-    """
-    rows = [_numbers(run, instants, units, period, first_cycle) for run in runs]
-    columns = pd.MultiIndex.from_tuples(list(rows[0]), names=NAMES)
-    return pd.DataFrame([list(row.values()) for row in rows], columns=columns)
-
-
 def scattered(
     a: pd.DataFrame, b: pd.DataFrame, floors: Mapping[str, float]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the columns in which one of two ensembles scatters by more than the floor of the quantity.
+    """Return the columns in which either ensemble scatters by more than the floor of the quantity.
 
     Below it the motion is predictable, and single runs can be compared.
     """
@@ -86,12 +58,22 @@ def scattered(
     return a.loc[:, kept], b.loc[:, kept]
 
 
+def numbers_of(
+    runs: Sequence[Table], instants: Array, units: Mapping[str, str], period: float, first_cycle: int
+) -> pd.DataFrame:
+    """Return the numbers of an ensemble: a row a run, a column a quantity, where it is taken, and its unit.
+
+    Channels (those of ``units``) are taken at sample times ``instants`` (s), which all runs have. Contacts
+    count from a cycle on, the first being 0: until then the runs have not diverged.
+    """
+    rows = [_numbers(run, instants, units, period, first_cycle) for run in runs]
+    return pd.DataFrame(rows, columns=pd.MultiIndex.from_tuples(list(rows[0]), names=NAMES))
+
+
 def _numbers(
     run: Table, instants: Array, units: Mapping[str, str], period: float, first_cycle: int
 ) -> dict[tuple[str, str, str], float]:
-    """Return what a run gives: (quantity, where, unit) -> number; zero for quantiles of no contacts."""
-    if run.events is None:
-        raise ValueError("a run of an ensemble has no event table")
+    assert run.events is not None
     rows = np.searchsorted(run.time, instants - 1e-9 * instants[-1])
     numbers = {
         (channel, f"t = {instant:.4f} s", unit): value

@@ -13,9 +13,7 @@ from math import cos, sin, sqrt
 
 BENCHMARK = "bouncing-mass"
 STEPS = 330_000
-"""Of four right-hand sides each. On the machine of reports/extremes (AMD EPYC 26/2) they take 20 ms: on it 20
-cycles of the reference take 0.0032 s + 20 times 0.00485 s (``comparison/accuracy/measured.toml``), and where
-the 20 ms were measured they took 0.098 s."""
+"""Of four right-hand sides each: 20 ms on the machine of reports/extremes (AMD EPYC 26/2)."""
 REPEATS = 7
 """The least counts: others are disturbed."""
 
@@ -23,20 +21,7 @@ REPEATS = 7
 @cache
 def unit_seconds() -> float:
     """Return the processor time of one unit in this process, s; measured at the first call."""
-    bounces = _compiled()
-    bounces(1)
-    return min(_seconds(bounces) for _ in range(REPEATS))
-
-
-def _seconds(bounces: Callable[[int], float]) -> float:
-    start = time.process_time()
-    bounces(STEPS)
-    return time.process_time() - start
-
-
-def _compiled() -> Callable[[int], float]:
-    """Compile the benchmark; numba is imported where it is first needed."""
-    from numba import njit
+    from numba import njit  # imported where it is first needed
 
     def acceleration(x: float, v: float, t: float) -> float:
         depth, push = abs(x) - 1e-4, 20.0 * cos(15.0 * t) * sin(x + 0.3)
@@ -47,7 +32,7 @@ def _compiled() -> Callable[[int], float]:
 
     pushed = njit(acceleration)
 
-    def bounces(steps: int) -> float:
+    def motion(steps: int) -> float:
         x, v, t, h = 0.0, 0.1, 0.0, 1e-6
         for _ in range(steps):
             a1 = pushed(x, v, t)
@@ -59,5 +44,11 @@ def _compiled() -> Callable[[int], float]:
             t += h
         return x
 
-    compiled: Callable[[int], float] = njit(bounces)
-    return compiled
+    bounces: Callable[[int], float] = njit(motion)
+    bounces(1)
+    times = []
+    for _ in range(REPEATS):
+        start = time.process_time()
+        bounces(STEPS)
+        times.append(time.process_time() - start)
+    return min(times)

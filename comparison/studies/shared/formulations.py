@@ -8,21 +8,14 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Method:
-    """A formulation of the equations of motion with an integrator.
-
-    Attributes
-    ----------
-    name
-        Formulation and integrator, as reports print them.
-    model
-        "reference" or "exudyn".
-    changes
-        What selects it: dotted keys of a scene and their values, without tolerances and step sizes.
-    """
+    """A formulation of the equations of motion with an integrator."""
 
     name: str
+    """Both, as reports print them."""
     model: str
+    """"reference" or "exudyn"."""
     changes: Mapping[str, object] = field(hash=False)
+    """What selects it: dotted keys of a scene and their values, without tolerances and step sizes."""
 
     @property
     def title(self) -> str:

@@ -9,10 +9,12 @@ from typing import Any
 import pandas as pd
 
 from comparison.files import replacing
-from comparison.formatting import MISSING, table
+from comparison.formatting import MISSING, quantity, table
 
 Columns = dict[Any, Callable[[Any], str]]
 """A column of a frame, and what writes a value of it."""
+Quantities = Mapping[str, str | tuple[Any, ...]]
+"""Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
 
 
 def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
@@ -32,6 +34,16 @@ def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | 
         for name, write in shown.items()
     ]
     return table([str(name) for name in shown], zip(*written, strict=True))
+
+
+def quantities(frame: pd.DataFrame, columns: Quantities) -> str:
+    """Return a table of the columns; what is missing is said."""
+    shown = {}
+    for heading, what in columns.items():
+        name, form = (what, ()) if isinstance(what, str) else (what[0], what[1:])
+        values = frame.reindex(columns=[name])[name]
+        shown[heading] = [quantity(value, *form) for value in values.astype(float)] if form else list(values)
+    return markdown(pd.DataFrame(shown))
 
 
 def rows_table(rows: Iterable[Mapping[str, str]]) -> str:

@@ -35,13 +35,7 @@ class Published:
 
 
 def published(identifier: str) -> Published:
-    """Return the figure of one row, such as ``F7-R-d``.
-
-    Raises
-    ------
-    KeyError
-        If there is no such row.
-    """
+    """Return the figure of one row, such as ``F7-R-d``; KeyError if there is none."""
     row = {str(key): str(text) for key, text in printed_rows().loc[identifier].items()}
     last_digit = Decimal(row["value"]).as_tuple().exponent
     return Published(
@@ -56,15 +50,11 @@ def published(identifier: str) -> Published:
 def printed_events() -> list[list[str]]:
     """Return the ids of all rows, those that print one figure again together, in the order of the file.
 
-    A figure is printed again where condition, quantity and size are the same: the paper repeats the peaks of
-    its central case in four figures. Sign and instant may differ: then it contradicts itself.
+    A figure is printed again where condition, quantity and size are the same. Sign and instant may differ:
+    then the paper contradicts itself.
     """
-    rows = printed_rows().copy()
-    rows["size"] = rows["value"].astype(float).abs()
-    return [
-        [str(name) for name in of.index]
-        for _, of in rows.groupby([*CONDITION, "quantity", "size"], sort=False)
-    ]
+    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
+    return [list(of.index) for _, of in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
 
 
 @cache

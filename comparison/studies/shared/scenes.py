@@ -22,10 +22,7 @@ def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def settable(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that a scene's keys can be given, by dotted key.
-
-    They are the `leaves`, and a material's number for both partners of a contact as well as for each.
-    """
+    """Return the `leaves`, and a material's number for both partners of a contact as well as for each."""
     both = {key: data["contact"][key.removeprefix("contact.")] for key in MATERIALS}
     each = {f"{key}.{partner}": value for key, value in both.items() for partner in PARTNERS}
     return each | both | leaves(data)

@@ -18,55 +18,27 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Study(Generic[C, R]):
-    """A study of this package.
-
-    Attributes
-    ----------
-    name
-        As the command line takes it. Its package has the same name, and in it the template of its page. A
-        part of a study, which is a section of its page, has a dotted name.
-    small, full
-        What it is asked with: to try it, or for its report.
-    measure
-        Runs and measures, with so many worker processes and progress from 0 to 1.
-    page
-        What the template takes its tables, numbers and texts from (`comparison.studies.shared.page.filled`).
-    draw
-        Writes the figures into a folder.
-    data
-        What goes into ``NAME.json`` beside the page; None: nothing.
-    one_file
-        Whether page and figures go into one file too, ``report.html``.
-    """
+    """A study of this package."""
 
     name: str
+    """As the command line takes it; also of its package and template. A part, which is a section of its page,
+    has a dotted name."""
     small: C
     full: C
+    """What it is asked with: to try it, or for its report."""
     measure: Callable[[C, int, Progress | None], R]
+    """Runs and measures, with so many worker processes and progress from 0 to 1."""
     page: Callable[[R], Mapping[str, object]]
+    """What the template asks for tables, numbers and texts (`comparison.studies.shared.page.filled`)."""
     draw: Callable[[R, Path], None]
+    """Writes the figures into a folder."""
     data: Callable[[R], Mapping[str, Any]] | None = None
+    """What goes into ``NAME.json`` beside the page; None: nothing."""
     one_file: bool = False
+    """Whether page and figures go into one file too, ``report.html``."""
 
     def write(self, folder: Path, n_jobs: int, on_progress: Progress | None, *, small: bool = False) -> Path:
-        """Measure, and write page, data and figures.
-
-        Parameters
-        ----------
-        folder
-            Made if there is none.
-        n_jobs
-            Worker processes.
-        on_progress
-            Called with the finished share, 0 to 1.
-        small
-            Whether with few and short runs.
-
-        Returns
-        -------
-        path
-            Of the page.
-        """
+        """Measure, and write page, data and figures into a folder; return the page's path."""
         results = self.measure(self.small if small else self.full, n_jobs, on_progress)
         with replacing_in(folder) as part:
             page = self.report(results, part)

@@ -25,11 +25,8 @@ def contacts(run: Table) -> pd.DataFrame:
 def switches(events: pd.DataFrame) -> pd.DataFrame:
     """Return the instants at which the number of touching corners of a side becomes or ceases to be two.
 
-    Returns
-    -------
-    switches
-        ``time`` (s), ascending; ``to_surface``; ``corner``: the one that touches on both sides of the
-        instant, whose depth decides how much energy is created.
+    Columns ``time`` (s), ascending; ``to_surface``; ``corner``: the one that touches on both sides of the
+    instant, whose depth decides how much energy is created.
     """
     rows = []
     for lower, upper in SIDES:
@@ -47,31 +44,15 @@ def switches(events: pd.DataFrame) -> pd.DataFrame:
     return found.sort_values("time", kind="stable", ignore_index=True)
 
 
-def closest(found: pd.DataFrame) -> float:
-    """Return the shortest time between two switches, s; infinite where there are fewer."""
-    return float(np.diff(found["time"]).min()) if len(found) > 1 else float("inf")
-
-
 def created(found: pd.DataFrame, table: Table) -> Array:
-    """Measure the energy that each switch created: minus the jump of the residual across it, J, shape (n,).
+    """Return the energy that each of `switches` created, J: minus the jump of the residual across it.
 
-    Parameters
-    ----------
-    found
-        What `switches` found.
-    table
-        With ``energy_residual``, sampled more densely than switches follow one another.
-
-    Raises
-    ------
-    ValueError
-        If two switches lie between the same two samples: their jumps cannot be separated.
+    Raises ValueError if two switches lie between the same two samples: their jumps cannot be separated.
     """
     after = np.searchsorted(table.time, found["time"])
     if np.unique(after).size < after.size:
-        raise ValueError(
-            f"samples {table.time[1]:.2g} s apart do not separate switches {closest(found):.2g} s apart"
-        )
+        closest, apart = np.diff(found["time"]).min(), table.time[1]
+        raise ValueError(f"samples {apart:.2g} s apart do not separate switches {closest:.2g} s apart")
     residual = table.values("energy_residual")
     return np.asarray(residual[after - 1] - residual[after])
 
@@ -99,25 +80,24 @@ def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
     return result
 
 
-def compliance(contact: dict[str, Any]) -> float:
-    """Return sigma_m + sigma_n of a scene's contact, 1/Pa."""
-    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])
-
-
 def corner_stiffness(contact: dict[str, Any]) -> float:
     """Return K of one corner, N/m^n (Eq. 10)."""
-    return float(4 / (3 * compliance(contact)) * np.sqrt(contact["corner_radius"]))
+    return float(4 / (3 * _compliance(contact)) * np.sqrt(contact["corner_radius"]))
+
+
+def _compliance(contact: dict[str, Any]) -> float:
+    """Return sigma_m + sigma_n of a scene's contact, 1/Pa."""
+    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])
 
 
 def surplus(depth: Array, scene: dict[str, Any]) -> Array:
     """Return what the surface law stores more than the corner law, J, where the other corner just touches.
 
-    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10: created when the surface law
-    sets in, destroyed when it ends.
+    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10: created when the surface law sets in, destroyed when it
+    ends.
     """
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
-    K = corner_stiffness(contact)
-    Ks = (slider["thickness"] + slider["length"]) / (0.475 * compliance(contact))
-    n = contact["exponent"]
+    K, n = corner_stiffness(contact), contact["exponent"]
+    Ks = (slider["thickness"] + slider["length"]) / (0.475 * _compliance(contact))
     d = np.maximum(depth, 0.0)
     return np.asarray(Ks * d**2 / 6 - K * d ** (n + 1) / (n + 1))

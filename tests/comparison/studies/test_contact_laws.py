@@ -1,20 +1,15 @@
-"""The page of the study contact-laws from made-up runs."""
+"""Tables of the study contact-laws from made-up runs."""
 
 import pandas as pd
+import pytest
 
 from comparison.execution.run import Outcome
-from comparison.studies.contact_laws.study import run_row, shown_run, shown_switches
+from comparison.studies.contact_laws.study import run_row, shown_runs
 from comparison.tables.table import Table
 
 
-def shown(outcome, law):
-    return shown_run({"law": law, "model": "reference"} | run_row(outcome, law, None))
-
-
 def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
-    refused = shown(Outcome("bad input", "contact.law = 'foundation' is not simulated"), "foundation")
-    assert refused["end"] == "not simulated: contact.law = 'foundation' is not simulated"
-    assert list(refused.values())[2:-1] == ["n/a"] * 4
+    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
     partial = Table(
         pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
         pd.DataFrame(
@@ -24,7 +19,10 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
         {"counters": {"steps": 7}},
     )
     stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    line = shown(stopped, "hertz-corners")
-    assert line["end"] == "work-limit at 0.1000 s"
-    assert (line["spurious energy"], line["largest speed of x"]) == ("5.00\u00a0J", "2.00\u00a0m/s")
-    assert shown_switches(1e-9, stopped)["switches"] == "not measured: work-limit"
+    rows = [{"law": law} | run_row(outcome, law, None) for law, outcome in
+            (("foundation", refused), ("hertz-corners", stopped))]  # fmt: skip
+    first, second = shown_runs(pd.DataFrame(rows)).to_dict("records")
+    assert first["end"] == "work-limit at 0.1000 s"
+    assert (first["spurious_energy_J"], first["speed_of_x_m/s"]) == (5.0, 2.0)
+    assert second["end"] == "not simulated: contact.law = 'foundation' is not simulated"
+    assert second["force_N"] != pytest.approx(second["force_N"])  # not a number

@@ -84,8 +84,3 @@ def test_contacts_are_counted_in_the_cycle_and_at_the_corner_where_they_begin():
     assert b[right, "cycle 2", ""].tolist() == [1.0, 0.0]
     assert b[right, "cycle 3", ""].tolist() == [0.0, 2.0]
     assert (left, "cycle 1", "") not in a
-
-
-def test_a_run_without_an_event_table_is_refused():
-    with pytest.raises(ValueError, match="no event table"):
-        numbers([Table(run(0.0).frame)])
