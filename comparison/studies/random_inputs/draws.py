@@ -42,14 +42,13 @@ _CHANNELS = ("slider_y", "slider_vy", "slider_ay")
 
 
 def inputs_of(scene: Scene) -> tuple[RandomInput, ...]:
-    """Return what scatters: as the scene says, else the defaults.
+    """Return what scatters: as the scene says, else the inputs of ``inputs.toml``.
 
-    Raises
-    ------
-    SceneError
-        If a key is no number of the scene, or a lognormal one is not above zero.
+    Raises SceneError if a key is no number of the scene, or a lognormal one is not above zero.
     """
-    chosen = scene.random or defaults()
+    if not (chosen := scene.random):
+        text = files(__package__).joinpath("inputs.toml").read_text("utf-8")
+        chosen = tuple(RandomInput(**entry) for entry in tomllib.loads(text)["random"])
     for one in chosen:
         value = _middle(scene, one)
         if one.distribution == "lognormal" and value <= 0:
@@ -59,12 +58,6 @@ def inputs_of(scene: Scene) -> tuple[RandomInput, ...]:
     if len({label(one) for one in chosen}) < len(chosen):
         raise SceneError(f"scene {scene.name!r}: random: names a key twice")
     return chosen
-
-
-def defaults() -> tuple[RandomInput, ...]:
-    """Return the inputs of ``inputs.toml``."""
-    text = files(__package__).joinpath("inputs.toml").read_text("utf-8")
-    return tuple(RandomInput(**entry) for entry in tomllib.loads(text)["random"])
 
 
 def label(one: RandomInput) -> str:
@@ -79,22 +72,18 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
     """
     values: dict[str, Any] = {}
     for one, number in zip(inputs, u.tolist(), strict=True):
-        value = _value(one, _middle(scene, one), number)
+        middle = _middle(scene, one)
+        if one.distribution == "normal":
+            value = middle + one.deviation * number
+        elif one.distribution == "lognormal":
+            value = middle * exp(sqrt(log1p((one.deviation / middle) ** 2)) * number)
+        else:
+            value = middle + sqrt(12.0) * one.deviation * (float(norm.cdf(number)) - 0.5)
         if one.element is None:
             values[one.key] = value
         else:
-            held = list(values.get(one.key, settable(scene.data)[one.key]))
-            held[one.element] = value
-            values[one.key] = held
+            values.setdefault(one.key, [*settable(scene.data)[one.key]])[one.element] = value
     return values
-
-
-def _value(one: RandomInput, middle: float, number: float) -> float:
-    if one.distribution == "normal":
-        return middle + one.deviation * number
-    if one.distribution == "lognormal":
-        return middle * exp(sqrt(log1p((one.deviation / middle) ** 2)) * number)
-    return middle + sqrt(12.0) * one.deviation * (float(norm.cdf(number)) - 0.5)
 
 
 def _middle(scene: Scene, one: RandomInput) -> float:
@@ -114,10 +103,9 @@ def _middle(scene: Scene, one: RandomInput) -> float:
 
 @dataclass(frozen=True)
 class Draws(Task):
-    """So many runs of a scene with drawn inputs, or a part of them from the run ``first`` on.
+    """So many runs of a scene with drawn inputs from the run ``first`` on; ``factor`` multiplies deviations.
 
-    The same seed draws the same inputs, whatever the solver's settings; ``factor`` multiplies their standard
-    deviations.
+    The same seed draws the same inputs, whatever the solver's settings.
     """
 
     scene: Scene
@@ -131,11 +119,6 @@ class Draws(Task):
     def u(self, number: int) -> Array:
         """Return the inputs of a run in standard deviations, shape (d,)."""
         return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
-
-    def chunks(self, size: int) -> list[Draws]:
-        """Return its parts, each of so many runs."""
-        starts = range(self.first, self.first + self.count, size)
-        return [replace(self, first=n, count=min(size, starts.stop - n)) for n in starts]
 
 
 @dataclass(frozen=True)
@@ -156,7 +139,10 @@ def run_draws(
     draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None, chunk: int = CHUNK
 ) -> list[Drawn]:
     """Run all draws by the reference, in chunks of so many; what ran before is not run again."""
-    chunks = [one.chunks(chunk) for one in draws]
+    chunks = [
+        [replace(one, first=n, count=min(chunk, one.count - n)) for n in range(0, one.count, chunk)]
+        for one in draws
+    ]
     rows = iter(measure_all(measure, list(chain(*chunks)), on_processes(n_jobs), on_progress))
     return [_joined(one, list(islice(rows, len(parts)))) for one, parts in zip(draws, chunks, strict=True)]
 

@@ -5,14 +5,13 @@ With gradients b of the response g(u) about u = 0,
 .. math:: \mu \approx g_0, \quad \sigma^2 \approx \sum b_i^2, \quad \alpha_i^2 = b_i^2 / \sigma^2, \quad
           P(g > l) \approx \Phi(-\beta), \quad \beta = (l - \mu) / \sigma
 
-(A. H.-S. Ang and W. H. Tang, Probability Concepts in Engineering Planning and Design II, 1984, Ch. 6; the
-importance factors alpha_i^2 add up to 1).
+(A. H.-S. Ang and W. H. Tang, Probability Concepts in Engineering Planning and Design II, 1984, Ch. 6).
 
-Where impacts make a response rough, a difference over a small step shows the roughness and not the trend. So
-the gradient is that of a straight plane fitted by least squares to runs that scatter over a chosen scale: the
-average slope over that scale. Its standard error comes from the residuals, whose size may change from place
-to place: the estimate HC3 (J. S. Long and L. H. Ervin, The American Statistician 54 (2000) 217-224). What the
-plane leaves is the roughness, together with the curvature.
+Impacts make a response rough, and a difference over a small step shows the roughness. So the gradient is that
+of a plane fitted to runs that scatter over a chosen scale: the average slope over that scale. Its standard
+error comes from the residuals, whose size may change from place to place: HC3 (J. S. Long and L. H. Ervin,
+The American Statistician 54 (2000) 217-224). What the plane leaves is the roughness, together with the
+curvature.
 """
 
 from __future__ import annotations
@@ -49,17 +48,13 @@ class Plane:
     def importance(self) -> Array:
         """Share of each input in the plane's variance, shape (d,)."""
         squares = self.gradient**2
-        total = float(np.sum(squares))
-        return np.asarray(squares / total if total else np.zeros_like(squares))
+        return np.asarray(squares / (np.sum(squares) or 1.0))
 
 
 def fit_plane(u: Array, response: Array) -> Plane:
     """Fit a plane to responses, shape (n,), over inputs in standard deviations, shape (n, d).
 
-    Raises
-    ------
-    ValueError
-        If there are fewer runs than twice the unknowns.
+    Raises ValueError if there are fewer runs than twice the unknowns.
     """
     basis = np.column_stack([np.ones(len(u)), u])
     if len(u) < 2 * basis.shape[1]:
@@ -79,11 +74,9 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
 
     With the rest: what the plane leaves counts as one more independent normal input.
     """
-    variance = plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)
-    if variance == 0.0:
-        certain = float(plane.mean > limit)
-        return certain, certain, certain
-    deviation = float(np.sqrt(variance))
+    deviation = float(np.sqrt(plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)))
+    if deviation == 0.0:
+        return (float(plane.mean > limit),) * 3
     beta = (limit - plane.mean) / deviation
     # Of the mean and of the deviation: d beta = -d mean / sigma - beta d sigma / sigma.
     spread = float(np.sqrt(np.sum((plane.gradient * plane.errors) ** 2))) / deviation
@@ -94,27 +87,21 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
 
 def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
     """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
-    count, trials = int(np.count_nonzero(failed)), int(failed.size)
-    return count / trials, *_interval(count, trials)
-
-
-def _interval(count: int, trials: int) -> tuple[float, float]:
-    interval = binomtest(count, trials).proportion_ci(CONFIDENCE)
-    return float(interval.low), float(interval.high)
+    interval = binomtest(int(failed.sum()), failed.size).proportion_ci(CONFIDENCE)
+    return float(failed.mean()), float(interval.low), float(interval.high)
 
 
 def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
     """Return by how much the share of failures differs between runs with the same inputs, with its interval.
 
     Only runs that fail in one of the two count (Q. McNemar, Psychometrika 12 (1947) 153-157); their share in
-    one direction has the exact interval of Clopper and Pearson, given how many they are. Both arrays have
-    shape (n,) and the same inputs in the same order.
+    one direction has the exact interval, given how many they are.
     """
-    more, less = int(np.sum(failed & ~reference)), int(np.sum(reference & ~failed))
-    if more + less == 0:
+    changed = failed != reference
+    if not changed.any():
         # None of n runs changed: with that confidence no more than this share does, either way.
         most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
         return 0.0, -most, most
-    share = (more + less) / failed.size
-    low, high = _interval(more, more + less)
-    return (more - less) / failed.size, share * (2 * low - 1), share * (2 * high - 1)
+    _, low, high = counted_probability(failed[changed])
+    share, change = float(changed.mean()), (int(failed.sum()) - int(reference.sum())) / failed.size
+    return change, share * (2 * low - 1), share * (2 * high - 1)

@@ -23,12 +23,10 @@ from comparison.studies.random_inputs.second_moment import (
     fit_plane,
     paired_change,
 )
-from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.frames import write_csv
 from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 
-SCENE = "150rpm-0.2mm"
-TOLERANCE = 1e-10
 MONTE_CARLO, GRADIENT = 1, 2  # seeds
 LIMITS = {
     "displacement": (5.3e-5, 5.5e-5),
@@ -39,8 +37,6 @@ LIMITS = {
 """Two of each, the second exceeded seldom; the scene's own, of ``[reliability]``, come after them."""
 COMPARED = ("displacement", "velocity", "acceleration")
 """Responses whose failure probability is compared at several tolerances."""
-SLOPES = (("displacement", "clearance.slider"), ("acceleration", "contact.restitution"))
-"""Response and input whose gradient is shown over the scale."""
 FIRST_ORDER, WITH_RESIDUAL = "first order", "first order with the residual"
 
 
@@ -73,7 +69,7 @@ class Results:
     common: dict[float, Drawn]
 
 
-def scene(samples: int, tolerance: float = TOLERANCE) -> Scene:
+def scene(samples: int, tolerance: float = 1e-10) -> Scene:
     """Return two cycles of the scene."""
     values: dict[str, object] = {
         "drive.cycles": 2.0,
@@ -81,7 +77,7 @@ def scene(samples: int, tolerance: float = TOLERANCE) -> Scene:
         "output.samples_per_cycle": samples,
         "solver.reference.tolerance": tolerance,
     }
-    return load_scene(SCENE, values)
+    return load_scene("150rpm-0.2mm", values)
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -98,12 +94,19 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         factor: {name: fit_plane(each.u, each.responses[name].to_numpy()) for name in RESPONSES}
         for factor, each in zip(config.factors, drawn, strict=False)
     }
-    return Results(
-        config, inputs, many, planes, dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
-    )
+    common = dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
+    return Results(config, inputs, many, planes, common)
 
 
 # ---- tables
+
+
+def limits_of(samples: int) -> dict[str, tuple[float, ...]]:
+    """Return the limits of each response, the scene's own last."""
+    own = scene(samples).reliability
+    return {
+        name: (*limits, float(getattr(own, name.partition(",")[0]).upper)) for name, limits in LIMITS.items()
+    }
 
 
 def probabilities(
@@ -130,8 +133,7 @@ def probabilities(
 def changes(common: Mapping[float, Drawn]) -> pd.DataFrame:
     """Return how far failure probabilities change against the finest tolerance; a row each.
 
-    ``seconds`` and ``failed``: processor time of a run, and runs that failed, at the tolerance; ``shifted``:
-    the interval of the change excludes zero.
+    ``shifted``: the interval of the change excludes zero.
     """
     rows = []
     (*coarse, _), (*_, finest) = common, common.values()
@@ -146,12 +148,17 @@ def changes(common: Mapping[float, Drawn]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names)
 
 
-def limits_of(samples: int) -> dict[str, tuple[float, ...]]:
-    """Return the limits of each response, the scene's own last."""
-    settings = scene(samples).reliability
-    return {
-        name: (*LIMITS[name], float(getattr(settings, name.partition(",")[0]).upper)) for name in RESPONSES
-    }
+def gradients(inputs: Sequence[RandomInput], planes: Mapping[float, Mapping[str, Plane]]) -> pd.DataFrame:
+    """Return the slopes of every plane per standard deviation of an input, by the scale of its runs.
+
+    ``significant``: the slope is beyond two standard errors of zero; ``importance``: share in the variance.
+    """
+    return pd.DataFrame(
+        (scale, name, label(one), slope, error, abs(slope) > 2 * error, share)
+        for scale, by_response in planes.items()
+        for name, p in by_response.items()
+        for one, slope, error, share in zip(inputs, p.gradient, p.errors, p.importance, strict=True)
+    ).set_axis(["scale", "response", "input", "slope", "error", "significant", "importance"], axis=1)
 
 
 # ---- page
@@ -160,57 +167,49 @@ def limits_of(samples: int) -> dict[str, tuple[float, ...]]:
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config, many, planes = results.config, results.many, results.planes[1.0]
-    labels, count = [label(one) for one in results.inputs], len(many.responses)
     exceeded = probabilities(planes, many.responses, limits_of(config.samples))
-    changed = changes(results.common)
-    shifted = [f"{row.response} at {row.tolerance:.0e}" for row in changed[changed["shifted"]].itertuples()]
-    decisive = [f"{name}: {_decisive(planes[name], labels)}" for name in RESPONSES]
+    slopes = gradients(results.inputs, results.planes).query("scale == 1.0")
+    changed, count = changes(results.common), len(many.responses)
+    inputs = pd.DataFrame(
+        {
+            "input": [label(one) for one in results.inputs],
+            "distribution": [one.distribution for one in results.inputs],
+            "deviation": [f"{one.deviation:g}" for one in results.inputs],
+        }
+    )
+    shares = slopes["importance"].map("{:.1%}".format).where(slopes["significant"], "–")
+    for name in RESPONSES:
+        inputs[name] = shares[slopes["response"] == name].tolist()
     return {
-        "finding": f"Input with the largest share in the variance of the error: {'; '.join(decisive)}.",
-        "runs": f"{count:,}",
-        "failed": len(many.failures),
-        "plane_runs": config.plane,
-        "common": config.common,
-        "seconds": quantity(many.seconds, "s"),
-        "total": quantity(many.seconds * (count + len(many.failures)), "s"),
-        "responses": rows_table(
+        "decisive": slopes.loc[slopes.groupby("response", sort=False)["importance"].idxmax()],
+        "responses": pd.DataFrame(
             shown_response(name, planes[name], many.responses[name], exceeded) for name in RESPONSES
         ),
-        "inputs": rows_table(shown_input(i, one, planes) for i, one in enumerate(results.inputs)),
-        "shifted": ", ".join(shifted) or "none",
+        "inputs": inputs,
+        "shifted": changed[changed["shifted"]],
+        "runs": count,
+        "failed": len(many.failures),
+        "config": config,
+        "seconds": many.seconds,
+        "total": many.seconds * (count + len(many.failures)),
     }
-
-
-def _decisive(plane: Plane, labels: Sequence[str]) -> str:
-    share, name = max(zip(plane.importance, labels, strict=True))
-    return f"{name} ({share:.0%})"
 
 
 def shown_response(name: str, plane: Plane, drawn: pd.Series, exceeded: pd.DataFrame) -> dict[str, str]:
     """Return a line with the moments of a response by both methods, and where their probabilities agree."""
     unit, total = RESPONSES[name], plane.deviation**2 + plane.rest**2
     mean = f"{quantity(plane.mean, unit)} ± {quantity(2 * plane.mean_error, unit, 2)}"
+    deviations = [quantity(size, unit) for size in (plane.deviation, float(drawn.std(ddof=0)))]
     line = {
         "largest error": name,
         "mean: plane; Monte Carlo": f"{mean}; {quantity(float(drawn.mean()), unit)}",
-        "deviation: plane; Monte Carlo": f"{quantity(plane.deviation, unit)}; "
-        f"{quantity(float(drawn.std(ddof=0)), unit)}",
+        "deviation: plane; Monte Carlo": "; ".join(deviations),
         "residual": quantity(plane.rest, unit),
         "variance explained": f"{plane.deviation**2 / total:.0%}" if total else MISSING,
     }
     for method in (FIRST_ORDER, WITH_RESIDUAL):
         agrees = exceeded[(exceeded["response"] == name) & (exceeded["method"] == method)]["agrees"]
         line[f"{method} agrees at"] = f"{agrees.sum()} of {len(agrees)} limits"
-    return line
-
-
-def shown_input(i: int, one: RandomInput, planes: Mapping[str, Plane]) -> dict[str, str]:
-    """Return a line with an input and its share in each plane's variance, where its slope is significant."""
-    line = {"input": label(one), "distribution": one.distribution, "deviation": f"{one.deviation:g}"}
-    for name in RESPONSES:
-        plane = planes[name]
-        significant = abs(plane.gradient[i]) > 2 * plane.errors[i]
-        line[name] = f"{plane.importance[i]:.1%}" if significant else "–"
     return line
 
 
@@ -222,23 +221,18 @@ LEAST_COUNT = 5
 
 
 def draw(results: Results, folder: Path) -> None:
-    """Draw probabilities, gradients over the scale, changes over the tolerance; write all probabilities."""
+    """Draw the probabilities; write them, the gradients and the changes over the tolerance as tables."""
     planes, responses = results.planes[1.0], results.many.responses
-    table = probabilities(planes, responses, limits_of(results.config.samples))
-    table.to_csv(folder / "probabilities.csv", index=False, float_format="%.6g")
-    changed = changes(results.common)
-    changed.to_csv(folder / "precision.csv", index=False, float_format="%.6g")
+    frames = {
+        "probabilities": probabilities(planes, responses, limits_of(results.config.samples)),
+        "precision": changes(results.common),
+        "gradients": gradients(results.inputs, results.planes),
+    }
+    write_csv(frames, folder, "%.6g")
     with svg.panels(folder / "probabilities.svg", 2, 2, height=4.8) as four:
         for axes, name in zip(four, RESPONSES, strict=True):
             _probabilities(axes, name, responses[name].to_numpy(), planes[name])
         svg.legend_above(four[0])
-    with svg.panels(folder / "gradients.svg", len(SLOPES), height=2.4 * len(SLOPES), sharex=True) as panels:
-        for axes, (name, key) in zip(panels, SLOPES, strict=True):
-            column = [label(one) for one in results.inputs].index(key)
-            _gradients(axes, name, key, {f: each[name] for f, each in results.planes.items()}, column)
-        panels[-1].set_xlabel("scatter of the runs over that of the inputs (-)")
-    with svg.panels(folder / "precision.svg", height=3.4) as (axes,):
-        _precision(axes, changed)
 
 
 def _probabilities(axes: Axes, name: str, values: Array, plane: Plane) -> None:
@@ -249,49 +243,17 @@ def _probabilities(axes: Axes, name: str, values: Array, plane: Plane) -> None:
     limits = np.linspace(first, last if last > first else first + 1.0, STEPS)
     value, low, high = np.array([counted_probability(values > limit) for limit in limits]).T
     axes.fill_between(limits / factor, np.maximum(low, 0.1 * least), high, color=svg.SHADE, lw=0)
-    curves = {"Monte Carlo": np.maximum(value, 0.1 * least)} | {
-        method: np.array(
-            [failure_probability(plane, x, with_rest=method == WITH_RESIDUAL)[0] for x in limits]
-        )
-        for method in (FIRST_ORDER, WITH_RESIDUAL)
-    }
+    curves = {"Monte Carlo": np.maximum(value, 0.1 * least)}
+    for method in (FIRST_ORDER, WITH_RESIDUAL):
+        with_rest = method == WITH_RESIDUAL
+        found = [failure_probability(plane, limit, with_rest=with_rest)[0] for limit in limits]
+        curves[method] = np.maximum(found, 1e-12)
     for (method, curve), line in zip(curves.items(), svg.SERIES_LINES, strict=False):
-        axes.semilogy(limits / factor, np.maximum(curve, 1e-12), label=method, **line)
+        axes.semilogy(limits / factor, curve, label=method, **line)
     axes.set_ylim(least, 1.2)
     axes.set_title(name.replace(", ", ",\n"), fontsize=9)
     axes.set(xlabel=f"limit ({unit})", ylabel="P(error > limit) (-)")
     axes.locator_params(axis="x", nbins=5)
-
-
-def _gradients(axes: Axes, name: str, key: str, planes: Mapping[float, Plane], column: int) -> None:
-    """Draw a slope, per standard deviation of the input, over the scale at which it is measured."""
-    slopes = np.array([(plane.gradient[column], 2 * plane.errors[column]) for plane in planes.values()]).T
-    factor, unit = prefix(float(np.abs(slopes[0]).max()), RESPONSES[name])
-    slope, bar = slopes / factor
-    axes.errorbar(list(planes), slope, bar, color=svg.FIRST, marker="o", ms=4, capsize=2, lw=0.8)
-    axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
-    axes.set_xscale("log")
-    axes.margins(x=0.06)
-    axes.set_ylabel(f"slope per\nstandard deviation ({unit})")
-    axes.set_title(f"{name} by {key}", fontsize=9)
-
-
-def _precision(axes: Axes, changed: pd.DataFrame) -> None:
-    """Draw how far the failure probability changes when the solver is coarser."""
-    costs = changed.groupby("tolerance", sort=False)["seconds"].first()
-    ticks = [f"{tolerance:.0e}\n{1e3 * seconds:.1f} ms" for tolerance, seconds in costs.items()]
-    for n, (name, line) in enumerate(zip(COMPARED, svg.SERIES_LINES, strict=False)):
-        here = 100 * changed[changed["response"] == name][["change", "low", "high"]].astype(float)
-        bars = [here["change"] - here["low"], here["high"] - here["change"]]
-        axes.errorbar(
-            np.arange(len(here)) + 0.12 * (n - 1), here["change"], np.maximum(bars, 0.0),
-            color=line["color"], marker="os^"[n], ms=4, ls="none", lw=0.9, capsize=2, label=name,
-        )  # fmt: skip
-    axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
-    axes.set_xticks(range(len(ticks)), ticks)
-    axes.set_xlim(-0.5, len(ticks) - 0.5)
-    axes.set(xlabel="tolerance (rad) and processor time of a run", ylabel="change of the probability (%)")
-    svg.legend_above(axes)
 
 
 STUDY = Study(
