@@ -6,15 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import pandas as pd
+
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear import press
-from comparison.studies.nonlinear.methods import Exponent, PerturbedOrbits, closest_measured, exponents
-from comparison.studies.nonlinear.press import SAMPLES, TRANSIENT, Memory
+from comparison.studies.nonlinear.methods import Exponent, exponents
+from comparison.studies.nonlinear.press import SAMPLES, TRANSIENT
 from comparison.studies.shared.study import part
 from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 Key = tuple[str, str, float]
 """Scene, model, and its tolerance."""
@@ -45,15 +48,12 @@ class Config:
     tolerances: Mapping[str, tuple[float, ...]]
     """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
     cycles: Mapping[str, int]
-    """Model -> cycles through which these are followed: Exudyn takes some 4 s a cycle for its five runs of
-    each of nine stages."""
+    """Model -> cycles through which these are followed."""
     long: Mapping[str, int]
     long_main: Mapping[str, int]
     """Model -> cycles of a run for sections; of the main scene enough for the 0-1 test."""
     swept: Mapping[str, tuple[float, ...]]
     """Key of a scene -> its values in a bifurcation diagram."""
-    periods: int
-    """Of the systems whose answers are known."""
 
 
 class Chaos(Enum):
@@ -69,8 +69,6 @@ class Results:
     """What was run, and what follows from it at once."""
 
     config: Config
-    perturbed: dict[Key, PerturbedOrbits | None]
-    """Perturbed runs; None where they cannot be followed."""
     exponents: dict[Key, list[Exponent]]
     """One a distance; none where they cannot be followed."""
     best: dict[Key, Exponent]
@@ -79,7 +77,7 @@ class Results:
     """(scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles."""
     scatter: dict[str, Array]
     """Scene -> how far its states scatter at each angle of the reference's long run, m, shape (angles,)."""
-    memories: list[Memory]
+    memories: pd.DataFrame
     """What the main scene's states after a rest have of the frozen impact speeds, by the reference."""
     swept: dict[str, dict[float, Array]]
     """Key -> value -> x over the clearance by cycle and angle, shape (cycles, angles); of successful runs."""
@@ -88,26 +86,12 @@ class Results:
 # ---- runs
 
 
-def scene_of(name: str, model: str, tolerance: float, values: Mapping[str, object] | None = None) -> Scene:
+def scene_of(name: str, model: str, tolerance: float, values: Mapping[str, object]) -> Scene:
     """Return a scene at a tolerance of a model; Exudyn integrates the tree (rod 4 and slider)."""
-    fixed: dict[str, object] = {f"solver.{model}.tolerance": tolerance, **(values or {})}
+    fixed: dict[str, object] = {f"solver.{model}.tolerance": tolerance, **values}
     if model == "exudyn":
         fixed["solver.exudyn.formulation"] = "tree"
     return load_scene(MAIN, FORGETS | fixed) if name == FORGETTING else load_scene(name, fixed)
-
-
-def chains(config: Config) -> dict[Key, press.Chain]:
-    """Return all orbits with perturbed runs."""
-    which = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
-    which += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
-    which += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
-    which += [(FORGETTING, model, USUAL[model]) for model in MODELS]
-    return {
-        (name, model, tol): press.Chain(
-            scene_of(name, model, tol), model, config.cycles[model], DISTANCES[model]
-        )
-        for name, model, tol in which
-    }
 
 
 def sparse(name: str, model: str, tolerance: float, cycles: int, values: Mapping[str, object]) -> Job:
@@ -116,87 +100,73 @@ def sparse(name: str, model: str, tolerance: float, cycles: int, values: Mapping
     return Job(scene_of(name, model, tolerance, {**values, **fixed}), model)
 
 
-def long_runs(config: Config) -> dict[tuple[str, str], Job]:
-    """Return long runs of each scene by each model."""
-    return {
-        (name, model): sparse(
-            name, model, USUAL[model], (config.long_main if name == MAIN else config.long)[model], {}
-        )
-        for name in (*config.scenes, FORGETTING)
-        for model in MODELS
-    }
-
-
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
-    """Follow perturbed runs, and run the rest.
-
-    Raises
-    ------
-    RunError
-        If a long run does not succeed.
-    """
-    asked = chains(config)
+    """Follow perturbed runs, and run the rest; every long run must succeed."""
+    followed = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
+    followed += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
+    followed += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
+    followed += [(FORGETTING, model, USUAL[model]) for model in MODELS]
+    chains = [
+        press.Chain(scene_of(*key, {}), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
+    ]
     halves = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
-    rows = measure_all(press.measure, list(asked.values()), on_processes(n_jobs), halves[0])
-    perturbed = {key: press.orbits_of(row) for key, row in zip(asked, rows, strict=True)}
-    long = long_runs(config)
-    swept = {
-        (key, value): sparse(MAIN, "reference", 1e-10, SWEPT_CYCLES, {key: value})
-        for key, values in config.swept.items()
-        for value in values
-    }
-    outcomes = dict(
-        zip([*long, *swept], run_all([*long.values(), *swept.values()], n_jobs, halves[1]), strict=True)
-    )
-    tables = {which: successful(outcomes[which], job) for which, job in long.items()}
-    sections = {
-        which: press.by_cycle(press.states(table, long[which].scene), long[which].scene)[TRANSIENT:]
-        for which, table in tables.items()
-    }
-    scatter = {
-        name: press.spread(states, long[name, model].scene)
-        for (name, model), states in sections.items()
-        if model == MODELS[0]
-    }
+    rows = measure_all(press.measure, chains, on_processes(n_jobs), halves[0])
+    perturbed = {key: press.orbits_of(row) for key, row in zip(followed, rows, strict=True)}
     measured = {
         key: [] if orbits is None else exponents(orbits, SAMPLES, skip=1) for key, orbits in perturbed.items()
     }
+    which = [(name, model) for name in (*config.scenes, FORGETTING) for model in MODELS]
+    long = [
+        sparse(name, model, USUAL[model], (config.long_main if name == MAIN else config.long)[model], {})
+        for name, model in which
+    ]
+    varied = [(key, value) for key, values in config.swept.items() for value in values]
+    swept = [sparse(MAIN, "reference", 1e-10, SWEPT_CYCLES, {key: value}) for key, value in varied]
+    outcomes = run_all([*long, *swept], n_jobs, halves[1])
+    tables = dict(zip(which, map(successful, outcomes, long), strict=True))
+    scenes = {pair: job.scene for pair, job in zip(which, long, strict=True)}
+    sections = {pair: cycles_of(table, scenes[pair])[TRANSIENT:] for pair, table in tables.items()}
+    scatter = {
+        name: press.spread(states, scenes[name, model])
+        for (name, model), states in sections.items()
+        if model == MODELS[0]
+    }
     diagrams: dict[str, dict[float, Array]] = {key: {} for key in config.swept}
-    for (key, value), job in swept.items():
-        if (table := outcomes[key, value].table) is not None:
-            x = press.by_cycle(press.states(table, job.scene), job.scene)[-SHOWN_CYCLES:, :, 0]
+    for (key, value), job, outcome in zip(varied, swept, outcomes[len(long) :], strict=True):
+        if outcome.table is not None:
+            x = cycles_of(outcome.table, job.scene)[-SHOWN_CYCLES:, :, 0]
             diagrams[key][value] = x / job.scene.data["clearance"]["slider"]
     return Results(
         config,
-        perturbed,
         measured,
         believed(measured, {name: float(sizes.max()) for name, sizes in scatter.items()}),
         sections,
         scatter,
-        press.remembered(tables[MAIN, "reference"], long[MAIN, "reference"].scene, TRANSIENT),
+        press.remembered(tables[MAIN, "reference"], scenes[MAIN, "reference"], TRANSIENT),
         diagrams,
     )
+
+
+def cycles_of(table: Table, scene: Scene) -> Array:
+    """Return the states of a run by cycle and angle, shape (cycles, angles, 4)."""
+    return press.by_cycle(press.states(table, scene), scene)
 
 
 # ---- verdict
 
 
 def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, float]) -> dict[Key, Exponent]:
-    """Return the exponent to believe of each orbit, of those whose perturbed runs are neighbours.
+    """Return the exponent to believe of each orbit that could be followed.
 
-    Parameters
-    ----------
-    measured
-        Exponents, one a distance; none where the runs could not be followed.
-    scatter
-        Of each scene the largest scatter of its states over the angles, m.
+    Of the distances (each has one exponent) at which perturbed runs are neighbours, by the largest scatter of
+    a scene's states (m), the smallest at which it is measured; where it is nowhere, the lowest bound.
     """
     best = {}
-    for key, candidates in measured.items():
-        if candidates:
-            name, model, _ = key
-            near = [e for e, d in zip(candidates, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
-            best[key] = closest_measured(near or candidates[:1])
+    for (name, model, tolerance), of in measured.items():
+        near = [e for e, d in zip(of, DISTANCES[model], strict=False) if d <= NEAR * scatter[name]] or of[:1]
+        if near:
+            lowest = min(near, key=lambda e: e.value)
+            best[name, model, tolerance] = next((e for e in near if e.measured), lowest)
     return best
 
 

@@ -1,14 +1,12 @@
 r"""Methods of nonlinear dynamics on arrays: exponents from perturbed orbits, the 0-1 test, recurrence.
 
 *Exponents.* Perturbed orbits are integrated beside an orbit, the logarithm of the growth of their distance is
-recorded, and they are brought back along their direction to the initial distance (G. Benettin, L. Galgani,
-A. Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2) after each *stage*, of which a period
-has several: a whole one takes a distance from round-off to the size of the attractor.
-
-One more perturbed orbit starts every stage at round-off: how far it gets is the error of the computation. An
-orbit that does not get `CLEAR` times as far is *collapsed*: its growth is only bounded from above, and it
-starts the next stage in the direction that it had before. Several distances are followed; where the exponent
-does not depend on the distance it is one.
+recorded, and they are brought back along their direction to the initial distance (G. Benettin, L. Galgani, A.
+Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2) after each *stage*, of which a period has
+several: a whole one takes a distance from round-off to the size of the attractor. One more perturbed orbit
+starts every stage at round-off: how far it gets is the error of the computation. An orbit that does not get
+`CLEAR` times as far is *collapsed*: its growth is only bounded from above, and it starts the next stage in
+the direction that it had before.
 
 *0-1 test* (G. A. Gottwald and I. Melbourne, SIAM J. Applied Dynamical Systems 8 (2009) 129-145, Eqs. 2.1-2.4
 and Sec. 3.2). From a series phi_j, one value a period, the translation variables
@@ -22,7 +20,7 @@ Noise passes for chaos.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,8 +42,6 @@ LEAST = 100
 LONGEST = 16
 """The longest period of a section that is looked for."""
 
-Orbit = Callable[[Array, int], tuple[Array, int]]
-"""State and when -> state and when at the end of a stage."""
 Perturbed = Callable[[Array, int, int], Array]
 """State, when, until when -> state."""
 
@@ -57,7 +53,7 @@ class PerturbedOrbits:
     distances: Array
     """d0, shape (m,)."""
     times: NDArray[np.int64]
-    """When a stage begins and ends, counted as `Orbit` does, shape (n, 2)."""
+    """When a stage begins and ends, shape (n, 2)."""
     logs: Array
     """ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound."""
     collapsed: NDArray[np.bool_]
@@ -67,7 +63,7 @@ class PerturbedOrbits:
 
 
 def follow(
-    orbit: Orbit,
+    orbit: Callable[[Array, int], tuple[Array, int]],
     perturbed: Perturbed,
     start: Array,
     when: int,
@@ -77,24 +73,11 @@ def follow(
     round_off: float,
     scale: Array,
 ) -> PerturbedOrbits:
-    """Follow an orbit with its perturbed orbits.
+    """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
-    Parameters
-    ----------
-    orbit
-        Takes the first state over a stage, which it chooses.
-    perturbed
-        Takes a perturbed state over a stage; for the same state it must give the same as ``orbit``.
-    start
-        The first state, shape (k,).
-    when, until
-        When it is; stages begin before ``until``.
-    distances
-        d0 of each perturbed orbit, in the unit of ``scale`` times state, shape (m,).
-    round_off
-        Initial distance, in that unit, of the perturbed orbit that shows the error.
-    scale
-        What each coordinate is multiplied with before distances are taken, shape (k,).
+    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state to a
+    given end, the same state to the same end. Coordinates are multiplied with ``scale`` before distances are
+    taken; ``distances`` and ``round_off`` are d0 of the perturbed orbits and of the one that shows the error.
     """
     state = np.asarray(start, dtype=np.float64)
     even = np.full(state.size, 1.0 / np.sqrt(state.size))
@@ -141,10 +124,10 @@ class Exponent:
 
 
 def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Exponent]:
-    """Return the exponent of each distance, smallest first, per period of the drive, counted as by `Orbit`.
+    """Return the exponent of each distance, smallest first, per period of the drive.
 
-    A stage belongs to the period in which it begins. The first ``skip`` periods are left out: until then the
-    directions have not settled.
+    A stage belongs to the period in which it begins. Until ``skip`` periods have passed the directions
+    settle.
     """
     periods = orbits.times[:, 0] // period
     periods -= periods[0]
@@ -156,20 +139,11 @@ def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Expon
     return results
 
 
-def closest_measured(candidates: Sequence[Exponent]) -> Exponent:
-    """Return the exponent to believe, of several with growing distance.
-
-    That of the smallest distance at which it is measured; where it is nowhere, the lowest bound.
-    """
-    return next((e for e in candidates if e.measured), min(candidates, key=lambda e: e.value))
-
-
 def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:
     """Return the confidence interval of the mean of a stationary series, shape (n,).
 
     Bootstrap of circular blocks of n^(1/3) periods, which keep the correlation of neighbours (D. N. Politis
-    and J. P. Romano, in Exploring the Limits of Bootstrap, 1992, 263-270; the length: P. Hall, J. L. Horowitz
-    and B.-Y. Jing, Biometrika 82 (1995) 561-574).
+    and J. P. Romano, in Exploring the Limits of Bootstrap, 1992, 263-270).
     """
     n = values.size
     length = max(1, round(n ** (1 / 3)))
@@ -180,38 +154,24 @@ def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def growth_rates(series: Array) -> Array:
-    """Return K_c for `FREQUENCIES` random c, shape (FREQUENCIES,), of one value a period, shape (n,).
+def chaos_indicator(series: Array) -> float:
+    """Return K, the median of K_c over random c, of one value a period: near 0 regular, near 1 chaotic.
 
-    Raises
-    ------
-    ValueError
-        If the series is shorter than `LEAST`.
+    Raises ValueError if the series is shorter than `LEAST`.
     """
-    n = series.size
+    n, spread = series.size, np.std(series)
     if n < LEAST:
         raise ValueError(f"the 0-1 test needs {LEAST} periods or more, not {n}")
-    spread = np.std(series)
     if spread == 0.0:
-        return np.zeros(FREQUENCIES)
+        return 0.0
     # Shifted by its mean and scaled: neither changes K, and both keep the sums small.
     phi = (series - np.mean(series)) / spread
     c = np.random.default_rng(0).uniform(*BAND, FREQUENCIES)
     walk = np.cumsum(phi * np.exp(1j * np.outer(c, np.arange(1, n + 1))), axis=1)
     longest = n // 10
     start, lags = walk[:, : n - longest], np.arange(1, longest + 1)
-    displacement = np.stack(
-        [np.mean(np.abs(walk[:, k : k + n - longest] - start) ** 2, axis=1) for k in lags], axis=1
-    )
-    time = lags - np.mean(lags)
-    apart = displacement - np.mean(displacement, axis=1, keepdims=True)
-    size = np.sqrt(np.sum(time**2) * np.sum(apart**2, axis=1))
-    return np.asarray(np.divide(apart @ time, size, out=np.zeros_like(size), where=size > 0))
-
-
-def chaos_indicator(series: Array) -> float:
-    """Return K, the median of `growth_rates`: near 0 for a regular series, near 1 for a chaotic one."""
-    return float(np.median(growth_rates(series)))
+    moved = [np.mean(np.abs(walk[:, k : k + n - longest] - start) ** 2, axis=1) for k in lags]
+    return float(np.median([np.corrcoef(lags, displacement)[0, 1] for displacement in np.array(moved).T]))
 
 
 def recurrence(section: Array, tolerance: float) -> int | None:

@@ -11,19 +11,20 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from functools import partial
 from math import pi
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
 from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods import PerturbedOrbits, follow
-from comparison.tables.arrays import Array
+from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
-
-Run = Callable[[Scene], Table]
 
 STATE = {
     "slider_x": "initial.slider_offset",
@@ -57,9 +58,10 @@ def states(table: Table, scene: Scene) -> Array:
     return values
 
 
-def gaps(table: Table) -> Array:
-    """Return the smallest gap of the four corners at every sample, m, shape (n,)."""
-    return np.asarray(np.min([table.values(f"corner_{corner}_gap") for corner in CORNERS], axis=0))
+def free(table: Table, scene: Scene) -> BoolArray:
+    """Return at which samples no corner is close to a wall, shape (n,)."""
+    gap = np.min([table.values(f"corner_{corner}_gap") for corner in CORNERS], axis=0)
+    return np.asarray(gap > CLEAR_OF_WALLS * scene.data["clearance"]["slider"])
 
 
 def scale(scene: Scene) -> Array:
@@ -68,7 +70,7 @@ def scale(scene: Scene) -> Array:
     return np.array([1.0, half, time, half * time])
 
 
-def by_cycle(values: Array, scene: Scene) -> Array:
+def by_cycle(values: NDArray[Any], scene: Scene) -> NDArray[Any]:
     """Return samples by cycle and angle, shape (cycles, samples a cycle, ...), without the very last."""
     return values[:-1].reshape(-1, scene.data["output"]["samples_per_cycle"], *values.shape[1:])
 
@@ -85,24 +87,19 @@ class Press:
     `CLEAR_OF_WALLS`: after the slider has rested at one, with its next flight.
     """
 
-    def __init__(self, scene: Scene, run: Run) -> None:
+    def __init__(self, scene: Scene, run: Callable[[Scene], Table]) -> None:
         """Take the scene as it starts, with its samples a cycle, and what runs it."""
         self._scene, self._run = scene.with_values({"output.groups": ["corners"]}), run
-        self.per_cycle = int(scene.data["output"]["samples_per_cycle"])
+        self._per_cycle = int(scene.data["output"]["samples_per_cycle"])
 
     def orbit(self, state: Array, when: int) -> tuple[Array, int]:
         """Take a state, shape (4,), to the end of the stage that begins with it.
 
-        Raises
-        ------
-        ValueError
-            If the slider does not fly again for a whole cycle.
+        Raises ValueError if the slider does not fly again for a whole cycle.
         """
-        shortest = round(SHORTEST * self.per_cycle)
-        clear = CLEAR_OF_WALLS * self._scene.data["clearance"]["slider"]
-        for samples in (2 * shortest, self.per_cycle):
-            table = self._table(state, when, samples)
-            flying = np.flatnonzero(gaps(table)[shortest:] > clear)
+        shortest = round(SHORTEST * self._per_cycle)
+        for samples in (2 * shortest, self._per_cycle):
+            flying = np.flatnonzero(free(self._table(state, when, samples), self._scene)[shortest:])
             if flying.size:
                 end = when + shortest + int(flying[0])
                 # Run once more to there: the tables of the perturbed runs end at that sample too.
@@ -115,10 +112,10 @@ class Press:
 
     def _table(self, state: Array, when: int, samples: int) -> Table:
         drive, mechanism = self._scene.data["drive"], self._scene.data["mechanism"]
-        offset = np.copysign(360.0, drive["speed_rpm"]) * (when % self.per_cycle) / self.per_cycle
+        offset = np.copysign(360.0, drive["speed_rpm"]) * (when % self._per_cycle) / self._per_cycle
         values = dict(zip(STATE.values(), state.tolist(), strict=True)) | {
             "mechanism.crank_angle_deg": float(mechanism["crank_angle_deg"] + offset),
-            "drive.cycles": samples / self.per_cycle,
+            "drive.cycles": samples / self._per_cycle,
         }
         return self._run(self._scene.with_values(values))
 
@@ -140,17 +137,13 @@ class Chain(Task):
 
 
 def measure(chain: Chain, progress: Progress) -> Row:
-    """Run a chain's scene until its start is forgotten, and follow perturbed runs from its next flight on.
-
-    Where they cannot be followed the row says why.
-    """
+    """Run a chain's scene until its start is forgotten, and follow perturbed runs from its next flight on."""
     del progress
     run = partial(run_one, model=chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
     before = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
     table, press = run(before), Press(scene, run)
-    flying = by_cycle(gaps(table), before)[-1] > CLEAR_OF_WALLS * scene.data["clearance"]["slider"]
-    when = TRANSIENT * SAMPLES + int(np.argmax(flying))
+    when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(free(table, scene), before)[-1]))
     try:
         orbits = follow(
             press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
@@ -168,19 +161,7 @@ def orbits_of(row: Row) -> PerturbedOrbits | None:
     return PerturbedOrbits(**{field.name: np.array(row[field.name]) for field in fields(PerturbedOrbits)})
 
 
-@dataclass(frozen=True)
-class Memory:
-    """Of one coordinate of the state at an angle, over many cycles."""
-
-    angle: float
-    channel: str
-    scatter: float
-    """Standard deviation, m, by `scale`."""
-    explained: float
-    """Share of the variance that is a linear function of the inverse impact speeds, 0 to 1."""
-
-
-def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
+def remembered(table: Table, scene: Scene, first_cycle: int) -> pd.DataFrame:
     """Fit the states after a rest by the impact speeds that the contacts keep through it.
 
     The damping force is K d^n C d' / v with the frozen speed v of the contact's first touch (Eqs. 9-11):
@@ -190,37 +171,29 @@ def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
     Returns
     -------
     remembered
-        Four for each angle of `LATER`, from ``first_cycle`` (from 0) on; none where the slider does not rest
-        on both corners in every cycle.
+        A row for each angle of `LATER` (share of a cycle) and channel, from ``first_cycle`` (from 0) on:
+        ``scatter``, the standard deviation (m, by `scale`), and ``explained``, the share of the variance that
+        is a linear function of both 1 / v. No row where the slider does not rest on both corners in every
+        cycle.
     """
     cycles = by_cycle(states(table, scene) * scale(scene), scene)
-    last = len(cycles) - 1
-    speeds = _speeds(table, scene, range(first_cycle, last))
-    if speeds is None:
-        return []
-    basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
-    memories = []
-    for angle in LATER:
-        # What comes before the rest in a cycle's count of angles is in the next cycle.
-        shift = 1 if angle < RESTING else 0
-        values = cycles[first_cycle + shift : last + shift, round(angle * cycles.shape[1])]
-        left = values - basis @ np.linalg.lstsq(basis, values)[0]
-        for channel, scatter, rest in zip(STATE, values.std(axis=0), left.var(axis=0), strict=True):
-            explained = float(1.0 - rest / scatter**2) if scatter else 0.0
-            memories.append(Memory(angle, channel, float(scatter), explained))
-    return memories
-
-
-def _speeds(table: Table, scene: Scene, cycles: range) -> Array | None:
-    """Return the impact speeds (m/s) of both corners at rest, shape (cycles, 2)."""
-    if table.events is None:
-        return None
-    speeds = []
-    for cycle in cycles:
-        when = (cycle + RESTING) * scene.period
-        closed = table.events[(table.events["start"] < when) & (table.events["end"] > when)]
-        touched = closed.drop_duplicates("corner").set_index("corner")["normal_speed"].reindex(REMEMBERING)
-        if touched.isna().any():
-            return None
-        speeds.append(touched.to_numpy(float))
-    return np.array(speeds)
+    last, rows = len(cycles) - 1, []
+    events = pd.DataFrame(columns=["corner", "start", "end"]) if table.events is None else table.events
+    whens = [(cycle + RESTING) * scene.period for cycle in range(first_cycle, last)]
+    closed = [events[(events["start"] < when) & (events["end"] > when)] for when in whens]
+    if last > first_cycle and all(set(REMEMBERING) <= set(touching["corner"]) for touching in closed):
+        speeds = np.array(
+            [
+                touching.drop_duplicates("corner").set_index("corner")["normal_speed"].loc[[*REMEMBERING]]
+                for touching in closed
+            ]
+        )
+        basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
+        for angle in LATER:
+            # What comes before the rest in a cycle's count of angles is in the next cycle.
+            shift = 1 if angle < RESTING else 0
+            values = cycles[first_cycle + shift : last + shift, round(angle * cycles.shape[1])]
+            left = values - basis @ np.linalg.lstsq(basis, values)[0]
+            for channel, all_, rest in zip(STATE, values.var(axis=0), left.var(axis=0), strict=True):
+                rows.append((angle, channel, np.sqrt(all_), 1.0 - rest / all_ if all_ else 0.0))
+    return pd.DataFrame(rows, columns=["angle", "channel", "scatter", "explained"])

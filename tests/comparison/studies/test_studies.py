@@ -29,7 +29,7 @@ OTHER_FILES = {
     "ensembles": {"tests.csv"},
     "extremes": {"cells.csv", "classes.csv"},
     "identification": {"arrangements.csv", "peaks.csv", "ranges.csv"},
-    "nonlinear": {"exponents.csv"},
+    "nonlinear": {"exponents.csv", "memory.csv", "sections.csv"},
     "paper": {
         "report.html",
         "printed.csv",
@@ -38,7 +38,7 @@ OTHER_FILES = {
         "limits.csv",
         "first-cycle.csv",
     },
-    "random-inputs": {"precision.csv", "probabilities.csv"},
+    "random-inputs": {"gradients.csv", "precision.csv", "probabilities.csv"},
     "reliability": {"differences.csv", "two-cycles.csv", "one-model.csv"},
     "tradeoff": {"tradeoff.json", "settings.csv", "costs.csv", "orders.csv"},
     "verdicts": {"verdicts.csv"},
