@@ -6,15 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-import pandas as pd
-
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear import press
-from comparison.studies.nonlinear.methods import Exponent, exponents
-from comparison.studies.nonlinear.press import SAMPLES, TRANSIENT
+from comparison.studies.nonlinear.methods import Exponent
+from comparison.studies.nonlinear.press import TRANSIENT
 from comparison.studies.shared.study import part
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
@@ -77,8 +75,6 @@ class Results:
     """(scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles."""
     scatter: dict[str, Array]
     """Scene -> how far its states scatter at each angle of the reference's long run, m, shape (angles,)."""
-    memories: pd.DataFrame
-    """What the main scene's states after a rest have of the frozen impact speeds, by the reference."""
     swept: dict[str, dict[float, Array]]
     """Key -> value -> x over the clearance by cycle and angle, shape (cycles, angles); of successful runs."""
 
@@ -111,9 +107,9 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     ]
     halves = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
     rows = measure_all(press.measure, chains, on_processes(n_jobs), halves[0])
-    perturbed = {key: press.orbits_of(row) for key, row in zip(followed, rows, strict=True)}
     measured = {
-        key: [] if orbits is None else exponents(orbits, SAMPLES, skip=1) for key, orbits in perturbed.items()
+        key: [Exponent(*each) for each in row.get("exponents", [])]
+        for key, row in zip(followed, rows, strict=True)
     }
     which = [(name, model) for name in (*config.scenes, FORGETTING) for model in MODELS]
     long = [
@@ -142,7 +138,6 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         believed(measured, {name: float(sizes.max()) for name, sizes in scatter.items()}),
         sections,
         scatter,
-        press.remembered(tables[MAIN, "reference"], scenes[MAIN, "reference"], TRANSIENT),
         diagrams,
     )
 

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.tables.arrays import Array
+from comparison.tables.arrays import Array, BoolArray
 
 CLEAR = 10.0
 """Times the error: there it changes the logarithm by at most 0.1."""
@@ -42,29 +42,22 @@ LEAST = 100
 LONGEST = 16
 """The longest period of a section that is looked for."""
 
-Perturbed = Callable[[Array, int, int], Array]
-"""State, when, until when -> state."""
-
 
 @dataclass(frozen=True)
 class PerturbedOrbits:
     """Perturbed orbits at m distances over n stages."""
 
-    distances: Array
-    """d0, shape (m,)."""
-    times: NDArray[np.int64]
-    """When a stage begins and ends, shape (n, 2)."""
+    begins: NDArray[np.int64]
+    """When a stage begins, shape (n,)."""
     logs: Array
     """ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound."""
-    collapsed: NDArray[np.bool_]
+    collapsed: BoolArray
     """Whether d1 is no more than error, shape (m, n)."""
-    noise: Array
-    """Final distance of the perturbed orbit that starts at round-off, shape (n,)."""
 
 
 def follow(
     orbit: Callable[[Array, int], tuple[Array, int]],
-    perturbed: Perturbed,
+    perturbed: Callable[[Array, int, int], Array],
     start: Array,
     when: int,
     until: int,
@@ -75,9 +68,10 @@ def follow(
 ) -> PerturbedOrbits:
     """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
-    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state to a
-    given end, the same state to the same end. Coordinates are multiplied with ``scale`` before distances are
-    taken; ``distances`` and ``round_off`` are d0 of the perturbed orbits and of the one that shows the error.
+    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
+    there to a given end, the same state to the same end. Coordinates are multiplied with ``scale`` before
+    distances are taken; ``distances`` and ``round_off`` are d0 of the perturbed orbits and of the one that
+    shows the error.
     """
     state = np.asarray(start, dtype=np.float64)
     even = np.full(state.size, 1.0 / np.sqrt(state.size))
@@ -94,10 +88,10 @@ def follow(
         directions[~lost] = apart[~lost] / grown[~lost, None]
         # Where even the error is zero, so may a distance be: the least number there is has a logarithm.
         least = np.maximum(CLEAR * error, np.finfo(float).tiny)
-        stages.append(((when, end), np.log(np.maximum(grown, least) / distances), lost, error))
+        stages.append((when, np.log(np.maximum(grown, least) / distances), lost))
         state, when = after, end
-    times, logs, collapsed, noise = (np.array(column) for column in zip(*stages, strict=True))
-    return PerturbedOrbits(distances, times, logs.T, collapsed.T, noise)
+    begins, logs, collapsed = (np.array(column) for column in zip(*stages, strict=True))
+    return PerturbedOrbits(begins, logs.T, collapsed.T)
 
 
 @dataclass(frozen=True)
@@ -129,7 +123,7 @@ def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Expon
     A stage belongs to the period in which it begins. Until ``skip`` periods have passed the directions
     settle.
     """
-    periods = orbits.times[:, 0] // period
+    periods = orbits.begins // period
     periods -= periods[0]
     results = []
     for logs, collapsed in zip(orbits.logs, orbits.collapsed, strict=True):

@@ -8,20 +8,19 @@ impact speed that a closed contact remembers. So states are taken where the slid
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import astuple, dataclass
 from functools import partial
 from math import pi
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
-from comparison.execution.tasks import SUCCESS, Task
+from comparison.execution.tasks import Task
 from comparison.scene import Scene
-from comparison.studies.nonlinear.methods import PerturbedOrbits, follow
+from comparison.studies.nonlinear.methods import exponents, follow
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
@@ -43,12 +42,6 @@ SAMPLES = 200
 """A cycle; stages begin and end at samples."""
 ROUND_OFF = 1e-15
 """m; some ten times the rounding of a coordinate of 0.55 m."""
-RESTING = 0.78
-"""Of a cycle from the start: the slider lies at the right wall with both corners."""
-LATER = (0.78, 0.86, 0.0)
-"""Of a cycle: still at rest, just after it has left the wall, at the next top dead centre."""
-REMEMBERING = ("lr", "ur")
-"""Corners at the right wall."""
 
 
 def states(table: Table, scene: Scene) -> Array:
@@ -137,7 +130,7 @@ class Chain(Task):
 
 
 def measure(chain: Chain, progress: Progress) -> Row:
-    """Run a chain's scene until its start is forgotten, and follow perturbed runs from its next flight on."""
+    """Run a scene until its start is forgotten, and follow perturbed runs from its next flight on."""
     del progress
     run = partial(run_one, model=chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
@@ -151,49 +144,4 @@ def measure(chain: Chain, progress: Progress) -> Row:
         )  # fmt: skip
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {name: np.asarray(values).tolist() for name, values in asdict(orbits).items()}
-
-
-def orbits_of(row: Row) -> PerturbedOrbits | None:
-    """Return what a row holds; None where the chain failed."""
-    if row["status"] != SUCCESS:
-        return None
-    return PerturbedOrbits(**{field.name: np.array(row[field.name]) for field in fields(PerturbedOrbits)})
-
-
-def remembered(table: Table, scene: Scene, first_cycle: int) -> pd.DataFrame:
-    """Fit the states after a rest by the impact speeds that the contacts keep through it.
-
-    The damping force is K d^n C d' / v with the frozen speed v of the contact's first touch (Eqs. 9-11):
-    where d' is given from outside, as in the slow rise and fall of the load during the rest, the depth
-    departs from the elastic one by a share of 1 / v.
-
-    Returns
-    -------
-    remembered
-        A row for each angle of `LATER` (share of a cycle) and channel, from ``first_cycle`` (from 0) on:
-        ``scatter``, the standard deviation (m, by `scale`), and ``explained``, the share of the variance that
-        is a linear function of both 1 / v. No row where the slider does not rest on both corners in every
-        cycle.
-    """
-    cycles = by_cycle(states(table, scene) * scale(scene), scene)
-    last, rows = len(cycles) - 1, []
-    events = pd.DataFrame(columns=["corner", "start", "end"]) if table.events is None else table.events
-    whens = [(cycle + RESTING) * scene.period for cycle in range(first_cycle, last)]
-    closed = [events[(events["start"] < when) & (events["end"] > when)] for when in whens]
-    if last > first_cycle and all(set(REMEMBERING) <= set(touching["corner"]) for touching in closed):
-        speeds = np.array(
-            [
-                touching.drop_duplicates("corner").set_index("corner")["normal_speed"].loc[[*REMEMBERING]]
-                for touching in closed
-            ]
-        )
-        basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
-        for angle in LATER:
-            # What comes before the rest in a cycle's count of angles is in the next cycle.
-            shift = 1 if angle < RESTING else 0
-            values = cycles[first_cycle + shift : last + shift, round(angle * cycles.shape[1])]
-            left = values - basis @ np.linalg.lstsq(basis, values)[0]
-            for channel, all_, rest in zip(STATE, values.var(axis=0), left.var(axis=0), strict=True):
-                rows.append((angle, channel, np.sqrt(all_), 1.0 - rest / all_ if all_ else 0.0))
-    return pd.DataFrame(rows, columns=["angle", "channel", "scatter", "explained"])
+    return {"exponents": [astuple(exponent) for exponent in exponents(orbits, SAMPLES, skip=1)]}

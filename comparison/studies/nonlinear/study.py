@@ -31,7 +31,6 @@ from comparison.studies.nonlinear.chaos import (
     verdict,
 )
 from comparison.studies.nonlinear.methods import LEAST, LONGEST, Exponent, chaos_indicator, recurrence
-from comparison.studies.nonlinear.press import LATER
 from comparison.studies.shared.frames import Quantities, quantities, write_csv
 from comparison.studies.shared.study import Study
 
@@ -48,13 +47,9 @@ SECTIONS: Quantities = {
     "largest scatter": ("scatter_m", "m", 2),
     "least": ("least_scatter_m", "m", 2),
 }
-MEMORY: Quantities = {
-    "crank angle after the start": ("degrees", "°"),
-    "channel": "channel",
-    "scatter": ("scatter", "m", 2),
-    "explained": ("explained", "", 4),
-}
-"""Columns of the tables of the appendix."""
+"""Columns of a table of the appendix."""
+LATER = (0.78, 0.86, 0.0)
+"""Of a cycle: at rest at the right wall, just after it has left it, at the next top dead centre."""
 
 # ---- page
 
@@ -62,14 +57,12 @@ MEMORY: Quantities = {
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config, best = results.config, results.best
-    memories = results.memories.assign(degrees=360.0 * results.memories["angle"])
     return {
         "config": config,
         "verdicts": pd.Series([verdict(best, name).value for name in config.scenes]).value_counts(),
         "answer": pd.DataFrame(answer(best, name) for name in config.scenes),
         "sections": quantities(sections_frame(results), SECTIONS),
         "forgetting": pd.DataFrame(_forgetting(results, name) for name in (MAIN, FORGETTING)),
-        "memory": quantities(memories, MEMORY),
         "longest": LONGEST,
         "shown": SHOWN_CYCLES,
         "swept": SWEPT_CYCLES,
@@ -159,13 +152,8 @@ BINS = 400
 
 
 def draw(results: Results, folder: Path) -> None:
-    """Write the figures, and exponents, sections and memory as tables."""
-    frames = {
-        "exponents": exponents_frame(results),
-        "sections": sections_frame(results),
-        "memory": results.memories,
-    }
-    write_csv(frames, folder, "%.6g")
+    """Write the figures, and exponents and sections as tables."""
+    write_csv({"exponents": exponents_frame(results), "sections": sections_frame(results)}, folder, "%.6g")
     names = results.config.scenes
     with svg.panels(folder / "exponents.svg", height=0.42 * len(names) + 1.0) as (axes,):
         _exponents(axes, results.best, names)

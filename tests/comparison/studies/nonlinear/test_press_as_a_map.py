@@ -11,13 +11,10 @@ import pytest
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.press import (
-    LATER,
-    RESTING,
     SHORTEST,
     STATE,
     Press,
     free,
-    remembered,
     scale,
     states,
 )
@@ -67,35 +64,3 @@ def test_backwards_the_crank_angle_goes_backwards(scene):
     )
     assert asked[0]["mechanism"]["crank_angle_deg"] == pytest.approx(111.36 - 90.0)
     assert asked[0]["drive"]["cycles"] == pytest.approx(0.2)
-
-
-def resting(scene, cycles, known):
-    """A table whose states after a rest follow from the impact speeds, or not."""
-    rng = np.random.default_rng(2)
-    speeds = rng.uniform(1e-4, 2e-3, size=(cycles, 2))
-    made = 1e-14 / speeds @ rng.normal(size=(2, 4)) if known else 1e-11 * rng.normal(size=(cycles, 4))
-    values = np.zeros((cycles * PER_CYCLE + 1, 4))
-    for angle in LATER:
-        ahead = 1 if angle < RESTING else 0
-        at = (np.arange(cycles - ahead) + ahead) * PER_CYCLE + round(angle * PER_CYCLE)
-        values[at] = made[: cycles - ahead]
-    values[:, 0] += scene.data["mechanism"]["guide_x"]
-    frame = pd.DataFrame(values, columns=list(STATE))
-    begin = (np.arange(cycles) + 0.6) * scene.period
-    touching = {"start": begin, "end": begin + 0.21 * scene.period}
-    events = [
-        pd.DataFrame({"corner": corner, "normal_speed": v, **touching})
-        for corner, v in zip(("lr", "ur"), speeds.T, strict=True)
-    ]
-    return Table(frame.assign(time=np.arange(len(frame)) * scene.period / PER_CYCLE), pd.concat(events))
-
-
-@pytest.mark.parametrize("known", [True, False])
-def test_what_follows_from_the_impact_speeds_is_distinguished_from_what_does_not(scene, known):
-    table = resting(scene, 60, known)
-    explained = remembered(table, scene, 2)["explained"]
-    assert len(explained) == 4 * len(LATER)
-    # Of chance two regressors explain 2 of 57 degrees of freedom: 4 %, 20 % with a probability below 1e-2.
-    # x is a difference from 0.55 m, rounded at 1e-16 of 1e-11.
-    assert (explained > 0.9999).all() if known else (explained < 0.25).all()
-    assert remembered(Table(table.frame, table.events.query("corner == 'lr'")), scene, 2).empty
