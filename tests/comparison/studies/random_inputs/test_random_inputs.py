@@ -87,12 +87,8 @@ def test_an_input_that_cannot_be_drawn_is_reported(entries, message, tmp_path):
 def test_the_largest_errors_are_those_of_the_second_cycle(scene, make_table):
     run, ideal, nominal = make_table(), make_table(), make_table()
     per_cycle = scene.data["output"]["samples_per_cycle"]
-    for channel, first, second in (
-        ("slider_y", 9.0, -2.0),
-        ("slider_vy", 9.0, 3.0),
-        ("slider_ay", 9.0, -4.0),
-    ):
-        run.frame.loc[10, channel] += first
+    for channel, second in (("slider_y", -2.0), ("slider_vy", 3.0), ("slider_ay", -4.0)):
+        run.frame.loc[10, channel] += 9.0
         run.frame.loc[per_cycle + 10, channel] += second
     nominal.frame["slider_y"] += 1.0
     assert respond(run, ideal, nominal, scene.period) == pytest.approx([2.0, 3.0, 4.0, 3.0], rel=1e-9)

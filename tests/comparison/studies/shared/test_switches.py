@@ -13,10 +13,6 @@ from comparison.studies.shared.switches import created, depths, surplus, switche
 from comparison.tables.table import Table
 
 
-def rows(found: pd.DataFrame) -> list[tuple]:
-    return list(found.itertuples(index=False, name=None))
-
-
 @pytest.mark.parametrize(
     ("events", "expected"),
     [
@@ -33,7 +29,7 @@ def rows(found: pd.DataFrame) -> list[tuple]:
     ],
 )
 def test_switches_are_where_two_corners_of_a_side_begin_and_cease_to_touch(events, expected):
-    assert rows(switches(contacts_of(*events))) == expected
+    assert list(switches(contacts_of(*events)).itertuples(index=False, name=None)) == expected
 
 
 def test_the_energy_of_a_switch_is_the_jump_of_the_residual_and_two_between_samples_are_refused():
@@ -76,19 +72,10 @@ def test_what_the_surface_law_stores_beyond_the_corner_law():
     assert surplus(np.array([1e-6, 0.0, -1e-9]), scene) == pytest.approx([4.795228e-3, 0, 0], rel=1e-4)
 
 
-@pytest.fixture(scope="module")
-def literal() -> Table:
-    """Half a cycle under the literal law, sampled every microsecond."""
-    values = {
-        "contact.law": "paper-switching",
-        "drive.cycles": 0.55,
-        "output.groups": ["energy"],
-        "output.samples_per_cycle": 400_000,
-    }
-    return run_one(load_scene("150rpm-0.2mm", values), "reference")
-
-
-def test_every_switch_of_the_literal_law_creates_what_its_two_potentials_differ_by(literal):
+def test_every_switch_of_the_literal_law_creates_what_its_two_potentials_differ_by():
+    values = {"contact.law": "paper-switching", "drive.cycles": 0.55, "output.groups": ["energy"]}
+    # A sample every microsecond.
+    literal = run_one(load_scene("150rpm-0.2mm", values | {"output.samples_per_cycle": 400_000}), "reference")
     assert literal.events is not None
     scene = load_scene("150rpm-0.2mm").data
     found = switches(literal.events)
@@ -100,13 +87,3 @@ def test_every_switch_of_the_literal_law_creates_what_its_two_potentials_differ_
     assert measured == pytest.approx(theory, rel=1e-3, abs=1e-8)
     # Between switches nothing is created but the integration's error, 1e-9 J in a cycle.
     assert measured.sum() == pytest.approx(-literal.values("energy_residual")[-1], rel=1e-6, abs=1e-8)
-
-
-@pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
-def test_the_laws_with_a_potential_create_nothing(law):
-    values = {"contact.law": law, "drive.cycles": 0.1, "output.groups": ["energy"]}
-    table = run_one(load_scene("150rpm-0.2mm", values), "reference")
-    assert table.events is not None
-    assert len(table.events) >= 2
-    # Against 6e-5 J of the literal law's first pair of switches; 1e-10 J measured.
-    assert np.abs(table.values("energy_residual")).max() < 1e-8
