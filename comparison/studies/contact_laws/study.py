@@ -55,10 +55,8 @@ SWITCHES: Quantities = {
 class Config:
     """Samples a cycle."""
 
-    dense: int
-    """Of the reference under paper-switching."""
-    sparse: int
-    """Of all other runs."""
+    dense: int  # of the reference under paper-switching
+    sparse: int  # of all other runs
 
 
 Results = Mapping[tuple[str, str, float], Outcome]

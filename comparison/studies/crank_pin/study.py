@@ -44,14 +44,10 @@ CASE = ["key", "value", "model", "quantity", "where"]
 class Config:
     """What is varied and how often it runs."""
 
-    varied: Mapping[str, Sequence[float]]
-    """Key -> its values; each is run as an ensemble."""
-    members: int
-    """Runs in an ensemble."""
-    samples: int
-    """A cycle, of all runs but those of `samplings`."""
-    samplings: tuple[int, ...]
-    """Samples a cycle of one run each."""
+    varied: Mapping[str, Sequence[float]]  # key -> its values; each is run as an ensemble
+    members: int  # runs in an ensemble
+    samples: int  # a cycle, of all runs but those of `samplings`
+    samplings: tuple[int, ...]  # samples a cycle of one run each
 
 
 def scene(values: Values, member: int = 0) -> Scene:

@@ -69,16 +69,12 @@ ENSEMBLES = (
 class Results:
     """Tests, and what is drawn."""
 
-    members: int
-    """Runs in an ensemble."""
-    tests: list[pd.DataFrame]
-    """By `distances`, one for each ensemble but the first."""
-    cycles: Array
-    """Times in cycles, shape (n,)."""
+    members: int  # runs in an ensemble
+    tests: list[pd.DataFrame]  # by `distances`, one for each ensemble but the first
+    cycles: Array  # times in cycles, shape (n,)
     bands: list[Array]
     """5, 50 and 95 % quantiles of x over the runs of the reference and of Exudyn, m, shape (3, n) each."""
-    predictable: float
-    """m; where x scatters by less single runs can be compared."""
+    predictable: float  # m; where x scatters by less single runs can be compared
 
 
 def member(ensemble: Ensemble, k: int) -> Job:

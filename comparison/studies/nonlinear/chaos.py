@@ -41,17 +41,14 @@ SWEPT_CYCLES, SHOWN_CYCLES = 60, 40
 class Config:
     """What is run."""
 
-    scenes: tuple[str, ...]
-    """The first is `MAIN`."""
+    scenes: tuple[str, ...]  # the first is `MAIN`
     tolerances: Mapping[str, tuple[float, ...]]
     """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
-    cycles: Mapping[str, int]
-    """Model -> cycles through which these are followed."""
+    cycles: Mapping[str, int]  # model -> cycles through which these are followed
     long: Mapping[str, int]
     long_main: Mapping[str, int]
     """Model -> cycles of a run for sections; of the main scene enough for the 0-1 test."""
-    swept: Mapping[str, tuple[float, ...]]
-    """Key of a scene -> its values in a bifurcation diagram."""
+    swept: Mapping[str, tuple[float, ...]]  # key of a scene -> its values in a bifurcation diagram
 
 
 class Chaos(Enum):
@@ -67,10 +64,8 @@ class Results:
     """What was run, and what follows from it at once."""
 
     config: Config
-    exponents: dict[Key, list[Exponent]]
-    """One a distance; none where they cannot be followed."""
-    best: dict[Key, Exponent]
-    """Of these the ones to believe."""
+    exponents: dict[Key, list[Exponent]]  # one a distance; none where they cannot be followed
+    best: dict[Key, Exponent]  # of these the ones to believe
     sections: dict[tuple[str, str], Array]
     """(scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles."""
     scatter: dict[str, Array]

@@ -47,12 +47,9 @@ LONGEST = 16
 class PerturbedOrbits:
     """Perturbed orbits at m distances over n stages."""
 
-    begins: NDArray[np.int64]
-    """When a stage begins, shape (n,)."""
-    logs: Array
-    """ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound."""
-    collapsed: BoolArray
-    """Whether d1 is no more than error, shape (m, n)."""
+    begins: NDArray[np.int64]  # when a stage begins, shape (n,)
+    logs: Array  # ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound
+    collapsed: BoolArray  # whether d1 is no more than error, shape (m, n)
 
 
 def follow(
@@ -101,8 +98,7 @@ class Exponent:
     value: float
     low: float
     high: float
-    collapsed: float
-    """Share of the periods that give a bound only."""
+    collapsed: float  # share of the periods that give a bound only
 
     @property
     def measured(self) -> bool:

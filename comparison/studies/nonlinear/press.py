@@ -120,8 +120,7 @@ class Chain(Task):
     scene: Scene
     model: str
     cycles: int
-    distances: tuple[float, ...]
-    """m, growing."""
+    distances: tuple[float, ...]  # m, growing
 
     @property
     def models(self) -> tuple[str, ...]:

@@ -125,14 +125,10 @@ class Draws(Task):
 class Drawn:
     """What came of draws."""
 
-    u: Array
-    """Inputs in standard deviations, shape (n, d), of the runs that succeeded."""
-    responses: pd.DataFrame
-    """A row for each of these runs by its number, with the columns of `RESPONSES`."""
-    failures: list[str]
-    """One line for each run that did not."""
-    seconds: float
-    """Processor time of a run, the mean, s."""
+    u: Array  # inputs in standard deviations, shape (n, d), of the runs that succeeded
+    responses: pd.DataFrame  # a row for each of these runs by its number, with the columns of `RESPONSES`
+    failures: list[str]  # one line for each run that did not
+    seconds: float  # processor time of a run, the mean, s
 
 
 def run_draws(

@@ -31,13 +31,10 @@ class Plane:
     """A plane fitted to a response."""
 
     mean: float
-    mean_error: float
-    """At u = 0, and its standard error."""
+    mean_error: float  # at u = 0, and its standard error
     gradient: Array
-    errors: Array
-    """Per standard deviation of each input, and their standard errors, shape (d,)."""
-    rest: float
-    """Standard deviation of what the plane leaves."""
+    errors: Array  # per standard deviation of each input, and their standard errors, shape (d,)
+    rest: float  # standard deviation of what the plane leaves
 
     @property
     def deviation(self) -> float:

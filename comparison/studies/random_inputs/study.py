@@ -44,18 +44,12 @@ FIRST_ORDER, WITH_RESIDUAL = "first order", "first order with the residual"
 class Config:
     """How much is run."""
 
-    samples: int
-    """A cycle; peaks between them are those that the model has at its own steps."""
-    runs: int
-    """Of Monte Carlo."""
-    plane: int
-    """Runs that a plane is fitted to."""
-    factors: tuple[float, ...]
-    """Scales of the scatter over which a gradient is measured; the last is 1."""
-    tolerances: tuple[float, ...]
-    """Of the reference, the finest last."""
-    common: int
-    """Runs with the same inputs at every tolerance."""
+    samples: int  # a cycle; peaks between them are those that the model has at its own steps
+    runs: int  # of Monte Carlo
+    plane: int  # runs that a plane is fitted to
+    factors: tuple[float, ...]  # scales of the scatter over which a gradient is measured; the last is 1
+    tolerances: tuple[float, ...]  # of the reference, the finest last
+    common: int  # runs with the same inputs at every tolerance
 
 
 @dataclass(frozen=True)

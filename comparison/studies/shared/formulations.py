@@ -10,10 +10,8 @@ from dataclasses import dataclass, field
 class Method:
     """A formulation of the equations of motion with an integrator."""
 
-    name: str
-    """Both, as reports print them."""
-    model: str
-    """"reference" or "exudyn"."""
+    name: str  # both, as reports print them
+    model: str  # "reference" or "exudyn"
     changes: Mapping[str, object] = field(hash=False)
     """What selects it: dotted keys of a scene and their values, without tolerances and step sizes."""
 

@@ -23,15 +23,11 @@ CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson
 class Published:
     """One printed figure."""
 
-    value: float
-    """In ``unit``, signed as printed."""
+    value: float  # in ``unit``, signed as printed
     unit: str
-    time: float
-    """s; nan where none is printed."""
-    angle: float
-    """Crank angle, deg; nan where none is printed."""
-    rounding: float
-    """Half a unit of the last printed digit, in ``unit``."""
+    time: float  # s; nan where none is printed
+    angle: float  # crank angle, deg; nan where none is printed
+    rounding: float  # half a unit of the last printed digit, in ``unit``
 
 
 def published(identifier: str) -> Published:
