@@ -40,7 +40,7 @@ RUNS: Quantities = {
 }
 SWITCHES: Quantities = {
     "tolerance": "tolerance",
-    "switches": ("switches", ""),
+    "switches": "switches",
     "closest two": ("closest", "s"),
     "median energy": ("median", "J"),
     "largest": ("largest", "J"),
@@ -138,7 +138,7 @@ def switches_frame(results: Results) -> pd.DataFrame:
 
     Of the reference's complete runs, where their samples separate the switches.
     """
-    frames = [pd.DataFrame(columns=["tolerance", "time", "to_surface", "depth", "energy", "theory"])]
+    frames, columns = [], ["tolerance", "time", "to_surface", "depth", "energy", "theory"]
     for tolerance in TOLERANCES:
         run = results[LITERAL, "reference", tolerance].table
         if run is not None and run.events is not None:
@@ -148,7 +148,7 @@ def switches_frame(results: Results) -> pd.DataFrame:
             with suppress(ValueError):
                 energy = created(found, run)
                 frames.append(found.assign(tolerance=tolerance, depth=depth, energy=energy, theory=theory))
-    return pd.concat([frames[0], *(f for f in frames if len(f))])[list(frames[0])]
+    return pd.concat(frames)[columns] if frames else pd.DataFrame(columns=columns)
 
 
 # ---- page
@@ -195,7 +195,7 @@ def shown_switches(switched: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
         index=TOLERANCES,
     )
     found = runs.set_index("tolerance").reindex(columns=["spurious_energy_J", "switches"])
-    lines[["total", "switches"]] = found
+    lines["total"], lines["switches"] = found["spurious_energy_J"], found["switches"].astype("Int64")
     return lines.reset_index(names="tolerance")
 
 
