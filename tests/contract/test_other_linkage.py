@@ -1,7 +1,10 @@
-"""Another planar linkage, a slider-crank with clearance in its guide, from the lists of either model."""
+"""Another planar linkage, a slider-crank with clearance in its guide: from the lists of either model, by hand."""
+
+import math
 
 import numpy as np
 from listed_slider_crank import (
+    ANGLE,
     BODIES,
     CLEARANCE,
     CRANK,
@@ -13,41 +16,81 @@ from listed_slider_crank import (
     by_lists,
     start,
 )
+from scipy.integrate import solve_ivp
 
-from comparison.scene import load_scene
 from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.solver import run_system
 from exudyn_model.five_bodies.system import Body, Drive, Pin, SliderContact, System
 from exudyn_model.parameters import Contact
 from reference_model import integrate
-from reference_model.contact import TAIL
-from reference_model.events import RECORDED
+from reference_model.events import ENDED, RECORDED
 from reference_model.parameters import read_parameters
-from reference_model.recording import PURPOSE, SAMPLE, SLIDER_FROM
-
-END, SAMPLES = 0.06, 300
+from reference_model.recording import PURPOSE, SAMPLE, SLIDER_FROM, TIME
 
 
-def scene_law():
-    return read_parameters(load_scene("150rpm-0.2mm").data).law
+def by_hand(law, times):
+    """x and angle of the slider from two coordinates, forces by Eqs. 1-11; scipy from touch to touch."""
+    (_, _), (m2, J2), (m3, J3) = BODIES
+    inertia, first = J2 + m2 * ROD * ROD / 4.0 + m3 * ROD * ROD, m2 * ROD / 2.0 + m3 * ROD
+    speeds = [0.0] * 4
+
+    def corner(k, t, y):
+        phi, theta, w, spin = y
+        inward, sx, sy = (1.0, -1.0)[k % 2], (-0.025, 0.025)[k % 2], (-0.035, 0.035)[k // 2]
+        rx, ry = sx * math.cos(theta) - sy * math.sin(theta), sx * math.sin(theta) + sy * math.cos(theta)
+        crank = ANGLE + OMEGA * t
+        x = CRANK * math.cos(crank) + ROD * math.cos(phi) + rx
+        vx = -CRANK * OMEGA * math.sin(crank) - ROD * w * math.sin(phi) - spin * ry
+        return x - law.wall_left if k % 2 == 0 else law.wall_right - x, inward * vx, inward, ry
+
+    def derivative(t, y):
+        force = moment = 0.0
+        for k in range(4):
+            gap, rate, inward, ry = corner(k, t, y)
+            if speeds[k] and gap < 0.0:
+                normal = law.K * (-gap) ** 1.5 * max(0.0, 1.0 - law.C * rate / speeds[k])
+                force += inward * normal
+                moment -= ry * inward * normal
+        crank, phi = ANGLE + OMEGA * t, y[0]
+        ax, ay = -CRANK * OMEGA**2 * math.cos(crank), -CRANK * OMEGA**2 * math.sin(crank) + GRAVITY
+        turning = -first * (math.cos(phi) * ay - math.sin(phi) * ax) - ROD * math.sin(phi) * force
+        return [y[2], y[3], turning / inertia, moment / J3]
+
+    events = [lambda t, y, k=k: corner(k, t, y)[0] for k in range(4)]
+    (_, (_, _, phi), (_, _, theta)), (_, (_, _, w), (_, _, spin)) = start()
+    t, y, found = 0.0, [phi, theta, w, spin], []
+    while t < times[-1]:
+        for k, event in enumerate(events):
+            event.terminal, event.direction = True, 1.0 if speeds[k] else -1.0
+        run = solve_ivp(
+            derivative, (t, times[-1]), y, "DOP853", rtol=3e-14, atol=1e-14, events=events, max_step=1e-3,
+            dense_output=True,
+        )  # fmt: skip
+        inside = (times >= t) & (times < run.t[-1])
+        found.append(run.sol(times[inside])[:2] if inside.any() else np.empty((2, 0)))
+        t, y = run.t[-1] + (1e-13 if run.status == 1 else 0.0), run.y[:, -1]
+        for k in range(4):
+            if run.t_events[k].size:
+                speeds[k] = 0.0 if speeds[k] else max(-corner(k, t, y)[1], law.speed_floor)
+    phi, theta = np.concatenate(found, axis=1)
+    return np.stack([CRANK * np.cos(ANGLE + OMEGA * times[: phi.size]) + ROD * np.cos(phi), theta])
 
 
-def by_reference(tolerance):
-    """x and angle of the slider at the samples."""
-    model, law, y0 = by_lists(scene_law())
-    times = np.linspace(0.0, END, SAMPLES + 1)
-    instants = np.array([[*times[:-1], np.inf], np.full(SAMPLES + 1, SAMPLE)])
+def by_reference(law, times, tolerance, baumgarte=(0.0, 0.0)):
+    """The same at the times, and how many contacts have ended."""
+    model, between, y0 = by_lists(law, baumgarte)
+    instants = np.array([[*times[:-1], np.inf], np.full(times.size, SAMPLE)])
     run, work = integrate.new_run(y0, 1e-6, instants, 20_000)
-    assert integrate.advance(model, law, run, work, END, END, tolerance, 0.01, 1000, 10**6) == 0
-    assert run.nodes.y.shape[1] == 18 + TAIL
+    ended = integrate.advance(model, between, run, work, times[-1], times[-1], tolerance, 0.01, 1000, 10**6)
+    assert ended == integrate.REACHED
     rows = run.rows[: run.counters[RECORDED]]
     samples = rows[(rows[:, PURPOSE].astype(int) & SAMPLE) > 0]
-    return samples[:, [SLIDER_FROM, SLIDER_FROM + 2]].T
+    np.testing.assert_allclose(samples[:, TIME], times, rtol=0, atol=1e-16)
+    return samples[:, [SLIDER_FROM, SLIDER_FROM + 2]].T, run.counters[ENDED]
 
 
-def by_exudyn(step):
-    """The same by Exudyn's five-body builder; also the corners that touched."""
-    law = scene_law()
+def by_exudyn(law, times, step):
+    """The same by Exudyn's five-body builder, and how many contacts there were."""
     contact = Contact(
         CLEARANCE, law.K, law.n, law.C, "frozen", law.speed_floor, law.c_f, law.v0, law.v1
     )  # fmt: skip
@@ -61,28 +104,37 @@ def by_exudyn(step):
         2,
         GRAVITY,
     )  # fmt: skip
-    interval = END / SAMPLES
-    ticks = round(interval / step)
+    ticks = round(times[1] / step)
     # Index 2, where Newton's tolerance is absolute: index 3 leaves 2.5e-9 of the weights unbalanced
     settings = Settings(
-        "trapezoidal-index2", interval, SAMPLES, 1.0, False, ticks, ticks, False, 1e-10, 1, 1e-8
+        "trapezoidal-index2", times[1], times.size - 1, 1.0, False, ticks, ticks, False, 1e-10, 1, 1e-8
     )
     recorder, _, outcome = run_system(system, settings)
     assert outcome.status == "success", outcome.remedy
     found = recorder.columns(("slider_x", "slider_angle"))
-    return np.stack([found["slider_x"], found["slider_angle"]]), recorder.event_table()["corner"]
+    return np.stack([found["slider_x"], found["slider_angle"]]), len(recorder.event_table()["corner"])
 
 
-def test_both_models_agree_on_a_slider_crank_to_their_uncertainties() -> None:
+def test_the_reference_s_lists_are_the_linkage(scene) -> None:
+    """Over some contacts without friction, against the solution by hand."""
+    law, times = read_parameters(scene({"friction.coefficient": 0.0})).law, np.linspace(0.0, 0.12, 601)
+    found, contacts = by_reference(law, times, 1e-12, baumgarte=(10.0, 10.0))
+    exact = by_hand(by_lists(law)[1], times)
+    assert contacts >= 4
+    # Two solutions at 1e-12 and 1e-14, whose difference ten contacts magnify to 4e-12 m and 3e-10 rad.
+    x, angle = np.abs(found[:, : exact.shape[1]] - exact).max(axis=1)
+    assert x < 1e-10
+    assert angle < 1e-8
+
+
+def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene) -> None:
     """Difference against what refinement moves either model by, largest so far: the rule of the verdicts."""
-    exact, finer = by_reference(1e-10), by_reference(1e-12)
-    five, corners = by_exudyn(2e-6)
-    closer, _ = by_exudyn(1e-6)
-    assert len(corners) >= 3
-    scale = np.array([[CLEARANCE], [CLEARANCE / LENGTH]])
+    law, times = read_parameters(scene()).law, np.linspace(0.0, 0.06, 301)
+    (exact, _), (finer, _) = (by_reference(law, times, tolerance) for tolerance in (1e-10, 1e-12))
+    (five, contacts), (closer, _) = (by_exudyn(law, times, step) for step in (2e-6, 1e-6))
+    assert contacts >= 3
     moved = [np.maximum.accumulate(np.abs(a - b), axis=1) for a, b in ((exact, finer), (five, closer))]
     # A second-order method's error is 4/3 of what halving its step removes; round-off of x is some 1e-15 m
     u = np.hypot(moved[0], 4 / 3 * moved[1]) + 1e-14
-    difference = np.abs(exact - five)
-    assert (u <= 0.01 * scale).mean() >= 0.95
-    assert (difference <= 2.0 * u).mean() >= 0.99
+    assert (u <= 0.01 * np.array([[CLEARANCE], [CLEARANCE / LENGTH]])).mean() >= 0.95
+    assert (np.abs(exact - five) <= 2.0 * u).mean() >= 0.99
