@@ -11,38 +11,48 @@ GROUPS = ("accelerations", "corners", "joints", "energy")
 SHORT = {"drive.cycles": 0.005}
 # Powers of the units of mass, length and time in a unit of channels.toml; angles have none.
 DIMENSIONS = {"m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (1, 2, -2), "rad": (0, 0, 0)}
+KEYS = {
+    "length centroid width thickness rocker_pivot guide_x reference_offset slider_offset slider crank_pin "
+    "journal_radius corner_radius": (0, 1, 0),
+    "slider_vx impact_speed_floor static_speed transition_speed": (0, 1, -1),
+    "mass": (1, 0, 0),
+    "inertia": (1, 2, 0),
+    "speed_rpm slider_omega": (0, 0, -1),
+    "youngs_modulus": (1, -1, -2),
+    "gravity": (0, 1, -2),
+    "step": (0, 0, 1),
+}
+EVENTS = {
+    "start": "s",
+    "end": "s",
+    "normal_speed": "m/s",
+    "largest_depth": "m",
+    "impulse": "N s",
+    "peak_force": "N",
+}
 
 
-def offered(run, variant, scene="150rpm-0.2mm", changes=None):
-    return run(variant, scene, {**SHORT, **(changes or {})})
-
-
-def test_exactly_the_channels_of_each_group_are_there(run, variant) -> None:
-    """Also where the groups are named in another order than that of a table."""
-    names = offered(run, variant).variant.groups
+def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant) -> None:
+    """Time, motion, then group after group, also where the groups are named in another order."""
+    everything = run("reference-minimal", "150rpm-0.2mm", SHORT).columns
+    of = {name: channel.group for name, channel in channels().items()}
+    groups = [of[name] for name in everything if name != "time"]
+    assert [later for earlier, later in pairwise(groups) if earlier != later] == list(GROUPS)
+    names = run(variant, "150rpm-0.2mm", SHORT).variant.groups
     for groups in ([], *([group] for group in names), list(names), list(reversed(names))):
-        found = offered(run, variant, changes={"output.groups": groups})
+        found = run(variant, "150rpm-0.2mm", {**SHORT, "output.groups": groups})
         assert sorted(found.columns) == sorted(["time", *expected(found.scene)]), groups
+        assert list(found.columns) == [name for name in everything if name in found.columns]
         assert set(found.result.extrema) == set(found.columns) - {"time"}
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant) -> None:
-    changes = {"joints.slider": "ideal", "output.groups": list(GROUPS)}
-    found = offered(run, variant, changes=changes)
+    changes = {**SHORT, "joints.slider": "ideal", "output.groups": list(GROUPS)}
+    found = run(variant, "150rpm-0.2mm", changes)
     assert sorted(found.columns) == sorted(["time", *expected(found.scene)])
     assert {"guide_force", "guide_moment"} < set(found.columns)
     assert not [name for name in found.columns if name.startswith("corner")]
-
-
-def test_channels_stand_in_one_order(run, variant) -> None:
-    """Time, motion, then group after group, as the reference writes them."""
-    found, reference = offered(run, variant), offered(run, "reference-minimal")
-    assert list(found.columns) == [name for name in reference.columns if name in found.columns]
-    of = {name: channel.group for name, channel in channels().items()}
-    groups = [of[name] for name in reference.columns if name != "time"]
-    changes = [later for earlier, later in pairwise(groups) if earlier != later]
-    assert changes == list(GROUPS)
 
 
 @pytest.mark.parametrize(("rpm", "per_cycle"), [(150.0, 1000), (90.0, 700), (-150.0, 1000)])
@@ -50,21 +60,20 @@ def test_samples_are_exact_multiples_of_the_interval_and_include_the_end(
     run, variant, rpm, per_cycle
 ) -> None:
     changes = {"drive.speed_rpm": rpm, "output.samples_per_cycle": per_cycle, "drive.cycles": 0.02}
-    found = offered(run, variant, changes=changes)
-    interval = 60.0 / abs(rpm) / per_cycle
-    np.testing.assert_array_equal(
-        found.columns["time"], np.arange(round(0.02 * per_cycle) + 1) * interval, strict=True
-    )
-    for name, values in found.columns.items():
-        assert values.shape == found.columns["time"].shape, name
+    columns = run(variant, "150rpm-0.2mm", changes).columns
+    times = np.arange(round(0.02 * per_cycle) + 1) * (60.0 / abs(rpm) / per_cycle)
+    np.testing.assert_array_equal(columns["time"], times, strict=True)
+    for name, values in columns.items():
+        assert values.shape == times.shape, name
         assert np.isfinite(values).all(), name
 
 
 def test_more_samples_are_samples_of_the_same_motion(run, variant) -> None:
     """Samples in between change nothing at those that both have: where a sample is says nothing."""
     changes = {"drive.cycles": 0.05, "initial.slider_omega": 0.2}
-    few = run(variant, "150rpm-0.2mm", {**changes, "output.samples_per_cycle": 1000})
-    many = run(variant, "150rpm-0.2mm", {**changes, "output.samples_per_cycle": 4000})
+    few, many = (
+        run(variant, "150rpm-0.2mm", {**changes, "output.samples_per_cycle": n}) for n in (1000, 4000)
+    )
     assert few.result.events["start"].size > 0
     assert np.abs(many.columns["slider_x"][::4] - few.columns["slider_x"]).max() <= few.variant.error
     assert np.array_equal(few.result.events["corner"], many.result.events["corner"])
@@ -73,23 +82,22 @@ def test_more_samples_are_samples_of_the_same_motion(run, variant) -> None:
 def test_extrema_enclose_all_samples_and_lie_within_the_run(short) -> None:
     end = short.columns["time"][-1]
     for name, found in short.result.extrema.items():
-        values = short.columns[name]
+        values, least, most = short.columns[name], found["min"], found["max"]
         # The samples are others than the states that extrema are taken from. These are a thousandth of a
         # cycle apart, in a contact a sixteenth of its half wave: 1 - cos(pi / 32) = 5e-3. The residual has no
         # range, it is an error.
         reach = np.inf if name == "energy_residual" else 5e-3 * np.ptp(values)
-        assert found["min"] <= values.min() + reach, name
-        assert found["max"] >= values.max() - reach, name
+        assert least <= values.min() + reach, name
+        assert most >= values.max() - reach, name
         # The last state of a run may lie a rounding of the sum of its steps beyond the last sample.
-        assert 0.0 <= found["time_of_min"] <= end * (1 + 1e-12), name
-        assert 0.0 <= found["time_of_max"] <= end * (1 + 1e-12), name
+        for at in ("min", "max"):
+            assert 0.0 <= found[f"time_of_{at}"] <= end * (1 + 1e-12), name
         # A motion cannot leave its samples by more than its rate lets it within one interval: an extremum
         # is one of this run, not of another. Forces in hits of steel may.
         if channels()[name].rate is not None:
             rates = short.result.extrema[channels()[name].rate]
             reach = max(abs(rates["min"]), abs(rates["max"])) * short.columns["time"][1]
-            assert found["min"] >= values.min() - reach, name
-            assert found["max"] <= values.max() + reach, name
+            assert values.min() - reach <= least <= most <= values.max() + reach, name
 
 
 def powers(unit: str) -> np.ndarray:
@@ -102,33 +110,19 @@ def powers(unit: str) -> np.ndarray:
     return total
 
 
-def in_other_units(scene: dict, mass: float, length: float, time: float) -> dict:
-    """Dotted keys of the same press, its numbers counted in units that are smaller by these factors."""
-    units = {
-        **dict.fromkeys(("length", "centroid", "width", "thickness", "rocker_pivot", "guide_x"), (0, 1, 0)),
-        **dict.fromkeys(("reference_offset", "slider_offset", "slider", "crank_pin"), (0, 1, 0)),
-        **dict.fromkeys(("journal_radius", "corner_radius"), (0, 1, 0)),
-        **dict.fromkeys(("slider_vx", "impact_speed_floor", "static_speed"), (0, 1, -1)),
-        "transition_speed": (0, 1, -1),
-        "mass": (1, 0, 0),
-        "inertia": (1, 2, 0),
-        "speed_rpm": (0, 0, -1),
-        "slider_omega": (0, 0, -1),
-        "youngs_modulus": (1, -1, -2),
-        "gravity": (0, 1, -2),
-        "step": (0, 0, 1),
-    }
+def in_other_units(scene: dict, factors: np.ndarray) -> dict:
+    """Dotted keys of the same press, counted in units of mass, length, time smaller by factors."""
+    units = {key: powers for keys, powers in KEYS.items() for key in keys.split()}
     changes: dict = {}
 
     def walk(section, path):
         for key, value in section.items():
             if isinstance(value, dict):
-                walk(value, [*path, key])
+                walk(value, f"{path}{key}.")
             elif key in units and not isinstance(value, str):
-                factor = np.prod(np.array([mass, length, time], dtype=float) ** units[key])
-                changes[".".join([*path, key])] = (np.array(value) * factor).tolist()
+                changes[path + key] = (np.array(value) * np.prod(factors ** units[key])).tolist()
 
-    walk({part: scene[part] for part in scene if part not in ("scene", "output", "joints")}, [])
+    walk({part: scene[part] for part in scene if part not in ("scene", "output", "joints")}, "")
     return changes
 
 
@@ -136,32 +130,24 @@ def test_every_channel_has_the_dimension_of_its_unit(run, variant) -> None:
     """Counted in other units of mass, length and time, each channel changes as channels.toml says.
 
     The factors are powers of four: squares and square roots (K of Eq. 10) are exact, so is all arithmetic
-    that has no length or time of its own.
+    that has no length or time of its own. The setting's error is another one, its tolerances being numbers:
+    a wrong power is a factor of four.
     """
     factors = np.array([4.0, 0.25, 4.0])
     changes = {"drive.cycles": 0.03, "initial.slider_omega": 0.4, "initial.slider_angle": 3e-4}
     original = run(variant, "150rpm-0.2mm", changes)
-    others = {**changes, **in_other_units(original.scene, *factors)}
-    other = run(variant, "150rpm-0.2mm", others)
-    assert original.result.events["start"].size > 0
-    assert np.array_equal(original.result.events["corner"], other.result.events["corner"])
+    other = run(variant, "150rpm-0.2mm", {**changes, **in_other_units(original.scene, factors)})
+    a, b = original.result.events, other.result.events
+    assert a["start"].size > 0
+    assert np.array_equal(a["corner"], b["corner"])
     for name, values in original.columns.items():
-        if name in ("time", "energy_residual"):  # that is error alone
-            continue
-        factor = np.prod(factors ** powers(channels()[name].unit))
-        # The setting's error is another one, its tolerances being numbers: a wrong power is a factor of four.
-        difference = np.abs(other.columns[name] / factor - values).max()
-        assert difference <= 0.05 * np.abs(values).max(), name
-    for name, unit in {"start": "s", "end": "s", "normal_speed": "m/s", "largest_depth": "m"}.items():
+        if name not in ("time", "energy_residual"):  # that is error alone
+            factor = np.prod(factors ** powers(channels()[name].unit))
+            difference = np.abs(other.columns[name] / factor - values).max()
+            assert difference <= 0.05 * np.abs(values).max(), name
+    for name, unit in EVENTS.items():
         factor = np.prod(factors ** powers(unit))
-        np.testing.assert_allclose(
-            other.result.events[name] / factor, original.result.events[name], rtol=0.05, err_msg=name
-        )
-    for name, unit in {"impulse": "N s", "peak_force": "N"}.items():
-        factor = np.prod(factors ** powers(unit))
-        np.testing.assert_allclose(
-            other.result.events[name] / factor, original.result.events[name], rtol=0.05, err_msg=name
-        )
+        np.testing.assert_allclose(b[name] / factor, a[name], rtol=0.05, err_msg=name)
 
 
 @pytest.fixture
@@ -181,16 +167,15 @@ def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(t
         assert least.shape == at_least.shape == most.shape == at_most.shape == (3,)
         assert (whole["min"], whole["time_of_min"]) == (least.min(), at_least[least.argmin()])
         assert (whole["max"], whole["time_of_max"]) == (most.max(), at_most[most.argmax()])
+        # As above; both ends of a cycle belong to it.
+        reach = np.inf if name == "energy_residual" else 5e-3 * np.ptp(found.columns[name])
         for cycle in range(3):
             within = (time >= period * cycle * (1 - 1e-9)) & (time <= period * (cycle + 1) * (1 + 1e-9))
             for at in (at_least[cycle], at_most[cycle]):
                 assert period * cycle * (1 - 1e-9) <= at <= time[within][-1] * (1 + 1e-9), (name, cycle)
             values = found.columns[name][within]
-            if name != "energy_residual":
-                # As above; both ends of a cycle belong to it.
-                reach = 5e-3 * np.ptp(found.columns[name])
-                assert least[cycle] <= values.min() + reach, (name, cycle)
-                assert most[cycle] >= values.max() - reach, (name, cycle)
+            assert least[cycle] <= values.min() + reach, (name, cycle)
+            assert most[cycle] >= values.max() - reach, (name, cycle)
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier"])

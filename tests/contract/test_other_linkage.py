@@ -1,4 +1,4 @@
-"""Another planar linkage, a slider-crank with clearance in its guide: from the lists of either model, by hand."""
+"""Another planar linkage, a slider-crank with clearance in its guide: by lists of either model, by hand."""
 
 import math
 

@@ -55,24 +55,24 @@ def sign(name: str, axis: str) -> int:
     return -1 if along_x == (axis == "y") else 1
 
 
+@pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
 @pytest.mark.parametrize("axis", ["y", "x"])
-def test_mirror_image_moves_as_one(run, variant, axis) -> None:
+def test_mirror_image_moves_as_one(run, variant, axis, law) -> None:
     """About the y axis with gravity, about the x axis with gravity reversed."""
     swap = SWAP_SIDES if axis == "y" else SWAP_ENDS
-    here = run(variant, "150rpm-0.2mm", START)
-    there = run(variant, "150rpm-0.2mm", START | mirrored(here.scene, axis))
+    start = START | {"contact.law": law}
+    here = run(variant, "150rpm-0.2mm", start)
+    there = run(variant, "150rpm-0.2mm", start | mirrored(here.scene, axis))
     events = here.result.events
     assert events["start"].size >= 5
     assert sorted(swap[k] for k in events["corner"]) == sorted(there.result.events["corner"])
     for name, values in here.columns.items():
-        image = name
-        if name.startswith("corner"):
-            _, corner, part = name.split("_")
-            image = f"corner_{swap[corner]}_{part}"
-        if name == "energy_residual":  # rounding and truncation alone, which no mirror knows
-            continue
-        difference = np.abs(there.columns[image] - sign(name, axis) * values).max()
-        # Angles round differently in the image: 1e-16, magnified by eleven impacts to 1e-7 of the largest
-        # force in the reference. Newton's iteration stops at other residuals, which comes to no more.
-        bound = 1e-6
-        assert difference <= bound * np.abs(values).max(), (name, difference / np.abs(values).max())
+        part = name.split("_")
+        image = f"corner_{swap[part[1]]}_{part[2]}" if part[0] == "corner" else name
+        if name != "energy_residual":  # rounding and truncation alone, which no mirror knows
+            # Angles round differently in the image: 1e-16, magnified by eleven impacts to 1e-7 of the largest
+            # force in the reference, to some 2e-5 on the stiffer foundation. Newton's iteration stops at other
+            # residuals, which comes to no more.
+            difference = np.abs(there.columns[image] - sign(name, axis) * values).max()
+            bound = {"hertz-corners": 1e-6, "foundation": 1e-4}[law]
+            assert difference <= bound * np.abs(values).max(), name

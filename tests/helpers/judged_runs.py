@@ -107,10 +107,7 @@ def random_tables(seed: int) -> Judged:
     sizes = {"slider_x": 2e-4, "slider_y": 4e-5, "slider_vx": 5e-2, "slider_ax": 500.0}
     sizes |= {"corner_ll_gap": 2e-4, "corner_ll_normal": 40.0, "corner_ll_friction": 6.0}
     follows = {"slider_ax", "corner_ll_normal", "corner_ll_friction"}
-    both: tuple[dict, dict] = (
-        {kind: {"time": time} for kind in KINDS},
-        {kind: {"time": time} for kind in KINDS},
-    )
+    both: tuple[dict, ...] = tuple({kind: {"time": time} for kind in KINDS} for _ in range(2))
     most = rng.choice([0.0, 1.3])  # of the decades between a difference and the errors
     for name, size in sizes.items():
         signal = size * np.sin(2 * np.pi * time / PERIOD * rng.uniform(0.5, 5) + rng.uniform(0, 6))
@@ -131,16 +128,12 @@ def random_tables(seed: int) -> Judged:
             scale = [1.0, rng.choice([0.25, 0.1, 1.0]), rng.choice([4.0, 10.0, 1.0]), 1.0, 0.1]
             for kind, error, times in zip(KINDS, errors, scale, strict=True):
                 side[kind][name] = signal + shift + times * error * rng.choice([1.0, 1.0, 0.0])
-    refined = ((2.0, 2.0), (10.0, 1.0))
-    lacking = rng.choice([0, 0, 1, 2])
+    there = KINDS[: 5 - rng.choice([0, 0, 1, 2])]
 
     def runs(side: dict, refinement: tuple[float, float]) -> Runs:
-        tables = {kind: Table(pd.DataFrame(columns)) for kind, columns in side.items()}
-        for kind in KINDS[5 - lacking :] if lacking else ():
-            del tables[kind]
-        return Runs(refinement=refinement, **tables)
+        return Runs(refinement=refinement, **{kind: Table(pd.DataFrame(side[kind])) for kind in there})
 
-    return Judged(scene, tier, runs(both[0], refined[0]), runs(both[1], refined[1]))
+    return Judged(scene, tier, runs(both[0], (2.0, 2.0)), runs(both[1], (10.0, 1.0)))
 
 
 def compared(judged: Judged, **options: Any) -> SceneComparison:
@@ -162,14 +155,6 @@ def frames(runs: Runs) -> dict[str, pd.DataFrame]:
 
 def decided(channels: dict[str, ChannelComparison]) -> tuple[str, str]:
     """Return the verdict of a scene with these channels at the standard tier, and why."""
-    scene = SceneComparison(
-        name="press",
-        title="",
-        description="",
-        labels=("a", "b"),
-        verdict=scene_verdict(channels, thresholds().coverage),
-        time=np.empty(0),
-        period=None,
-        channels=channels,
-    )
-    return scene.verdict, scene_reason(scene)
+    verdict = scene_verdict(channels, thresholds().coverage)
+    scene = SceneComparison("press", "", "", ("a", "b"), verdict, np.empty(0), None, channels)
+    return verdict, scene_reason(scene)

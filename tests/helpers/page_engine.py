@@ -38,10 +38,8 @@ class Engine:
 
     def __init__(self, scene) -> None:
         m, self.scene, self.numbers = scene["mechanism"], scene, Numbers(scene)
-        rods = [m[name] for name in ("crank", "rod2", "rocker", "rod4")]
-        self.L = [rod["length"] for rod in rods]
-        self.Ls = [rod["centroid"] for rod in rods]
-        bodies = [*rods, m["slider"]]
+        bodies = [m[name] for name in ("crank", "rod2", "rocker", "rod4", "slider")]
+        self.L, self.Ls = ([rod[key] for rod in bodies[:4]] for key in ("length", "centroid"))
         self.masses = np.array([body["mass"] for body in bodies])
         self.M = np.array([body[key] for body in bodies for key in ("mass", "mass", "inertia")])
         self.J, self.H, self.g = self.M[2::3], np.array(m["rocker_pivot"]), scene["environment"]["gravity"]
@@ -50,18 +48,11 @@ class Engine:
         self.ideal_slider = scene["joints"]["slider"] == "ideal"
         self.ideal_pin = scene["joints"]["crank_pin"] == "ideal"
         # Joint: bodies i and j (None: the frame), and what stands before u_i and u_j in its rows.
-        to_tip = [length - centroid for length, centroid in zip(self.L, self.Ls, strict=True)]
-        self.joints = {
-            "O": (0, None, self.Ls[0], 0.0),
-            "A": (1, 0, self.Ls[1], to_tip[0]),
-            "H": (2, None, self.Ls[2], 0.0),
-            "B": (2, 1, 0.0, to_tip[1]),
-            "C": (3, 2, self.Ls[3], to_tip[2]),
-            "F": (4, 3, 0.0, to_tip[3]),
-        }
-        if not self.ideal_pin:
-            del self.joints["A"]
-        self.to_tip = to_tip
+        Ls, tip = self.Ls, [length - centroid for length, centroid in zip(self.L, self.Ls, strict=True)]
+        self.joints = {"O": (0, None, Ls[0], 0.0)} | ({"A": (1, 0, Ls[1], tip[0])} if self.ideal_pin else {})
+        self.joints |= {"H": (2, None, Ls[2], 0.0), "B": (2, 1, 0.0, tip[1])}
+        self.joints |= {"C": (3, 2, Ls[3], tip[2]), "F": (4, 3, 0.0, tip[3])}
+        self.to_tip = tip
         self.v_i = np.zeros(5)  # corners and journal; 0: open
 
     def start(self):
@@ -87,16 +78,12 @@ class Engine:
         ω3 = ω * L[0] * (n1 @ u2) / (Ls[2] * (n3 @ u2))
         vC = L[2] * ω3 * n3
         ω4 = (vC[0] - vx5) / (L[3] * u4[1])
-        centres = [Ls[0] * u1, A + Ls[1] * u2, B, C + Ls[3] * u4, C + L[3] * u4]
-        rates = [
-            *(ω * Ls[0] * n1, ω * L[0] * n1 + ω2 * Ls[1] * n2, ω3 * Ls[2] * n3),
-            *(vC + ω4 * Ls[3] * n4, vC + ω4 * L[3] * n4),
-        ]
-        angles = [math.atan2(u[1], u[0]) for u in (u1, u2, u3, u4)]
-        q = [z for centre, θ in zip(centres, [*angles, θ5], strict=True) for z in (*centre, θ)]
-        v = [z for rate, w in zip(rates, [ω, ω2, ω3, ω4, ω5], strict=True) for z in (*rate, w)]
-        q[2] = self.θ_0
-        return np.array([*q, *v, 0.0, 0.0, 0.0])
+        angles = [self.θ_0, *(math.atan2(u[1], u[0]) for u in (u2, u3, u4)), θ5]
+        vA, F, vF = ω * L[0] * n1, C + L[3] * u4, vC + ω4 * L[3] * n4
+        centres = [Ls[0] * u1, A + Ls[1] * u2, B, C + Ls[3] * u4, F]
+        rates = [ω * Ls[0] * n1, vA + ω2 * Ls[1] * n2, ω3 * Ls[2] * n3, vC + ω4 * Ls[3] * n4, vF]
+        q, v = np.column_stack([centres, angles]), np.column_stack([rates, [ω, ω2, ω3, ω4, ω5]])
+        return np.array([*q.ravel(), *v.ravel(), 0.0, 0.0, 0.0])
 
     def constraints(self, q, v):
         """Φ_q and γ of section 3."""
@@ -119,9 +106,8 @@ class Engine:
 
     def contacts(self, q, v):
         """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
-        found = [None] * 5
-        if not self.ideal_slider:
-            found[:4] = [self.numbers.corner(k, q[12], q[14], v[12], v[13], v[14]) for k in range(4)]
+        motion = q[12], q[14], *v[12:]
+        found = [None if self.ideal_slider else self.numbers.corner(k, *motion) for k in range(4)] + [None]
         if not self.ideal_pin:
             arm1, arm2 = self.to_tip[0] * direction(q[2]), -self.Ls[1] * direction(q[5])
             A, A_ = q[0:2] + arm1, q[3:5] + arm2
@@ -186,22 +172,14 @@ class Engine:
     def channels(self, y, start):
         a, λ, states, found = self.solve(y)
         q, v = y[:15], y[15:30]
-        out = dict(
-            zip(
-                [f"slider_{name}" for name in ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")],
-                [*q[12:], *v[12:], *a[12:]],
-                strict=True,
-            )
-        )
+        names = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+        out = {f"slider_{n}": value for n, value in zip(names, [*q[12:], *v[12:], *a[12:]], strict=True)}
         if self.ideal_slider:
             out |= {"guide_force": -λ[-2], "guide_moment": -λ[-1]}
         else:
             for k, name in enumerate(CORNERS):
-                parts = -found[k][0], states[k][0], states[k][1]
-                out |= {
-                    f"corner_{name}_{what}": part
-                    for what, part in zip(("gap", "normal", "friction"), parts, strict=True)
-                }
+                out[f"corner_{name}_gap"] = -found[k][0]
+                out[f"corner_{name}_normal"], out[f"corner_{name}_friction"] = states[k][:2]
         for joint, name in enumerate(self.joints):
             out[f"reaction_{name}_x"], out[f"reaction_{name}_y"] = -λ[2 * joint], -λ[2 * joint + 1]
         if not self.ideal_pin:

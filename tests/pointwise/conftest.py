@@ -81,12 +81,8 @@ class Press:
         q[2] = math.radians(m["crank_angle_deg"]) + self.omega * time
         spins = (self.omega, w2, w3, w4)
         v = [value for at, s in zip(rates, spins, strict=True) for value in (at.real, at.imag, s)]
-        return State(
-            time,
-            np.array([*q, x, f.imag, angle]),
-            np.array([*v, vx, vf.imag, w]),
-            np.asarray(speeds, dtype=float),
-        )
+        q, v = np.array([*q, x, f.imag, angle]), np.array([*v, vx, vf.imag, w])
+        return State(time, q, v, np.asarray(speeds, dtype=float))
 
     def corner(self, state: State, number: int) -> tuple[float, float, float, float, float]:
         """Gap (m), its rate, slip (m/s), and arm x, y (m) of a corner; each from lengths of the scene."""
@@ -95,23 +91,16 @@ class Press:
         arm = complex(side * slider["width"], end * slider["length"]) / 2.0 * np.exp(1j * state.q[14])
         wall = self.data["mechanism"]["guide_x"] + side * (slider["width"] / 2.0 + clearance)
         gap = side * (wall - state.q[12] - arm.real)
-        return (
-            gap,
-            -side * (state.v[12] - state.v[14] * arm.imag),
-            state.v[13] + state.v[14] * arm.real,
-            arm.real,
-            arm.imag,
-        )
+        rate = -side * (state.v[12] - state.v[14] * arm.imag)
+        return gap, rate, state.v[13] + state.v[14] * arm.real, arm.real, arm.imag
 
     def modes(self, state: State) -> np.ndarray:
         """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
         c = self.numbers
         modes = np.zeros((3, 5))
-        modes[0, :4] = state.speeds
         for number in np.flatnonzero(state.speeds):
-            _, rate, slip, _, _ = self.corner(state, int(number))
-            modes[1, number] = friction_regime(c, slip)
-            modes[2, number] = float(1.0 - c.C * rate / state.speeds[number] < 0.0)
+            (_, rate, slip, _, _), speed = self.corner(state, int(number)), state.speeds[number]
+            modes[:, number] = speed, friction_regime(c, slip), 1.0 - c.C * rate / speed < 0.0
         return modes
 
     def memory(self, state: State) -> np.ndarray:
@@ -166,9 +155,9 @@ def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> S
         offset = rng.uniform(-1e-6, 1e-6)
     number = (0 if end < 0 else 2) + (0 if side < 0 else 1)
     speeds = np.zeros(4)
-    touching = {"free": [], "corner": [number], "adjacent": [number, (number + 2) % 4]}
-    touching["opposite"] = [number, 3 - number]
-    speeds[touching[situation]] = rng.uniform(1e-4, 0.05, len(touching[situation]))
+    other = {"adjacent": [(number + 2) % 4], "opposite": [3 - number]}
+    touching = [number, *other.get(situation, [])] if situation != "free" else []
+    speeds[touching] = rng.uniform(1e-4, 0.05, len(touching))
     # Rates of both signs up to some impact speeds: the damping factor is also clipped.
     vx, w = rng.normal(0.0, 0.1), rng.normal(0.0, 1.0)
     wanted = {"none": rng.uniform(-v0, v0), "ramp": rng.choice([-1, 1]) * rng.uniform(v0, v1), "full": None}

@@ -149,27 +149,6 @@ def side_forces(d1: float, d2: float) -> tuple[float, float]:
     return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
 
 
-def test_hertz_force_is_the_paper_s(presses, states) -> None:
-    """A third opinion: Eqs. 9-13 from the scene's printed numbers, for each corner by itself."""
-    press = presses()
-    data = press.data
-    contact, friction = data["contact"], data["friction"]
-    compliance = 2.0 * (1.0 - contact["poisson"] ** 2) / contact["youngs_modulus"]
-    stiffness = 4.0 / (3.0 * compliance) * np.sqrt(contact["corner_radius"])
-    for state in states(press, 5):
-        _, contacts = by_reference(press, state)
-        for number in np.flatnonzero(state.speeds):
-            gap, rate, slip, _, _ = press.corner(state, int(number))
-            loss = 0.75 * (1.0 - contact["restitution"] ** 2) * -rate / state.speeds[number]
-            normal = max(0.0, stiffness * (-gap) ** contact["exponent"] * (1.0 + loss))
-            v0, v1 = friction["static_speed"], friction["transition_speed"]
-            share = np.clip((abs(slip) - v0) / (v1 - v0), 0.0, 1.0)
-            bound = press.force_bound(state)
-            assert contacts[NORMAL, number] == pytest.approx(normal, abs=bound)
-            drag = -friction["coefficient"] * share * normal * np.sign(slip)
-            assert contacts[FRICTION, number] == pytest.approx(drag, abs=bound)
-
-
 def test_forces_of_the_journal_agree(presses) -> None:
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
     press = presses({"joints.crank_pin": "clearance"})

@@ -97,45 +97,28 @@ def contact_force(press, state, contacts):
     return force
 
 
-def test_states_satisfy_the_constraints_of_both(presses, states) -> None:
-    """Else all that follows would compare two models outside of what either is written for."""
-    press = presses()
-    for state in states(press, 2):
-        phi, rate, _, _ = rows_of(press, state)
-        assert np.abs(phi).max() <= 1e-14  # lengths near 1 m, some operations
-        assert np.abs(rate).max() <= 1e-13  # times 16 rad/s
-
-
-def test_mass_matrix_and_jacobian_act_alike(presses, states) -> None:
-    """What Exudyn assembles from bodies and joints against M and Phi_q of Eqs. 15-16: 1e-12 of the action."""
-    press = presses()
-    mass, _ = masses_and_weights(press.reference)
+@pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
+def test_mass_matrix_jacobian_and_forces_act_alike(presses, states, law) -> None:
+    """What Exudyn assembles from bodies and joints against M, Phi_q and Q of Eqs. 15-16, to 1e-12."""
+    press = presses({"contact.law": law})
+    mass, weights = masses_and_weights(press.reference)
     rng = np.random.default_rng(11)
     for state in states(press, EACH):
         assembled = five_bodies(press, state)
-        _, _, jacobian, _ = rows_of(press, state)
-        assert np.array_equal(assembled.mass, np.diag(np.diag(assembled.mass)))
-        for _ in range(3):
-            w, multiplier = rng.normal(size=15), rng.normal(size=13)
-            np.testing.assert_allclose(assembled.mass @ w, mass * w, rtol=1e-12)
-            action = jacobian @ w
-            np.testing.assert_allclose(assembled.jacobian @ w, action, rtol=0, atol=1e-12 * abs(action).max())
-            action = jacobian.T @ multiplier
-            np.testing.assert_allclose(
-                assembled.jacobian.T @ multiplier, action, rtol=0, atol=1e-12 * abs(action).max()
-            )
-
-
-@pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_applied_forces_are_weights_and_contact(presses, states, law) -> None:
-    press = presses({"contact.law": law})
-    _, own = masses_and_weights(press.reference)
-    for state in states(press, EACH):
+        phi, rate, jacobian, _ = rows_of(press, state)
+        # Else all that follows would compare two models outside of what either is written for.
+        assert np.abs(phi).max() <= 1e-14  # lengths near 1 m, some operations
+        assert np.abs(rate).max() <= 1e-13  # times 16 rad/s
+        np.testing.assert_allclose(assembled.mass, np.diag(mass), rtol=1e-12)
+        for own, theirs in ((jacobian, assembled.jacobian), (jacobian.T, assembled.jacobian.T)):
+            some = rng.normal(size=(own.shape[1], 3))
+            action = own @ some
+            assert np.all(np.abs(theirs @ some - action) <= 1e-12 * np.abs(action).max(axis=0))
         contacts, _ = by_reference(press, state, "slider", minimal_head(state))
-        expected = own.copy()
+        expected = weights.copy()
         expected[12:] += contact_force(press, state, contacts)
         bound = press.force_bound(state) + 1e-15  # and of the weights
-        np.testing.assert_allclose(five_bodies(press, state).force, expected, rtol=0, atol=bound)
+        np.testing.assert_allclose(assembled.force, expected, rtol=0, atol=bound)
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
@@ -145,30 +128,33 @@ def test_accelerations_agree(presses, states, law) -> None:
     Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
     """
     press = presses({"contact.law": law})
-    slider = press.exudyn.mechanism.slider
-    arm = press.data["mechanism"]["slider"]["length"] / 2.0
+    inertia, arm = press.exudyn.mechanism.slider.inertia, press.exudyn.mechanism.slider.length / 2.0
     touched = 0
     for state in states(press, EACH):
         contacts, few = by_reference(press, state, "slider", minimal_head(state))
-        _, many = by_reference(press, state, "multiplier", [*state.q, *state.v])
         force = contact_force(press, state, contacts)
         touched += force.any()
-        found = {"multiplier": many[4, 6:]}
-        found["balance"] = balanced(press, state.q, state.v, [*np.zeros(12), *force])
-        assembled = five_bodies(press, state)
-        _, _, _, gamma = rows_of(press, state)
-        matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
-        found["five bodies"] = np.linalg.solve(matrix, np.concatenate([assembled.force, gamma]))[12:15]
-        found["tree"] = tree_acceleration(press, state)
+        found = {
+            "multiplier": by_reference(press, state, "multiplier", [*state.q, *state.v])[1][4, 6:],
+            "balance": balanced(press, state.q, state.v, [*np.zeros(12), *force]),
+            "five bodies": saddle_point(press, state)[12:15],
+            "tree": tree_acceleration(press, state),
+        }
         bound = press.force_bound(state)
         scale = np.abs(few[4, 6:8]).max() + 50.0  # of C, 50 m/s^2 and more
+        turning = arm * 1.3 * bound / inertia + 1e-11 * (abs(few[4, 8]) + scale / arm)
         for name, value in found.items():
             error = np.abs(np.asarray(value) - few[4, 6:])
             assert error[:2].max() <= bound / 0.0195 + 1e-11 * scale, name
-            assert error[2] <= arm * 1.3 * bound / slider.inertia + 1e-11 * (abs(few[4, 8]) + scale / arm), (
-                name
-            )
+            assert error[2] <= turning, name
     assert touched >= 30  # of 45; some are clipped
+
+
+def saddle_point(press, state):
+    """Accelerations and multipliers of what Exudyn assembles, with the reference's gamma."""
+    assembled, (_, _, _, gamma) = five_bodies(press, state), rows_of(press, state)
+    matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
+    return np.linalg.solve(matrix, np.concatenate([assembled.force, gamma]))
 
 
 def tree_acceleration(press, state):
@@ -205,20 +191,12 @@ def test_reactions_and_torque_agree(presses, states) -> None:
         contacts, bodies = by_reference(press, state, "slider", minimal_head(state))
         force = contact_force(press, state, contacts)
         in_turn = reactions(
-            press.reference.mechanism,
-            bodies[:, :, None],
-            force[0],
-            force[1],
-            ideal_slider=False,
-            journal=None,
+            press.reference.mechanism, bodies[:, :, None], *force[:2], ideal_slider=False, journal=None
         )[:, 0]
         applied = own_weights.copy()
         applied[12:] += force
         own = -multipliers(press.reference, state.time, state.q, state.v, applied)[CHANNELS]
-        assembled = five_bodies(press, state)
-        _, _, _, gamma = rows_of(press, state)
-        matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
-        theirs = -np.linalg.solve(matrix, np.concatenate([assembled.force, gamma]))[15:][CHANNELS]
+        theirs = -saddle_point(press, state)[15:][CHANNELS]
         collected.append((in_turn[:13], own, theirs, press.force_bound(state)))
     few, many, exudyn, bounds = (np.array(part) for part in zip(*collected, strict=True))
     # The contact's rounding is passed on by the linkage with factors of some ten.

@@ -1,4 +1,4 @@
-"""The pieces that a run is made of: laws, friction, isolation of zeros, the step, cosine and sine, Cholesky."""
+"""The pieces that a run is made of: laws, friction, isolation of zeros, the step, angles, Cholesky."""
 
 import numpy as np
 import pytest
@@ -102,7 +102,7 @@ def test_the_potential_of_a_foundation_is_convex(a, b, share) -> None:
 
 @pytest.mark.parametrize(("d1", "d2"), [(3e-6, 1e-6), (2e-6, -5e-6), (-1e-4, 4e-7), (1e-7, -1e-7)])
 def test_forces_of_a_foundation_are_those_of_the_pressure(scene, d1, d2) -> None:
-    """Integrals of the pressure K_s depth along the face, where that is positive; no jump as a corner goes in."""
+    """Integrals of the pressure K_s depth along the face; no jump as a corner goes in."""
     law = law_of(scene, law="foundation")
     edge = [d1 / (d1 - d2)] if d1 * d2 < 0.0 else None
     moments = [
