@@ -96,7 +96,7 @@ def test_an_elastic_frictionless_hit_of_one_corner_returns_the_approach_speed(ru
         for contact in found.contacts(corner):
             start, end = contact["start"], contact["end"]
             alone = ((events["start"] < end) & (events["end"] > start)).sum() == 1
-            if alone and 0.0 < start and end < time[-1]:
+            if alone and start > 0.0 and end < time[-1]:
                 # The drive accelerates the corner by less than 50 m/s^2 all the while.
                 speed = np.interp(end, time, leaving)
                 allowed = 50.0 * (end - start) + 6e-3 * speed

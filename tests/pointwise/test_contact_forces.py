@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from reference_states import (
     CLIPPED,
-    FRICTION,
     GAP,
     INSIDE,
     MEMORY,

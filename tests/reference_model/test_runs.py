@@ -208,7 +208,7 @@ def test_who_listens_does_not_change_the_run(scene) -> None:
 
 
 def test_pulses_are_the_forces_of_the_contacts(run, monkeypatch) -> None:
-    """Sorted by row and time, within their contacts, up to the peak; what finds no room changes nothing else."""
+    """Sorted, within their contacts, up to the peak; what finds no room changes nothing else."""
     monkeypatch.setattr("reference_model.running.ROWS_AT_ONCE", 5)
     changes = {"drive.cycles": 0.3}, FOUNDATION
     whole = run(*changes)
@@ -251,7 +251,7 @@ def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(run, clearanc
 
 
 def test_a_grazing_touch_within_one_step_is_seen_but_by_scipy_s_events(run) -> None:
-    """The turning point of a first flight lies 1e-9 m inside the wall, for 1e-4 s of a step a hundred times that.
+    """The turning point of a first flight lies 1e-9 m inside the wall, for a hundredth of a step.
 
     `solve_ivp` looks at the ends of steps, as is said of it, and a graze lies between them.
     """

@@ -29,8 +29,8 @@ def test_multiplier_form_follows_the_minimal_form(scene, method) -> None:
     # Some 2000 local errors of 1e-12 m (or rad, at an arm of 0.05 m), not all of one sign: 1e-9 m at most.
     # In the angle times 1 / 35 mm; a contact of 0.2 ms makes a velocity of it, 1e-9 m / 2e-4 s.
     errors = {"slider_x": 1e-9, "slider_y": 1e-9, "slider_angle": 3e-8, "slider_vx": 5e-6}
-    # 1e-9 m at the slowest touch, 0.01 m/s: 1e-7 s. An impulse by the speed's times the 0.3 kg that a corner can
-    # hit. Depths really differ by 1e-12 m, which 1.5 F / d = 1.7e7 N/m makes 2e-5 N; in either run a peak
+    # 1e-9 m at the slowest touch, 0.01 m/s: 1e-7 s. An impulse by the speed's times the 0.3 kg that a corner
+    # can hit. Depths really differ by 1e-12 m, which 1.5 F / d = 1.7e7 N/m makes 2e-5 N; in either run a peak
     # that is missed for the end of its step may be short by as much (see the compiled integrator's test).
     errors |= {"start": 1e-7, "end": 1e-7, "normal_speed": 5e-6, "impulse": 1.5e-6, "largest_depth": 1e-9}
     for name, error in (errors | {"peak_force": 1e-4}).items():
