@@ -27,8 +27,14 @@ PULL = {
     "mechanism.slider.inertia": 1.6786552304460492e-05,
     "environment.gravity": -9.81,
 }
-# Four times as large.
+FOUR_TIMES = {"length": 4, "centroid": 4, "width": 4, "thickness": 4, "mass": 32, "inertia": 512}
+MECHANISM = load_scene("150rpm-0.2mm").data["mechanism"]
 PULL_OF_A_LARGE_PRESS = {
+    f"mechanism.{body}.{key}": factor * MECHANISM[body][key]
+    for body in ("crank", "rod2", "rocker", "rod4", "slider")
+    for key, factor in FOUR_TIMES.items()
+    if key in MECHANISM[body]
+} | {
     "drive.speed_rpm": 643.2801978187919,
     "drive.cycles": 0.12,
     "clearance.slider": 6.28941107079976e-05,
@@ -47,27 +53,9 @@ PULL_OF_A_LARGE_PRESS = {
     "mechanism.rocker_pivot": [1.0272, 0.8],
     "mechanism.guide_x": -2.2,
     "mechanism.reference_offset": 1.164056763205344e-05,
-    "mechanism.crank.length": 0.18,
-    "mechanism.crank.centroid": 0.09,
-    "mechanism.crank.mass": 0.64,
-    "mechanism.crank.inertia": 0.0051712,
-    "mechanism.rod2.length": 1.16,
-    "mechanism.rod2.centroid": 0.58,
-    "mechanism.rod2.mass": 3.68,
-    "mechanism.rod2.inertia": 0.412672,
-    "mechanism.rocker.length": 3.16,
-    "mechanism.rocker.centroid": 1.58,
-    "mechanism.rocker.mass": 9.92,
-    "mechanism.rocker.inertia": 8.254976,
-    "mechanism.rod4.length": 0.96,
     "mechanism.rod4.centroid": 0.32,
     "mechanism.rod4.mass": 3.1530708360752797,
-    "mechanism.rod4.inertia": 0.2359296,
-    "mechanism.slider.mass": 5.4496,
     "mechanism.slider.inertia": 0.060254754105172344,
-    "mechanism.slider.length": 0.28,
-    "mechanism.slider.width": 0.2,
-    "mechanism.slider.thickness": 0.2,
     "environment.gravity": -156.96,
 }
 

@@ -31,17 +31,7 @@ def closed_form(time: np.ndarray) -> np.ndarray:
 
 
 def simulate(step: float, folder: Path, rod: float = ROD) -> None:
-    """Run one revolution; Exudyn writes ``position.txt`` and ``velocity.txt`` of the slider.
-
-    Parameters
-    ----------
-    step
-        s; a sample interval is a multiple.
-    folder
-        Of the sensors' files.
-    rod
-        Its length, m.
-    """
+    """Run one revolution; Exudyn writes ``position.txt`` and ``velocity.txt`` of the slider."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     turning, reach = CRANK * OMEGA, CRANK + rod

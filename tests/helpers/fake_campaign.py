@@ -11,15 +11,7 @@ from comparison.models import MODELS
 
 
 class Models:
-    """Runs that are sines, see `fake_model.signals`, and the log of who was asked for them.
-
-    Attributes
-    ----------
-    stretch
-        A difference of models: by model, a share of the clearance.
-    asked
-        Model -> how many runs.
-    """
+    """Runs that are sines, see `fake_model.signals`; how many of each model, how much they differ."""
 
     def __init__(self, make_table):
         self.make, self.asked = make_table, dict.fromkeys(MODELS, 0)

@@ -15,14 +15,8 @@ from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
 
 MODELS = ("reference", "exudyn")
-
-
 LOCAL = 1e-6  # of the amplitude: error of a level, from which u follows
-
-
 COARSE: dict[str, object] = {"output.samples_per_cycle": 100, "output.groups": []}
-
-
 LATE = 0.6  # of the run: where magnified errors begin
 
 
@@ -51,9 +45,8 @@ class Fake:
     asked: list[tuple[str, int]] = field(default_factory=list)
 
     def table(self, late: float, everywhere: float = 0.0) -> Table:
-        samples = (
-            round(self.scene.data["drive"]["cycles"] * self.scene.data["output"]["samples_per_cycle"]) + 1
-        )
+        data = self.scene.data
+        samples = round(data["drive"]["cycles"] * data["output"]["samples_per_cycle"]) + 1
         error = everywhere + np.where(np.arange(samples) >= self.late * samples, late, 0.0)
         rows = [contact_at(0.01), *([contact_at(0.3)] if self.extra(late) else [])]
         return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), pd.DataFrame(rows))

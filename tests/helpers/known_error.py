@@ -28,25 +28,14 @@ def growing(phase: np.ndarray) -> np.ndarray:
 
 @dataclass
 class KnownError:
-    """Runs scenes by the reference's settings.
-
-    Attributes
-    ----------
-    magnification
-        Of both the error of a step and a shift of the start, by share of the run.
-    error
-        Of slider_x at a magnification of one, over the tolerance.
-    rough
-        Tolerance above which a run parts from its neighbours in the second half, whatever the motion.
-    fails
-        Status of the run at a tolerance; "" where it succeeds.
-    asked
-        Tolerances in the order in which they ran.
-    """
+    """Runs scenes by the reference's settings; `asked` are the tolerances in the order in which they ran."""
 
     magnification: Callable[[np.ndarray], np.ndarray] = steady
+    """Of both the error of a step and a shift of the start, by share of the run."""
     error: float = 10.0
+    """Of slider_x at a magnification of one, over the tolerance."""
     rough: float = np.inf
+    """Tolerance above which a run parts from its neighbours in the second half, whatever the motion."""
     fails: Callable[[float], str] = lambda _: ""
     asked: list[float] = field(default_factory=list)
 

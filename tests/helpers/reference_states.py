@@ -11,7 +11,6 @@ from reference_model.compiled import kernel
 from reference_model.contact import CONTACTS, JOURNAL, no_contacts
 from reference_model.dop853 import POINT, evaluate, new_nodes
 from reference_model.minimal import TIP_ROWS, Minimal
-from reference_model.multiplier import press
 from reference_model.observation import all_bodies
 from reference_model.parameters import Parameters
 
@@ -28,8 +27,7 @@ def constants(p: Parameters) -> Any:
 
 def friction_regime(c: Any, slip: float) -> int:
     """Return the regime of Eq. 13 that a slip (m/s) is in: 0 none, 1 on the ramp, 2 full, with its sign."""
-    regime = 0 if abs(slip) < c.v0 else (1 if abs(slip) <= c.v1 else 2)
-    return regime if slip >= 0.0 else -regime
+    return int(np.sign(slip)) * ((abs(slip) >= c.v0) + (abs(slip) > c.v1))
 
 
 def all_modes(modes: np.ndarray) -> np.ndarray:
@@ -90,6 +88,10 @@ def in_state(
     return nodes.contacts[0], nodes.slider[0], bodies
 
 
+def _multiplier(p: Parameters) -> multiplier.Linkage:
+    return multiplier.press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+
+
 def by_formulation(
     p: Parameters, name: str, time: float, head: Any, modes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -98,7 +100,7 @@ def by_formulation(
         "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, int(POINT)))),
         "pin": lambda: Chain(p.mechanism, True),
         "both": lambda: Chain(p.mechanism, False),
-        "multiplier": lambda: press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta)),
+        "multiplier": lambda: _multiplier(p),
     }[name]()
     contacts, _, bodies = in_state(model, p, time, head, all_modes(modes))
     return contacts.reshape(-1, CONTACTS), bodies
@@ -116,20 +118,20 @@ def _solve(model, time, q, v, acceleration):
 
 def rows_of(p: Parameters, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return Phi, Phi', Phi_q and gamma of a free slider."""
-    model = press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    model = _multiplier(p)
     _constraints(model, time, q, v)
     return model.phi, model.rate, model.jacobian, model.gamma
 
 
 def masses_and_weights(p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     """Return the diagonal of M and the weights as generalized forces, shape (15,)."""
-    model = press(p.mechanism, ideal_slider=False, baumgarte=(0.0, 0.0))
+    model = _multiplier(p)
     return model.masses, model.weights
 
 
 def multipliers(p: Parameters, time: float, q: np.ndarray, v: np.ndarray, applied: np.ndarray) -> np.ndarray:
     """Return lambda of Eqs. 19-21, shape (13,)."""
-    model = press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    model = _multiplier(p)
     model.applied[:] = applied
     _solve(model, time, q, v, np.empty(15))
     return model.lambdas
