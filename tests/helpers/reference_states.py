@@ -27,7 +27,8 @@ def constants(p: Parameters) -> Any:
 
 def friction_regime(c: Any, slip: float) -> int:
     """Return the regime of Eq. 13 that a slip (m/s) is in: 0 none, 1 on the ramp, 2 full, with its sign."""
-    return int(np.sign(slip)) * ((abs(slip) >= c.v0) + (abs(slip) > c.v1))
+    regime = 0 if abs(slip) < c.v0 else (1 if abs(slip) <= c.v1 else 2)
+    return regime if slip >= 0.0 else -regime
 
 
 def all_modes(modes: np.ndarray) -> np.ndarray:
