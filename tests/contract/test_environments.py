@@ -62,11 +62,6 @@ def test_variables(changes, sixbar):
     sixbar(changes)
 
 
-@pytest.mark.parametrize("closed", [0, 2])
-def test_closed_streams(closed, sixbar):
-    sixbar({}, preexec_fn=lambda: os.close(closed))
-
-
 @pytest.fixture
 def foreign(tmp_path) -> dict[str, object]:
     """A user whom nobody knows: may write in the working folder and the temporary one alone."""

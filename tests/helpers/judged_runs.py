@@ -70,9 +70,7 @@ def changed_scene(seed: int) -> tuple[Scene, str]:
 
 
 @lru_cache(maxsize=12)
-def random_scene(
-    seed: int, samples_per_cycle: int = 1000, *, only_base: bool = False, fault: float = 0.0
-) -> Judged:
+def random_scene(seed: int, samples_per_cycle: int = 1000, *, fault: float = 0.0) -> Judged:
     """A changed scene by both models, with all their runs.
 
     ``fault`` is a relative error of the second model's restitution.
@@ -84,8 +82,7 @@ def random_scene(
     wrong = scene.with_values({"contact.restitution": scene.data["contact"]["restitution"] * (1 + fault)})
 
     def runs(model: str, of: Scene) -> Runs:
-        kinds = {"base": of} if only_base else levels(of, model)
-        there = {kind: run_one(level, model) for kind, level in kinds.items()}
+        there = {kind: run_one(level, model) for kind, level in levels(of, model).items()}
         return Runs(refinement=refinement(model, of), **there)
 
     return Judged(scene, tier, runs(MODELS[0], scene), runs(MODELS[1], wrong))
@@ -144,13 +141,16 @@ def compared(judged: Judged, **options: Any) -> SceneComparison:
 
 def each(runs: Runs, change: Callable[[Table], Table]) -> Runs:
     """Every table of one model changed in the same way."""
-    there = {kind: getattr(runs, kind) for kind in KINDS if getattr(runs, kind) is not None}
-    return replace(runs, **{kind: change(table) for kind, table in there.items()})
+    return replace(runs, **{kind: change(table) for kind, table in tables_of(runs).items()})
+
+
+def tables_of(runs: Runs) -> dict[str, Table]:
+    return {kind: getattr(runs, kind) for kind in KINDS if getattr(runs, kind) is not None}
 
 
 def frames(runs: Runs) -> dict[str, pd.DataFrame]:
     """The bare numbers of one model's runs."""
-    return {kind: getattr(runs, kind).frame for kind in KINDS if getattr(runs, kind) is not None}
+    return {kind: table.frame for kind, table in tables_of(runs).items()}
 
 
 def decided(channels: dict[str, ChannelComparison]) -> tuple[str, str]:

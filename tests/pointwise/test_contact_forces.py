@@ -122,10 +122,13 @@ def test_forces_of_a_side_agree(presses, impact_speed) -> None:
         found, _ = slider_forces(press.reference, state.slider, modes)
         # K_s is the slope of the force by either depth, at most. Gaps round as above, slips on their ramp;
         # the shares, of slope 1 / (|d1| + |d2|), weigh the rates of two corners that may be 10 m/s apart.
-        speeds = speed if impact_speed == "frozen" else c.speed_floor
-        apart = abs(motion[side][1] - motion[side + 2][1]) / (abs(d1) + abs(d2))
-        damping, elastic = 1.0 + c.C * abs(rate) / speed, c.Ks * weights.sum()
-        damping = damping if impact_speed == "frozen" else 1.0 + c.C
+        apart, elastic = (
+            abs(motion[side][1] - motion[side + 2][1]) / (abs(d1) + abs(d2)),
+            c.Ks * weights.sum(),
+        )
+        speeds, damping = c.speed_floor, 1.0 + c.C
+        if impact_speed == "frozen":
+            speeds, damping = speed, 1.0 + c.C * abs(rate) / speed
         bound = 1e-15 * (damping * c.Ks + elastic * c.C / speeds * (apart + 4.0))
         bound += elastic * damping * (1e-12 + 4e-15 / (c.v1 - c.v0))
         other = np.array(slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, memory))
@@ -173,19 +176,11 @@ def test_forces_of_the_journal_agree(presses) -> None:
         velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
         found = Bearing(press.reference, time, complex(bearing), complex(velocity), w2)
         speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
-        modes = np.zeros((4, 5))
-        modes[:, JOURNAL] = (
-            speed,
-            friction_regime(c, found.slip),
-            1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0,
-            depth > 0.0,
-        )
+        modes, pulls = np.zeros((4, 5)), 1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0
+        modes[:, JOURNAL] = speed, friction_regime(c, found.slip), pulls, depth > 0.0
         G, normal_force = found.force(modes)
-
-        crank = c.Ls1 * np.exp(1j * theta1)
-        arm2 = c.Ls2 * np.exp(1j * theta2)
-        rod2, vrod2 = bearing + arm2, velocity + 1j * w2 * arm2
-        vcrank = 1j * c.omega * crank
+        crank, arm2 = c.Ls1 * np.exp(1j * theta1), c.Ls2 * np.exp(1j * theta2)
+        rod2, vrod2, vcrank = bearing + arm2, velocity + 1j * w2 * arm2, 1j * c.omega * crank
         q1, q2 = (crank.real, crank.imag, theta1), (rod2.real, rod2.imag, theta2)
         v1, v2 = (vcrank.real, vcrank.imag, c.omega), (vrod2.real, vrod2.imag, w2)
         e, de = tip - bearing, 1j * c.omega * tip - velocity
@@ -208,11 +203,9 @@ def test_forces_of_the_journal_agree(presses) -> None:
         np.testing.assert_allclose(force[3:5], [G.real, G.imag], rtol=0, atol=bound)
         np.testing.assert_allclose(force[:2], -force[3:5], rtol=0, atol=0)
         # Both act in one point of the bearing's surface: moments about the bodies' centres.
-        point = found.point
         for moment, centre, sign in ((force[2], crank, -1.0), (force[5], rod2, 1.0)):
-            arm = point - centre
-            own = sign * (arm.conjugate() * G).imag
-            assert abs(moment - own) <= (abs(arm) * bound + size * 1e-15)
+            arm = found.point - centre
+            assert abs(moment - sign * (arm.conjugate() * G).imag) <= abs(arm) * bound + size * 1e-15
         if depth > 0.0:
             closed += 1
             regimes.add(friction_regime(c, found.slip))
