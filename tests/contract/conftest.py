@@ -12,8 +12,6 @@ import exudyn_model
 import reference_model
 from comparison.scene import load_scene
 
-CORNERS = ("ll", "lr", "ul", "ur")
-
 
 @dataclass(frozen=True)
 class Variant:
