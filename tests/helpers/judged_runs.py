@@ -156,5 +156,8 @@ def frames(runs: Runs) -> dict[str, pd.DataFrame]:
 def decided(channels: dict[str, ChannelComparison]) -> tuple[str, str]:
     """Return the verdict of a scene with these channels at the standard tier, and why."""
     verdict = scene_verdict(channels, thresholds().coverage)
-    scene = SceneComparison("press", "", "", ("a", "b"), verdict, np.empty(0), None, channels)
+    scene = SceneComparison(
+        name="press", title="", description="", labels=("a", "b"), verdict=verdict, time=np.empty(0),
+        period=None, channels=channels,
+    )  # fmt: skip
     return verdict, scene_reason(scene)
