@@ -58,8 +58,8 @@ def test_error_follows_the_tolerance(run) -> None:
 @pytest.mark.parametrize(
     ("changes", "bound"),
     [
-        (FOUNDATION, 1e-9),
-        (FOUNDATION | ELASTIC, 1e-9),
+        (FOUNDATION | {TOLERANCE: 1e-11}, 1e-9),
+        (FOUNDATION | ELASTIC | {TOLERANCE: 1e-11}, 1e-9),
         (CURRENT, 1e-9),
         (CURRENT | FOUNDATION, 1e-9),
         (PIN | CURRENT | {"drive.cycles": 0.1}, 1e-7),
@@ -74,12 +74,32 @@ def test_energy_is_lost_by_damping_and_friction_and_accounted_for(run, changes, 
     assert np.abs(columns["energy_residual"]).max() < bound
     assert columns["energy_contact"].min() >= 0.0
     assert ("pin" in result.events["corner"]) == (changes.keys() >= PIN.keys())
-    for part in ("damping", "friction"):
+    # Of 0.3 cycles damping takes 1e-5 J and friction 1e-4 J at least.
+    for part, least in (("damping", 1e-5), ("friction", 1e-5 if changes.keys() >= PIN.keys() else 1e-4)):
         assert np.all(np.diff(columns[f"energy_{part}"]) >= -1e-15)
-        assert (columns[f"energy_{part}"][-1] > 1e-5) == (not changes.keys() >= ELASTIC.keys())
+        assert (columns[f"energy_{part}"][-1] > least) == (not changes.keys() >= ELASTIC.keys())
     if changes.keys() >= CURRENT.keys():  # nothing is ever clipped: a corner that is inside has a force
         for name in CORNERS if "contact.law" not in changes else ():
             assert np.all(columns[f"corner_{name}_normal"][columns[f"corner_{name}_gap"] < -1e-9] > 0.0)
+
+
+def test_a_mirrored_press_moves_as_a_mirror_image_under_foundation(run, scene) -> None:
+    pivot_x, pivot_y = scene()["mechanism"]["rocker_pivot"]
+    mirror = {
+        "mechanism.rocker_pivot": [-pivot_x, pivot_y],
+        "mechanism.guide_x": 0.55,
+        "mechanism.reference_offset": -5e-5,
+        "mechanism.crank_angle_deg": 180.0 - 111.36,
+        "mechanism.rocker_branch": -1,
+        "drive.speed_rpm": -150.0,
+    }
+    short = FOUNDATION | {"drive.cycles": 0.3, TOLERANCE: 1e-11}
+    left, right = run(short), run(short, mirror)
+    # The two runs round differently, 1e-16 m, and differ by 3e-12 m and 5e-10 rad.
+    for name, most in (("slider_x", 1e-10), ("slider_angle", 1e-8)):
+        np.testing.assert_allclose(right.columns[name], -left.columns[name], rtol=0, atol=most)
+    other_side = dict(zip(["ll", "lr", "ul", "ur"], ["lr", "ll", "ur", "ul"], strict=True))
+    assert [other_side[corner] for corner in right.events["corner"]] == left.events["corner"].tolist()
 
 
 @pytest.mark.parametrize("law", LAWS)
