@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
+import subprocess
+import sys
+import tempfile
+import time
 from pathlib import Path
 
 from comparison.cli.progress import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
 from comparison.formatting import table
+from comparison.models import made_on
 from comparison.studies import NAMES, write_study
 from comparison.studies.verdicts.study import RECORD
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
+TIMES = "times.md"
 PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
 SHOWN = (
@@ -58,10 +65,38 @@ def table_of(text: str) -> str:
     return "\n".join([shown, *lines[of_table[-1] + 1 :]])
 
 
-def generated(readmes: dict[str, str]) -> str:
+def times() -> str:
+    """Return a sentence on how long `sixbar validate` takes on this machine, measured."""
+    seconds = []
+    with tempfile.TemporaryDirectory() as folder:
+        for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
+            names = ("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR")
+            environment = os.environ | dict.fromkeys(names, str(Path(folder, cache)))
+            command = [
+                sys.executable,
+                "-m",
+                "comparison",
+                "validate",
+                *options,
+                "-q",
+                "--out",
+                f"{folder}/out",
+            ]
+            begun = time.perf_counter()
+            subprocess.run(command, env=environment, check=True, capture_output=True)
+            seconds.append(f"{time.perf_counter() - begun:.0f} s")
+    quick, cold, stored = seconds
+    return (
+        f"With neither runs nor compiled code stored `sixbar validate --quick` took {quick} and "
+        f"`sixbar validate` {cold}, with all runs stored {stored}: {cpus()} processors of {made_on()}.\n"
+    )
+
+
+def generated(readmes: dict[str, str], times: str) -> str:
     """Return what the README has between its markers, from those of the studies, by name."""
     rates = [f"- [{name}](reports/{name}/README.md): {finding(readmes[name])}" for name in OF_THE_VERDICT]
-    return "\n".join([table_of(readmes["verdicts"]), "", "The verdict itself, tested:", "", *rates])
+    tested = ["The verdict itself, tested:", "", *rates]
+    return "\n".join([table_of(readmes["verdicts"]), "", *tested, "", times.strip()])
 
 
 def with_generated(readme: str, text: str) -> str:
@@ -81,7 +116,10 @@ def main(*, small: bool = False) -> None:
             written[name] = write_study(name, REPORTS / name, cpus(), report, small=small).read_text("utf-8")
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")
-    write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)
+    if not small:
+        write_text(times(), REPORTS / TIMES)
+    measured = (REPORTS / TIMES).read_text("utf-8") if (REPORTS / TIMES).is_file() else ""
+    write_text(with_generated(readme.read_text("utf-8"), generated(written, measured)), readme)
     write_text((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 

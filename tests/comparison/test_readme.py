@@ -10,7 +10,7 @@ import pytest
 
 from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.cli.reports import BEGIN, END, generated, index, with_generated
+from comparison.cli.reports import BEGIN, END, TIMES, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 
@@ -31,7 +31,8 @@ def test_the_five_lines_of_python_run(capsys):
 
 
 def test_the_verdicts_and_rates_are_those_of_the_reports():
-    text = generated({name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES})
+    readmes = {name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES}
+    text = generated(readmes, (REPORTS / TIMES).read_text("utf-8"))
     assert sum(line[:1] == "|" for line in text.splitlines()) == 2 + len(shipped_scenes())
     assert re.search(r"\d+ false alarms in \d{3,} decided comparisons", text)
     assert with_generated(README, text) == README
