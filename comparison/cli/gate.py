@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +16,7 @@ from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
-    from comparison.words.cases import Case
+    from comparison.words.record import Case
 
 BASELINE = Path("sixbar-baseline.toml")
 SHOWN = 20  # lines of regressions on a terminal; the files hold all
@@ -74,7 +73,7 @@ def gate(
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
         "exit_code": result.exit_code,
         "notes": remarks,
-        "checks": [asdict(check) for check in checks],
+        "checks": [check._asdict() for check in checks],
     }
     if json:
         print_json(numbers)

@@ -135,7 +135,7 @@ def _write_for_ci(
     comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
 ) -> None:
     from comparison.report.ci import write_job_summary, write_junit
-    from comparison.words.cases import Case, of_comparisons
+    from comparison.words.record import Case, of_comparisons
     from comparison.words.verdicts import headline, incomplete, why
 
     cases = [

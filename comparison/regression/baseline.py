@@ -4,20 +4,20 @@ Three runs per scene: the reference at the tight tier, Exudyn's five bodies with
 tree at the tight tier. Of each: settings, counters, and some checkpoints (`comparison.regression.record`).
 """
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.files import contents, write_text
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
+from comparison.scene.overrides import explain
 
+Model = TypeVar("Model", bound=BaseModel)
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=0, strict=True)]
@@ -49,24 +49,18 @@ class Checkpoint(NamedTuple):
 class RunRecord(_Part):
     """One run of a model."""
 
-    settings: dict[str, str | bool | int | float]
-    """The scene's ``[solver]`` of this model, with the formulation that it chose."""
-    counters: dict[str, Count]
-    """Of the work, and the number of contacts."""
-    spread: dict[str, Count] = {}
-    """By how much the counters differ between runs from starts that are next to each other."""
-    unexcited: list[str] = []
-    """Channels in which nothing happens: their range is below their floor."""
-    unpredictable: list[str] = []
-    """Channels without a predictable sample at which something happens."""
+    settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
+    counters: dict[str, Count]  # of the work, and the number of contacts
+    spread: dict[str, Count] = {}  # by how much they differ between runs from starts next to each other
+    unexcited: list[str] = []  # channels in which nothing happens: their range is below their floor
+    unpredictable: list[str] = []  # channels without a predictable sample at which something happens
     channels: dict[str, list[Checkpoint]]
 
 
 class SceneRecord(_Part):
     """A scene, the hash of its numbers without the solvers' settings, and its runs by their tier."""
 
-    source: str
-    """A shipped name, or the path of a file as seen from the baseline's folder."""
+    source: str  # a shipped name, or the path of a file as seen from the baseline's folder
     hash: str
     reference: dict[Literal["standard", "tight"], RunRecord] = {}
     exudyn: dict[Literal["standard", "tight"], RunRecord] = {}
@@ -88,6 +82,7 @@ class Detection(_Part):
 class Baseline(_Part):
     """The whole file; ``thresholds`` is what stood in ``thresholds.toml``."""
 
+    checksum: str = ""  # of the numbers; read and written, and empty in between
     platform: str
     versions: dict[str, str]
     thresholds: dict[str, Any]
@@ -97,40 +92,33 @@ class Baseline(_Part):
 
 def read(path: Path) -> Baseline:
     """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
-    try:
-        content = tomllib.loads(contents(path))
-        written = content.pop("checksum", None)
-        baseline = Baseline.model_validate(content)
-    except FileNotFoundError as error:
-        message = "there is no such baseline; sixbar gate --update makes one"
-        raise BaselineError(f"{path}: {message}") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise BaselineError(f"{path}: {explain(error, 'TOML')}") from error
-    if written != checksum(baseline):
-        fault = "has no checksum" if written is None else "was changed since: its checksum does not match"
+    baseline = parsed(path, "TOML", tomllib.loads, Baseline)
+    if baseline.checksum != checksum(baseline):
+        fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
-    return baseline
+    return baseline.model_copy(update={"checksum": ""})
+
+
+def parsed(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
+    """Read a file of a kind; a `BaselineError` tells why it is none, of a bad value where, and the rule."""
+    try:
+        return model.model_validate(load(contents(path)))
+    except FileNotFoundError:
+        fault = "there is no such baseline; sixbar gate --update makes one"
+    except OSError as error:
+        fault = error.strerror or str(error)
+    except RecursionError:
+        fault = "is nested too deeply"
+    except ValidationError as error:  # before its base class ValueError
+        fault = explain(error, model)
+    except ValueError as error:
+        fault = f"is not {kind} text: {' '.join(str(error).split())}"
+    raise BaselineError(f"{path}: {fault}")
 
 
 def checksum(baseline: Baseline) -> str:
     """Return a hash of the numbers, whatever the layout of the text."""
-    return digest(baseline.model_dump(mode="json"))
-
-
-def explain(error: Exception, kind: str) -> str:
-    """Say in one line why a file of this kind cannot be read; of a bad value where it is, and the rule."""
-    if isinstance(error, OSError):
-        return error.strerror or str(error)
-    if isinstance(error, RecursionError):
-        return "is nested too deeply"
-    if not isinstance(error, ValidationError):
-        return f"is not {kind} text: {' '.join(str(error).split())}"
-    first = error.errors()[0]
-    where = ".".join(str(step) for step in first["loc"]) or "the file"
-    if first["type"] == "missing":
-        return f"{where} is missing"
-    text = " ".join(repr(first["input"]).split())
-    return f"{where} = {text if len(text) <= 60 else f'{text[:57]}...'}: {first['msg']}"
+    return digest(baseline.model_dump(mode="json", exclude={"checksum"}))
 
 
 def write(baseline: Baseline, path: Path) -> Path:
@@ -146,15 +134,12 @@ def physics_hash(scene: Scene) -> str:
 
 def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
     """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
-    scenes, gone = [], []
-    for name, scene in baseline.scenes.items():
-        if scene.source in shipped_scenes():
-            scenes.append(load_scene(scene.source))
-        elif (path := folder / scene.source).is_file():
-            scenes.append(load_scene(path))
-        else:
-            gone.append(name)
-    return scenes, gone
+    paths = {
+        name: scene.source if scene.source in shipped_scenes() else folder / scene.source
+        for name, scene in baseline.scenes.items()
+    }
+    gone = [name for name, path in paths.items() if isinstance(path, Path) and not path.is_file()]
+    return [load_scene(path) for name, path in paths.items() if name not in gone], gone
 
 
 def source(scene: Scene, folder: Path) -> str:
@@ -171,8 +156,7 @@ def _lines(baseline: Baseline) -> Iterator[str]:
         yield f"{key} = {_value(getattr(baseline, key))}"
     if baseline.detection is not None:
         yield "\n[detection]"
-        for name, rates in baseline.detection.model_dump().items():
-            yield f"{name} = {_value(rates)}"
+        yield from (f"{name} = {_value(rates)}" for name, rates in baseline.detection)
     for name, scene in baseline.scenes.items():
         section = f"scenes.{_value(name)}"
         yield f"\n[{section}]\nsource = {_value(scene.source)}\nhash = {_value(scene.hash)}"

@@ -6,12 +6,10 @@ compared with the spread of more neighbours, run by the code and on the machine 
 by as well is no regression, but a threshold too small by chance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -39,78 +37,48 @@ SPREAD_FACTOR = 2.0
 at 90 rpm do by 6 % if the start moves by 2e-15 m, which is what rounding does."""
 
 
-class Lack(Enum):
-    """What is missing for a comparison."""
+class Kind(Enum):
+    """What a check found, with the names of its data."""
 
-    THRESHOLDS = auto()  # those of the verdicts that the baseline was made with
-    RECORD = auto()  # of what is there now
-    PRESENT = auto()  # what the baseline has
-    PREDICTABLE = auto()  # a sample that is, at which something happens
-
-
-class SceneGone(NamedTuple):
-    """A scene of the baseline is neither a shipped one nor a file any more."""
-
-    source: str
-
-
-class RunFailed(NamedTuple):
-    """The run did not succeed."""
-
-    job: Job
-    outcome: Outcome
+    THRESHOLDS = auto()  # of the verdicts are not those that the baseline was made with
+    SCENE_GONE = auto()  # source
+    NEW_SCENE = auto()
+    RUN_GONE = auto()
+    NEW_RUN = auto()
+    FAILED = auto()  # job, outcome
+    CHANGED = auto()  # values: name -> now and in the baseline, None where it has none
+    CHANNEL_GONE = auto()
+    NEW_CHANNEL = auto()
+    UNPREDICTABLE = auto()  # no sample is, at which something happens
+    EXCITED = auto()  # extent, of a channel in which nothing happened
+    NO_SAMPLE = auto()  # time of a checkpoint, s
+    MOVED = auto()  # time, value, before, off, threshold of the worst checkpoint; count of points are off
 
 
-class Changed(NamedTuple):
-    """Settings or counters have other values: name -> now and in the baseline, None where it has none."""
-
-    values: dict[str, tuple[object, object]]
-
-
-class Excited(NamedTuple):
-    """A channel in which nothing happened now does: its range, in its unit."""
-
-    extent: float
-
-
-class NoSample(NamedTuple):
-    """There is no sample at a checkpoint's time, s."""
-
-    time: float
-
-
-class Moved(NamedTuple):
-    """Values are outside the thresholds of ``off`` of ``points`` checkpoints, most of all at this one."""
-
-    value: float
-    checkpoint: Checkpoint
-    off: int
-    points: int
-
-
-Deviation = Lack | SceneGone | RunFailed | Changed | Excited | NoSample | Moved
+Found = tuple[Kind | None, dict[str, Any]]
+_NOTHING: Found = (None, {})
 
 
 class Check(NamedTuple):
-    """One check of a scene; the deviation is None where there is none.
+    """One check of a scene, or of one of its runs; ``kind`` is None where it found nothing.
 
-    ``run`` is None for the scene as a whole; ``name`` is the channel, "settings", "counters", "run", "scene"
-    or "thresholds".
+    ``name`` is the channel, "settings", "counters", "run", "scene" or "thresholds".
     """
 
     scene: str
     run: Which | None
     name: str
-    deviation: Deviation | None
+    kind: Kind | None
+    data: dict[str, Any]
 
     @property
     def status(self) -> Literal["passed", "failed", "skipped", "error"]:
         """A "failed" check is a regression; "error": a process died, or a model raised what it should not."""
-        if self.deviation is None:
+        if self.kind is None:
             return "passed"
-        if isinstance(self.deviation, RunFailed) and self.deviation.outcome.status == "crashed":
+        if self.kind is Kind.FAILED and self.data["outcome"].status == "crashed":
             return "error"
-        return "skipped" if self.deviation is Lack.PREDICTABLE else "failed"
+        return "skipped" if self.kind is Kind.UNPREDICTABLE else "failed"
 
 
 class Excused(NamedTuple):
@@ -127,14 +95,10 @@ class Gate:
     """Results of the gate."""
 
     checks: list[Check]
-    platform: tuple[str, str] | None
-    """There and here, where they differ."""
-    versions: dict[str, tuple[str | None, str | None]]
-    """Library -> there and here, None without it, where they differ."""
-    excused: list[Excused]
-    """Runs with thresholds too small."""
-    rewritten: list[str]
-    """Scenes whose numbers are not those of the baseline."""
+    platform: tuple[str, str] | None  # there and here, where they differ
+    versions: dict[str, tuple[str | None, str | None]]  # the same of libraries, None without it
+    excused: list[Excused]  # runs with thresholds too small
+    rewritten: list[str]  # scenes whose numbers are not those of the baseline
 
     @property
     def regressions(self) -> list[Check]:
@@ -156,18 +120,13 @@ def gate(
     on_progress: Progress | None = None,
 ) -> Gate:
     """Run scenes and compare them with the baseline, of which other scenes are gone."""
-    planned = {
-        (scene.name, which): job
-        for scene in scenes
-        if scene.name in baseline.scenes
-        for which, job in gated_runs(scene).items()
-    }
+    held = [scene for scene in scenes if scene.name in baseline.scenes]
+    planned = {(scene.name, which): job for scene in held for which, job in gated_runs(scene).items()}
     outcomes = run_all(list(planned.values()), n_jobs, on_progress)
-    present = dict(zip(planned, zip(planned.values(), outcomes, strict=True), strict=True))
+    present = {key: (job, outcome) for (key, job), outcome in zip(planned.items(), outcomes, strict=True)}
     known = {
         (scene.name, which): record
-        for scene in scenes
-        if scene.name in baseline.scenes
+        for scene in held
         for which, record in baseline.scenes[scene.name].runs.items()
     }
     platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
@@ -177,29 +136,28 @@ def gate(
     records, excused = _confirmed(known, present, n_jobs)
     # The verdicts are judged by the numbers whose error rates the baseline holds.
     same = thresholds_record() == baseline.thresholds
-    checks = [Check("thresholds", None, "thresholds", None if same else Lack.THRESHOLDS)]
-    checks += [Check(name, None, "scene", SceneGone(baseline.scenes[name].source)) for name in gone]
-    rewritten = []
+    checks = [Check("thresholds", None, "thresholds", None if same else Kind.THRESHOLDS, {})]
+    checks += [
+        Check(name, None, "scene", Kind.SCENE_GONE, {"source": baseline.scenes[name].source}) for name in gone
+    ]
     for scene in scenes:
         if scene.name not in baseline.scenes:
-            checks.append(Check(scene.name, None, "scene", Lack.RECORD))
-            continue
+            checks.append(Check(scene.name, None, "scene", Kind.NEW_SCENE, {}))
         # What only one of the two sides has is a regression.
         for key in [key for key in {**present, **records} if key[0] == scene.name]:
-            deviations: dict[str, Deviation | None]
+            found: dict[str, Found]
             if key not in present or key not in records:
-                deviations = {"run": Lack.PRESENT if key not in present else Lack.RECORD}
+                found = {"run": (Kind.RUN_GONE if key not in present else Kind.NEW_RUN, {})}
             elif (table := present[key][1].table) is None:
-                deviations = {"run": RunFailed(*present[key])}
+                found = {"run": (Kind.FAILED, dict(zip(("job", "outcome"), present[key], strict=True)))}
             else:
-                deviations = changes(records[key], present[key][0], table, exact=not (platform or changed))
-            checks += [Check(*key, name, deviation) for name, deviation in deviations.items()]
-        if physics_hash(scene) != baseline.scenes[scene.name].hash:
-            rewritten.append(scene.name)
+                found = changes(records[key], present[key][0], table, exact=not (platform or changed))
+            checks += [Check(*key, name, *deviation) for name, deviation in found.items()]
+    rewritten = [scene.name for scene in held if physics_hash(scene) != baseline.scenes[scene.name].hash]
     return Gate(checks, platform, changed, excused, rewritten)
 
 
-def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Deviation | None]:
+def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Found]:
     """Compare settings, counters and every channel of a present run with its record.
 
     Counters are compared exactly on the same platform and with the same versions, else within 5 % or their
@@ -210,57 +168,55 @@ def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[s
         before, spread = record.counters[key], SPREAD_FACTOR * record.spread.get(key, 0)
         if abs(now[key] - before) <= max(1.0, COUNTERS_ELSEWHERE * before, spread):
             now[key] = before
-    deviations = {
+    found = {
         "settings": _differing(record.settings, settings(job.scene.data, table, job.model)),
         "counters": _differing(record.counters, now),
     }
     recorded = [*record.channels, *record.unexcited, *record.unpredictable]
     for name in dict.fromkeys([*recorded, *table.channels]):
         if name not in table.channels:
-            deviations[name] = Lack.PRESENT
+            found[name] = Kind.CHANNEL_GONE, {}
         elif name not in recorded:
-            deviations[name] = Lack.RECORD
+            found[name] = Kind.NEW_CHANNEL, {}
         elif name in record.unpredictable:
-            deviations[name] = Lack.PREDICTABLE
+            found[name] = Kind.UNPREDICTABLE, {}
         elif name in record.unexcited:
             extent = float(np.ptp(table.values(name)))
-            deviations[name] = None if extent < channels()[name].floor else Excited(extent)
+            still = extent < channels()[name].floor
+            found[name] = _NOTHING if still else (Kind.EXCITED, {"extent": extent})
         else:
-            deviations[name] = _moved(name, record.channels[name], table)
-    return deviations
+            found[name] = _moved(name, record.channels[name], table)
+    return found
 
 
-def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Deviation | None:
+def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Found:
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
-    return Changed({name: (now.get(name), before.get(name)) for name in names}) if names else None
+    values = {name: (now.get(name), before.get(name)) for name in names}
+    return (Kind.CHANGED, {"values": values}) if values else _NOTHING
 
 
-def _moved(name: str, points: list[Checkpoint], table: Table) -> Deviation | None:
-    """Return the checkpoint furthest outside its threshold."""
-    values = table.values(name)
-    interval = float(table.time[-1] - table.time[0]) / (table.time.size - 1)
-    off = []
-    for point in points:
-        nearest = _nearest(table, point)
-        if abs(table.time[nearest] - point.time) > 0.01 * interval:  # its time is rounded to nine digits
-            return NoSample(point.time)
-        value = float(values[nearest])
-        if not abs(value - point.value) <= point.threshold:
-            off.append((abs(value - point.value) / point.threshold, value, point))
-    if not off:
-        return None
-    _, value, worst = max(off)
-    return Moved(value, worst, len(off), len(points))
+def _moved(name: str, points: Sequence[Checkpoint], table: Table) -> Found:
+    """Find the checkpoint furthest outside its threshold."""
+    time, before, threshold = np.reshape(points, (-1, 3)).T
+    at = _nearest(table, points)
+    # A checkpoint's time is rounded to nine digits.
+    missing = np.abs(table.time[at] - time) > 0.01 * float(table.time[-1] - table.time[0]) / (
+        table.time.size - 1
+    )
+    if missing.any():
+        return Kind.NO_SAMPLE, {"time": time[missing.argmax()]}
+    value = table.values(name)[at]
+    off = np.abs(value - before)
+    if (off <= threshold).all():
+        return _NOTHING
+    worst = int((off / threshold).argmax())
+    columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
+    numbers: dict[str, Any] = {key: float(column[worst]) for key, column in columns.items()}
+    return Kind.MOVED, numbers | {"count": int((off > threshold).sum()), "points": len(points)}
 
 
-def _nearest(table: Table, point: Checkpoint) -> int:
-    return int(np.abs(table.time - point.time).argmin())
-
-
-def _off(record: RunRecord, job: Job, table: Table) -> set[str]:
-    """Return the channels that are outside thresholds of their checkpoints."""
-    deviations = changes(record, job, table, exact=False)
-    return {name for name in record.channels if deviations[name] is not None}
+def _nearest(table: Table, points: Sequence[Checkpoint]) -> list[int]:
+    return [int(np.abs(table.time - point.time).argmin()) for point in points]
 
 
 def _confirmed(
@@ -269,31 +225,30 @@ def _confirmed(
     n_jobs: int,
 ) -> tuple[dict[tuple[str, Which], RunRecord], list[Excused]]:
     """Return the records, with thresholds raised that neighbours of the present runs show to be too small."""
+
+    def off(record: RunRecord, job: Job, table: Table) -> set[str]:
+        found = changes(record, job, table, exact=False)
+        return {name for name in record.channels if found[name] != _NOTHING}
+
     doubted = {
         key: (job, outcome.table, neighbours(job, key[1][1], CONFIRMING))
         for key, (job, outcome) in present.items()
-        if outcome.table is not None and key in records
-        if _off(records[key], job, outcome.table)
+        if outcome.table is not None and key in records and off(records[key], job, outcome.table)
     }
     outcomes = iter(run_all([job for *_, jobs in doubted.values() for job in jobs], n_jobs))
     raised, excused = dict(records), []
     for key, (job, table, jobs) in doubted.items():
         tables = [outcome.table for outcome in [next(outcomes) for _ in jobs] if outcome.table is not None]
-        before = records[key]
-        after = _raised(before, job, table, tables, thresholds(key[1][1]).k)
-        if count := len(_off(before, job, table) - _off(after, job, table)):
+        before, k = records[key], thresholds(key[1][1]).k
+        wider = dict(before.channels)
+        for name in wider.keys() & set(table.channels):
+            limits = k * scatter(job, table, tables, name)[_nearest(table, wider[name])]
+            wider[name] = [
+                point._replace(threshold=max(point.threshold, limit))
+                for point, limit in zip(wider[name], limits.tolist(), strict=True)
+            ]
+        after = before.model_copy(update={"channels": wider})
+        if count := len(off(before, job, table) - off(after, job, table)):
             raised[key] = after
             excused.append(Excused(*key, count, len(tables)))
     return raised, excused
-
-
-def _raised(record: RunRecord, gated: Job, table: Table, tables: Sequence[Table], k: float) -> RunRecord:
-    """Return a record with its thresholds raised to the differences between neighbours of the present run."""
-    raised = dict(record.channels)
-    for name in record.channels.keys() & set(table.channels):
-        limit = k * scatter(gated, table, tables, name)
-        raised[name] = [
-            point._replace(threshold=max(point.threshold, float(limit[_nearest(table, point)])))
-            for point in record.channels[name]
-        ]
-    return record.model_copy(update={"channels": raised})

@@ -9,8 +9,6 @@ the gated run, its neighbours, count like them. On another machine round-off lea
 chatter to another one.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
@@ -25,7 +23,6 @@ from comparison.accuracy.levels import refinement, thresholds, thresholds_record
 from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
 from comparison.execution.run import Job, Progress, run_all, successful
-from comparison.files import contents
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.regression.baseline import (
     Baseline,
@@ -35,7 +32,7 @@ from comparison.regression.baseline import (
     Rates,
     RunRecord,
     SceneRecord,
-    explain,
+    parsed,
     physics_hash,
     source,
 )
@@ -119,10 +116,8 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
         elif not candidates.size:
             unpredictable.append(name)
         else:
-            at = np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))
-            checkpoints[name] = [
-                _checkpoint(time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()
-            ]
+            at = candidates[np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))]
+            checkpoints[name] = [_checkpoint(time[i], float(values[i]), limits.k * u[i]) for i in at]
     return RunRecord(
         settings=settings(scene.data, runs.base, gated.model),
         counters=counters(runs.base),
@@ -131,6 +126,31 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
         unpredictable=unpredictable,
         channels=checkpoints,
     )
+
+
+def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
+    """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
+    return Checkpoint(float(f"{time:.9g}"), round(value, 2 - floor(log10(threshold))), float(rounded))
+
+
+def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
+    """Return the largest distance of each counter that varies; of contacts in the whole family.
+
+    Without neighbours (five bodies) the work varies in the proportion in which the contacts do: where the
+    family does not have the same ones, rounding alone leads to others, and their steps.
+    """
+    own = counters(runs.base)
+    relatives = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
+    others = [*map(counters, neighbours), *({"contacts": counters(run)["contacts"]} for run in relatives)]
+    largest = {
+        name: max((abs(other.get(name, value) - value) for other in others), default=0)
+        for name, value in own.items()
+    }
+    if not neighbours and own["contacts"]:
+        share = largest["contacts"] / own["contacts"]
+        largest |= {name: ceil(share * value) for name, value in own.items() if name != "contacts"}
+    return {name: distance for name, distance in largest.items() if distance}
 
 
 def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, Any]:
@@ -187,32 +207,6 @@ def renewed(
     )
 
 
-def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
-    """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
-    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
-    return Checkpoint(float(f"{time:.9g}"), round(float(value), 2 - floor(log10(threshold))), float(rounded))
-
-
-def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
-    """Return the largest distance of each counter that varies; of contacts in the whole family.
-
-    Without neighbours (five bodies) the work varies in the proportion in which the contacts do: where the
-    family does not have the same ones, rounding alone leads to others, and their steps.
-    """
-    own = counters(runs.base)
-    others = [counters(neighbour) for neighbour in neighbours]
-    relatives = (runs.finer, runs.coarser, *runs.perturbed_runs)
-    others += [{"contacts": counters(run)["contacts"]} for run in relatives if run is not None]
-    largest = {
-        name: max((abs(other.get(name, value) - value) for other in others), default=0)
-        for name, value in own.items()
-    }
-    if not neighbours and own["contacts"]:
-        share = largest["contacts"] / own["contacts"]
-        largest |= {name: ceil(share * value) for name, value in own.items() if name != "contacts"}
-    return {name: distance for name, distance in largest.items() if distance}
-
-
 class _Measured(BaseModel):
     """What of the rates' file is read; it may hold more."""
 
@@ -224,10 +218,7 @@ class _Measured(BaseModel):
 def _rates(path: Path, old: Baseline | None) -> Detection | None:
     """Find the rates that belong to the present thresholds."""
     if path.is_file():
-        try:
-            measured = _Measured.model_validate(json.loads(contents(path)))
-        except (OSError, ValueError, RecursionError) as error:
-            raise BaselineError(f"{path}: {explain(error, 'JSON')}") from error
+        measured = parsed(path, "JSON", json.loads, _Measured)
         if measured.thresholds != thresholds_record():
             raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
         return Detection(false_alarms=measured.false_alarms, detected=measured.detected)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 from comparison.files import replacing, write_text
 from comparison.formatting import table
-from comparison.words.cases import Case
+from comparison.words.record import Case
 
 LIMIT = 1_000_000
 """Bytes of a summary. GitHub does not show one larger than 1 MiB."""

@@ -1,9 +1,7 @@
 """Sentences about a difference: its instant, its confirmation by ensembles, and what it is due to."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from math import isfinite, isnan
+from math import inf, isfinite, isnan
 from typing import Any
 
 import pandas as pd
@@ -25,7 +23,28 @@ _CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a
 # difference it is 65 % at the standard tier, whose band is not much narrower.
 _SUSPECT = 0.9
 _MOST = 0.5  # of the samples that are not predictable
-_ORDINALS = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"]
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+_DOUBTS = {
+    Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
+    Doubt.RIGID: "no joint has clearance, so no start can be moved",
+    Doubt.SLOW: "both models are too slow for an ensemble",
+    Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
+    Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
+}
+_CAUSES = {
+    "a": "explained by {of_a}: {refining_a} {removed_a}; {second}",
+    "b": "explained by {of_b}: {refining_b} {removed_b}; {first}",
+    "round-off": "at round-off: no setting has an effect",
+    "both": "both contribute: {first}, {second}, {both}",
+    "neither": "within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
+    "models": "difference of models: no refinement removes it ({first}, {second})",
+}
+_UNPREDICTABLE = {
+    "a": "the uncertainty of {0} alone",
+    "b": "the uncertainty of {1} alone",
+    "each": "the uncertainty of each model by itself",
+    "together": "only both uncertainties together",
+}
 
 
 def describe(
@@ -94,46 +113,31 @@ def confirmation(scene: SceneComparison) -> str:
         return ""
     since = "" if isnan(result.since) else f" from {result.since:.4g} s on"
     if result.doubt is not None:
-        doubt = {
-            Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
-            Doubt.RIGID: "no joint has clearance, so no start can be moved",
-            Doubt.SLOW: "both models are too slow for an ensemble",
-            Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
-            Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
-        }[result.doubt]
-        return f"differ (unconfirmed, {result.fewest} runs){since}: {doubt}"
+        return f"differ (unconfirmed, {result.fewest} runs){since}: {_DOUBTS[result.doubt]}"
     if result.outcome == "underestimated":
-        return _underestimated(result, labels, since)
+        counts = zip(result.farther, result.members, labels, labels[::-1], strict=True)
+        inside = " and ".join(
+            f"{count} of {members} {host} runs from moved starts are as far out as the {guest} run"
+            for count, members, host, guest in counts
+            if count
+        )
+        factor = f"the uncertainty was underestimated by a factor {result.factor:.2g}"
+        text = f"no difference of models, {factor}{since}: {inside}"
+        if result.suspicious:
+            text += "; they split into clusters" if result.clustered else f"; a factor above {SUSPICIOUS:g}"
+            text += ", which indicates a discontinuous event, possibly an intermittent fault: "
+            text += parting(result) or "no single contact"
+        return text
     outside = "each model's run is outside those of the other"
     if 0 in result.members:
         host, guest = labels if result.members[0] else labels[::-1]
         outside = f"the {guest} run is outside those of {host}"
-    counts = zip(result.members, labels, strict=True)
-    runs = " and ".join(f"{count} {label}" for count, label in counts if count)
+    counted = zip(result.members, labels, strict=True)
+    runs = " and ".join(f"{count} {label}" for count, label in counted if count)
     text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
     return text if result.parting is None else f"{text}; they are first separated by {parting(result)}"
-
-
-def _underestimated(result: Confirmation, labels: tuple[str, str], since: str) -> str:
-    counts = zip(result.farther, result.members, labels, labels[::-1], strict=True)
-    inside = " and ".join(
-        f"{count} of {members} {host} runs from moved starts are as far out as the {guest} run"
-        for count, members, host, guest in counts
-        if count
-    )
-    text = (
-        "no difference of models, the uncertainty was underestimated by a factor "
-        f"{result.factor:.2g}{since}: {inside}"
-    )
-    if not result.suspicious:
-        return text
-    sign = "they split into clusters" if result.clustered else f"a factor above {SUSPICIOUS:g}"
-    return (
-        f"{text}; {sign}, which indicates a discontinuous event, possibly an intermittent fault: "
-        f"{parting(result) or 'no single contact'}"
-    )
 
 
 def parting(result: Confirmation) -> str:
@@ -156,45 +160,36 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
     if isnan(result.explained):
         return [f"first outside the {'band' if scene.known else 'tolerance'}: {outside}"] if outside else []
     lines = [f"{plain_percent(result.explained)} of the judged samples explained"]
-    if result.cause:
-        lines.append(_cause(result))
-    if outside:
-        lines.append(f"first outside the band: {outside}")
+    lines += [_cause(result)] if result.cause else []
+    lines += [f"first outside the band: {outside}"] if outside else []
     lines += [
         f"but near {result.still_moves[key]:.0%} of the samples outside {label} still changes under "
         "refinement by as much as the difference: its uncertainty may be underestimated"
         for key, label in zip("ab", scene.labels, strict=True)
         if result.still_moves.get(key, 0.0) >= _SUSPECT
     ]
-    if result.unpredictable:
-        lines.append(_unpredictable(result, scene.labels))
-    return lines
+    return [*lines, _unpredictable(result, scene.labels)] if result.unpredictable else lines
 
 
 def _cause(result: Attribution) -> str:
-    left = result.remaining
-    first, second = (
-        f"{_refining(change, _setting(change))} {_effect(left[key], change.gain)}"
-        for key, change in zip("ab", result.refinements, strict=True)
-    )
-    both = f"both together {_effect(left['both'], min(change.gain for change in result.refinements))}"
+    left, (a, b) = result.remaining, result.refinements
+    both = f"both together {_effect(left['both'], min(a.gain, b.gain))}"
     if left["both"] > 1 + _CHANGED:
         both += "; it grows, as accumulated round-off does with more steps"
-    if result.cause in {"a", "b"}:
-        side = "ab".index(result.cause)
-        chief, other = result.refinements[side], (second, first)[side]
-        effect = _effect(left[result.cause], chief.gain, "the difference")
-        return f"explained by {_setting(chief)}: {_refining(chief, 'it')} {effect}; {other}"
-    return {
-        "round-off": "at round-off: no setting has an effect",
-        "both": f"both contribute: {first}, {second}, {both}",
-        "neither": f"within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
-        "models": f"difference of models: no refinement removes it ({first}, {second})",
-    }[result.cause]
+    return _CAUSES[result.cause].format(
+        of_a=_setting(a),
+        of_b=_setting(b),
+        refining_a=_refining(a, "it"),
+        refining_b=_refining(b, "it"),
+        removed_a=_effect(left["a"], a.gain, "the difference"),
+        removed_b=_effect(left["b"], b.gain, "the difference"),
+        first=f"{_refining(a, _setting(a))} {_effect(left['a'], a.gain)}",
+        second=f"{_refining(b, _setting(b))} {_effect(left['b'], b.gain)}",
+        both=both,
+    )
 
 
 def _refining(change: Refinement, setting: str) -> str:
-    """Return "halving exudyn's step (2e-06 s)"."""
     return f"halving {setting}" if change.factor == 2 else f"dividing {setting} by {change.factor:g}"
 
 
@@ -209,7 +204,7 @@ def _setting(change: Refinement) -> str:
 
 def _effect(remaining: float, gain: float, what: str = "it") -> str:
     if remaining <= 1 - _CHANGED:
-        return f"divides {what} by {1 / remaining if remaining else float('inf'):.2g} ({gain:.3g} expected)"
+        return f"divides {what} by {1 / remaining if remaining else inf:.2g} ({gain:.3g} expected)"
     if abs(remaining - 1) < 5e-4:
         return f"changes {what} by less than 0.1%"
     return f"changes {what} by {remaining - 1:+.1%}"
@@ -217,12 +212,7 @@ def _effect(remaining: float, gain: float, what: str = "it") -> str:
 
 def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
     """State whose uncertainty makes samples of the indeterminate channels unpredictable, and the remedy."""
-    whose = {
-        "a": f"the uncertainty of {labels[0]} alone",
-        "b": f"the uncertainty of {labels[1]} alone",
-        "each": "the uncertainty of each model by itself",
-        "together": "only both uncertainties together",
-    }
+    whose = {key: words.format(*labels) for key, words in _UNPREDICTABLE.items()}
     shares = sorted(((result.unpredictable[key], words) for key, words in whose.items()), reverse=True)
     (chief, words), *others = [item for item in shares if item[0] >= 0.005]
     rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""

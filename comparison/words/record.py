@@ -1,55 +1,61 @@
-"""A comparison as a mapping: all results without curves, for JSON."""
+"""A comparison as a mapping of all results without curves, for JSON, and as cases that pass or fail."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, Literal, NamedTuple
 
-from dataclasses import asdict, fields
-from typing import Any
-
-from comparison.metrics.contacts import Impacts
-from comparison.reliability.difference import Difference, ReliabilityComparison
+from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
-from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
 
-_NUMBERS = (
-    "coverage",
-    "coverage_error",
-    "explained",
-    "max_difference",
-    "rms_difference",
-    "rms_error",
-    "max_scaled",
-    "rms_scaled",
-    "ratio",
-    "largest_ratio",
-    "worst_time",
-    "worst_difference",
-    "worst_size",
-    "worst_threshold",
-    "time_tolerance",
-    "outside",
-)
-
-
+_OF_CHANNEL = (
+    "coverage", "coverage_error", "explained", "max_difference", "rms_difference", "rms_error", "max_scaled",
+    "rms_scaled", "ratio", "largest_ratio", "worst_time", "worst_difference", "worst_size", "worst_threshold",
+    "time_tolerance", "outside",
+)  # fmt: skip
 _OF_MODEL = (
-    "reliability",
-    "low",
-    "high",
-    "capped",
-    "mean",
-    "deviation",
-    "within",
-    "within_low",
-    "within_high",
-)
+    "reliability", "low", "high", "capped", "mean", "deviation", "within", "within_low", "within_high",
+)  # fmt: skip
+Status = Literal["passed", "failed", "skipped", "error"]
+_STATUS: dict[str, Status] = {
+    "agree": "passed",
+    "differ": "failed",
+    "indeterminate": "skipped",
+    "unexcited": "skipped",
+    "cannot compare": "error",
+}
+
+
+class Case(NamedTuple):
+    """Result of one check; "skipped" if no conclusion is possible, "error" if there was nothing to check."""
+
+    suite: str  # the scene
+    group: str  # a tier, or a model and its tier
+    name: str  # the channel, or another checked item
+    status: Status
+    message: str = ""
+
+
+def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
+    """Return the verdict of each scene and tier, followed by those of its channels."""
+    return [
+        Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {text}")
+        for comparison in comparisons
+        for tier in comparison.tiers
+        for name, verdict, text in [
+            ("verdict", tier.verdict, words.why(tier)),
+            *((name, channel.verdict, words.reason(channel)) for name, channel in tier.channels.items()),
+        ]
+    ]
 
 
 def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     """Return all results without curves, for JSON; undefined numbers are nan (written as null)."""
     labels, decisive, impacts = comparison.labels, comparison.decisive, comparison.impacts
-    attribution = None
+    found, attribution = comparison.reliability, None
     if comparison.channels:
         attribution = asdict(comparison.attribution)
         attribution["sentences"] = differences.attribution_lines(comparison)
@@ -62,18 +68,41 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "reason": words.scene_reason(comparison),
         "decisive_channel": decisive and decisive.channel,
         "ratio": decisive and decisive.ratio,
-        "warnings": list(comparison.warnings),
-        "labels": list(labels),
-        "samples": int(comparison.time.size),
+        "warnings": comparison.warnings,
+        "labels": labels,
+        "samples": comparison.time.size,
         "time_shift": comparison.shift and vars(comparison.shift),
         "command": comparison.command,
         "situations": dict(zip(labels, comparison.situations, strict=True)),
         "crank_pin_contact": dict(zip(labels, comparison.pin_contact, strict=True)),
         "confirmation": confirmation_record(comparison),
         "attribution": attribution,
-        "impacts": impacts and {part: _impacts(found) for part, found in impacts.items()},
-        "reliability": comparison.reliability and _reliability(comparison.reliability, labels),
-        "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
+        "impacts": impacts
+        and {
+            part: {"matched": len(of.pairs)}
+            | {key: value for key, value in vars(of).items() if key != "pairs"}
+            for part, of in impacts.items()
+        },
+        "reliability": found
+        and {
+            "verdict": found.verdict,
+            "missing": missing(found),
+            "bins": found.settings.bins,
+            "errors": found.settings.errors,
+            "quantities": {name: _quantity(name, of, labels) for name, of in found.quantities.items()},
+        },
+        "channels": {
+            name: {
+                "verdict": channel.verdict,
+                "reason": words.reason(channel),
+                "unit": channel.unit,
+                "scale": channel.scale,
+                **{key: getattr(channel, key) for key in _OF_CHANNEL},
+                "information": dict(channel.metrics),
+                "gate": [asdict(check) | {"met": check.met} for check in channel.checks],
+            }
+            for name, channel in comparison.channels.items()
+        },
         "provenance": comparison.provenance,
         "tight": comparison.tight and as_mapping(comparison.tight),
     }
@@ -84,34 +113,12 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     result = comparison.confirmation
     if result is None:
         return None
-    numbers = {
-        key: value for key, value in asdict(result).items() if key not in ("doubt", "parting", "parted")
-    }
-    sentences = {"contact": differences.parting(result), "sentence": differences.confirmation(comparison)}
-    return numbers | {"suspicious": result.suspicious} | sentences
-
-
-def _channel(channel: ChannelComparison) -> dict[str, Any]:
+    left_out = ("doubt", "parting", "parted")
     return {
-        "verdict": channel.verdict,
-        "reason": words.reason(channel),
-        "unit": channel.unit,
-        "scale": channel.scale,
-        **{name: getattr(channel, name) for name in _NUMBERS},
-        "information": dict(channel.metrics),
-        "gate": [asdict(check) | {"met": check.met} for check in channel.checks],
-    }
-
-
-def _reliability(comparison: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
-    return {
-        "verdict": comparison.verdict,
-        "missing": missing(comparison),
-        "bins": comparison.settings.bins,
-        "errors": comparison.settings.errors,
-        "quantities": {
-            name: _quantity(name, difference, labels) for name, difference in comparison.quantities.items()
-        },
+        **{key: value for key, value in asdict(result).items() if key not in left_out},
+        "suspicious": result.suspicious,
+        "contact": differences.parting(result),
+        "sentence": differences.confirmation(comparison),
     }
 
 
@@ -142,8 +149,3 @@ def _quantity(name: str, difference: Difference, labels: tuple[str, str]) -> dic
         "half_widths": difference.curve_half_width.tolist(),
         "models": models,
     }
-
-
-def _impacts(impacts: Impacts) -> dict[str, Any]:
-    numbers = {field.name: getattr(impacts, field.name) for field in fields(impacts) if field.name != "pairs"}
-    return {"matched": len(impacts.pairs), **numbers}

@@ -1,7 +1,5 @@
 """Sentences about verdicts: why a channel and a scene agree or differ, and all scenes in one sentence."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from math import isnan
@@ -32,52 +30,65 @@ SYMBOLS = {
 }
 """Signs beside the words of a verdict, so that colour is not needed to tell it."""
 
+_REASONS = {
+    Basis.RANGE: "its range in both, {extent}, is below {floor}",
+    Basis.NO_LIMIT: "there is neither an uncertainty nor a tolerance",
+    Basis.COVERAGE: "{c.coverage:.1%} of the samples are predictable, required: at least "
+    "{least.coverage:.0%}",
+    Basis.NOTHING_JUDGED: "no predictable sample is non-zero",
+    Basis.FEW_JUDGED: "{count} predictable samples are non-zero, required: at least {least.least_judged}",
+    Basis.FEW_OUTSIDE: "{c.outside} of {count} predictable samples are outside their threshold: too many to "
+    "agree, fewer than the {least.least_outside} that show a difference",
+    Basis.LARGEST: "at t = {at} s the difference is {difference}, {least.k:g} times the largest uncertainty "
+    "of all times {threshold}",
+    Basis.SAMPLES: "{c.outside} of {count} {judged} are outside {what}, {nearest} at t = {at} s: the "
+    "difference{late} is {difference}, the threshold {threshold}",
+}
+_PLURALS = {
+    "cannot compare": ("cannot be compared", "cannot be compared"),
+    "differ": ("differs", "differ"),
+    "indeterminate": ("is indeterminate", "are indeterminate"),
+    "agree": ("agrees", "agree"),
+}
+_PAIRS = {
+    "differ": "{} differ",
+    "indeterminate": "{}: indeterminate",
+    "cannot compare": "{}: cannot compare",
+    "agree": "{} agree",
+}
 _TIMES = ("", "once", "twice", "three times", "four times")
 
 
 def reason(channel: ChannelComparison) -> str:
     """Return why the verdict of a channel is what it is."""
-    limits, basis, count = channel.limits, channel.basis, int(channel.judged.sum())
-    if basis is Basis.GATE:
+    if channel.basis is Basis.GATE:
         return _gate(channel)
-    if basis is Basis.LARGEST or basis is Basis.SAMPLES:
-        return _by_samples(channel, count)
-    extent, floor = (_value(channel.extent, channel.unit, 2), _value(channel.definition.floor, channel.unit))
-    coverage, outside = f"{channel.coverage:.1%} of the samples", f"{channel.outside} of {count}"
-    return {
-        Basis.RANGE: f"its range in both, {extent}, is below {floor}",
-        Basis.NO_LIMIT: "there is neither an uncertainty nor a tolerance",
-        Basis.COVERAGE: f"{coverage} are predictable, required: at least {limits.coverage:.0%}",
-        Basis.NOTHING_JUDGED: "no predictable sample is non-zero",
-        Basis.FEW_JUDGED: f"{count} predictable samples are non-zero, required: at least "
-        f"{limits.least_judged}",
-        Basis.FEW_OUTSIDE: f"{outside} predictable samples are outside their threshold: too many to agree, "
-        f"fewer than the {limits.least_outside} that show a difference",
-    }[basis]
 
+    def valued(value: float, digits: int = 3) -> str:
+        return f"{value:.{digits}g} {channel.unit}".rstrip()  # of another mechanism it may be unknown
 
-def _by_samples(channel: ChannelComparison, count: int) -> str:
-    assert channel.worst is not None
-    limits, fixed, late = channel.limits, channel.u is None, channel.time_tolerance
-    at = instant(channel.worst_time, *channel.time[max(0, channel.worst - 1) : channel.worst + 2])
-    difference = _value(channel.worst_size if late else channel.worst_difference, channel.unit)
-    threshold = _value(channel.worst_threshold, channel.unit, 2)
-    if channel.basis is Basis.LARGEST:
-        return (
-            f"at t = {at} s the difference is {difference}, {limits.k:g} times the largest uncertainty "
-            f"of all times {threshold}"
-        )
-    text = (
-        f"{channel.outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
-        f"{'the tolerance' if fixed else 'their threshold'}"
-        f"{', at worst' if channel.outside else ', the nearest'} at t = {at} s: the difference"
-        f"{f' within {late:g} s' if late else ''} is {difference}, the threshold {threshold}"
+    fixed, late, around = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
+    text = _REASONS[channel.basis].format(
+        c=channel,
+        least=channel.limits,
+        count=int(channel.judged.sum()),
+        extent=valued(channel.extent, 2),
+        floor=valued(channel.definition.floor),
+        at=instant(channel.worst_time, *channel.time[around : (channel.worst or 0) + 2]),
+        difference=valued(channel.worst_size if late else channel.worst_difference),
+        threshold=valued(channel.worst_threshold, 2),
+        judged="samples" if fixed else "predictable samples",
+        what="the tolerance" if fixed else "their threshold",
+        nearest="at worst" if channel.outside else "the nearest",
+        late=f" within {late:g} s" if late else "",
     )
+    if channel.basis is not Basis.SAMPLES:
+        return text
     if fixed and channel.worst_threshold == 0.0:
         text += "; the channel is constant in the first table, so its scale is zero unless one is given"
-    if channel.verdict == "differ" and limits.share < 1.0:
-        text += f"; {channel.explained:.1%} are within, required: at least {100 * limits.share:g}%"
-    if channel.verdict == "differ" and channel.coverage < limits.coverage:
+    if channel.verdict == "differ" and channel.limits.share < 1.0:
+        text += f"; {channel.explained:.1%} are within, required: at least {100 * channel.limits.share:g}%"
+    if channel.verdict == "differ" and channel.coverage < channel.limits.coverage:
         text += f"; that is decided although only {channel.coverage:.1%} of the samples are predictable"
     return text
 
@@ -104,11 +115,6 @@ def threshold_name(channel: ChannelComparison) -> str:
     if channel.u is not None:
         return f"{channel.limits.k:g} u"
     return "" if channel.tolerance is None else "tolerance"
-
-
-def _value(value: float, unit: str, digits: int = 3) -> str:
-    """Return value and unit; of a channel of another mechanism the unit may be unknown."""
-    return f"{value:.{digits}g} {unit}".rstrip()
 
 
 def scene_reason(scene: SceneComparison) -> str:
@@ -167,6 +173,11 @@ def finer_runs(scene: SceneComparison) -> str:
     )
 
 
+def _step(scene: SceneComparison) -> float:
+    assert scene.scene is not None
+    return float(scene.scene["solver"]["exudyn"]["step"])
+
+
 def why(scene: SceneComparison) -> str:
     """Return the reason of the verdict, preceded by what its runs and its confirmation need explained."""
     return ". ".join(filter(None, (confirmation(scene), finer_runs(scene), scene_reason(scene))))
@@ -176,13 +187,12 @@ def mark(scene: SceneComparison) -> str:
     """Return what stands beside the verdict: that its runs are finer, and its confirmation."""
     marks = [f"step halved {_TIMES[scene.refined]}"] if scene.refined else []
     if (result := scene.confirmation) is not None:
-        marks.append(
-            {
-                "confirmed": f"confirmed by at least {result.fewest} runs",
-                "unconfirmed": f"unconfirmed, {result.fewest} runs",
-                "underestimated": f"uncertainty underestimated {result.factor:.2g} times",
-            }[result.outcome]
-        )
+        sentences = {
+            "confirmed": f"confirmed by at least {result.fewest} runs",
+            "unconfirmed": f"unconfirmed, {result.fewest} runs",
+            "underestimated": f"uncertainty underestimated {result.factor:.2g} times",
+        }
+        marks.append(sentences[result.outcome])
     return "; ".join(marks)
 
 
@@ -214,11 +224,6 @@ def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
     return [(topic, text) for topic, text in lines if text]
 
 
-def _step(scene: SceneComparison) -> float:
-    assert scene.scene is not None
-    return float(scene.scene["solver"]["exudyn"]["step"])
-
-
 def overall_verdict(scenes: Sequence[SceneComparison]) -> str:
     """Return the worst verdict of the scenes at any tier; without a scene nothing was compared."""
     verdicts = [tier.verdict for scene in scenes for tier in scene.tiers]
@@ -233,24 +238,22 @@ def headline(scenes: Sequence[SceneComparison]) -> str:
     made = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
     corrected = sum(confirmation.outcome == "underestimated" for confirmation in made)
     rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
-    return f"{text[0].upper()}{text[1:]}." + (f" {rest} on a corrected uncertainty." if corrected else "")
+    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if corrected else "")
 
 
 def _counted(scenes: Sequence[SceneComparison]) -> str:
     if not scenes:
         return "there is no scene to compare"
-    words = {
-        "cannot compare": ("cannot be compared", "cannot be compared"),
-        "differ": ("differs", "differ"),
-        "indeterminate": ("is indeterminate", "are indeterminate"),
-        "agree": ("agrees", "agree"),
-    }
     if len(scenes) == 1:
-        one, several = words[scenes[0].verdict]
+        one, several = _PLURALS[scenes[0].verdict]
         # Tables of other programs have no scene.
         return f"the two tables {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
     count = Counter(scene.verdict for scene in scenes)
-    parts = [f"{count[verdict]} {words[verdict][count[verdict] > 1]}" for verdict in words if count[verdict]]
+    parts = [
+        f"{count[verdict]} {words[count[verdict] > 1]}"
+        for verdict, words in _PLURALS.items()
+        if count[verdict]
+    ]
     return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} scenes {listed(parts)}"
 
 
@@ -258,47 +261,34 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
     """Return which scenes were not compared; nothing if all were."""
     if not missing:
         return ""
-    total = len(scenes) + len(missing)
-    names = ", ".join(missing)
+    total, names = len(scenes) + len(missing), ", ".join(missing)
     return f"Incomplete: interrupted after {len(scenes)} of {total} scenes. Not compared: {names}."
 
 
 def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
     """Return which verdicts are not those on record, made with which machine when; nothing where all are."""
-    if not changed:
-        return ""
     verdicts = [f"{scene}, {tier}: {verdict}, not {recorded}" for scene, tier, verdict, recorded in changed]
-    return f"not the verdicts on record (on {made['machine']}; {made['date']}): {'; '.join(verdicts)}"
+    head = f"not the verdicts on record (on {made['machine']}; {made['date']})"
+    return f"{head}: {'; '.join(verdicts)}" if changed else ""
 
 
 def standing(result: Standing) -> str:
     """Return the position of three or more models to each other as a sentence."""
-    models = result.compared
-    others = [model for model in models if model != result.outlier]
-    phrases = {
-        "differ": "{} differ",
-        "indeterminate": "{}: indeterminate",
-        "cannot compare": "{}: cannot compare",
-        "agree": "{} agree",
-    }
-    parts = [
-        phrase.format(listed(pair))
-        for verdict, phrase in phrases.items()
-        for pair, judged in result.verdicts.items()
-        if judged == verdict
-    ]
+    models, outlier = result.compared, result.outlier
+    head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
     elif result.outcome == "agree":
         text = f"{listed(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
-    elif result.outcome == "outlier":
-        text = f"{result.outlier} is the outlier: it differs from {listed(others)}, which agree"
+    elif outlier:
+        others = listed([model for model in models if model != outlier])
+        text = f"{outlier} is the outlier: it differs from {others}, which agree"
     else:
-        head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
-        text = f"{head}: {'; '.join(parts)}"
+        ordered = sorted(result.verdicts.items(), key=lambda item: list(_PAIRS).index(item[1]))
+        text = f"{head}: {'; '.join(_PAIRS[verdict].format(listed(pair)) for pair, verdict in ordered)}"
     if result.left_out:
         text += f"; {listed(result.left_out)} cannot be compared"
-    return f"{text[0].upper()}{text[1:]}."
+    return f"{_capital(text)}."
 
 
 def standings(results: Sequence[Standing]) -> str:
@@ -316,3 +306,7 @@ def standings(results: Sequence[Standing]) -> str:
 def listed(names: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _capital(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}"

@@ -12,7 +12,7 @@ from markdown_it import MarkdownIt
 
 from comparison.report.ci import LIMIT, write_job_summary, write_junit
 from comparison.verdict.results import Basis
-from comparison.words.cases import Case, of_comparisons
+from comparison.words.record import Case, of_comparisons
 from comparison.words.verdicts import why
 
 CASES = [
