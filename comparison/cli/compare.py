@@ -2,53 +2,40 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
+from comparison.cli import options as of
 from comparison.cli.console import print_json, say, warn, wrapped
-from comparison.cli.options import (
-    REPORTS,
-    AllowIndeterminate,
-    AsJson,
-    OfScene,
-    OutFolder,
-    check_positive,
-    option,
-)
-from comparison.cli.results import channel_lines, verdict_lines, write_page
-
-if TYPE_CHECKING:
-    from comparison.tables.table import Table
 
 _File = Annotated[Path, typer.Argument(hidden=True)]
-_Finer = Annotated[Path | None, option("FILE", "The run at a finer setting.")]
-_Coarser = Annotated[Path | None, option("FILE", "The run at a coarser setting.")]
-_Starts = Annotated[list[Path] | None, option("FILE", "A run from a moved start; repeat for several.")]
+_Finer = Annotated[Path | None, of.option("FILE", "The run at a finer setting.")]
+_Coarser = Annotated[Path | None, of.option("FILE", "The run at a coarser setting.")]
+_Starts = Annotated[list[Path] | None, of.option("FILE", "A run from a moved start; repeat for several.")]
 _Refinement = Annotated[
-    str | None, option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2.")
+    str | None, of.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2.")
 ]
 
 
 def compare(
     a: _File,
     b: _File,
-    scene: OfScene = None,
+    scene: of.OfScene = None,
     tolerance: Annotated[
-        float | None, option("X", "Allowed difference, as a share of each channel's scale.")
+        float | None, of.option("X", "Allowed difference, as a share of each channel's scale.")
     ] = None,
-    share: Annotated[float, option("X", "Share of the samples that must be within the tolerance.")] = 1.0,
+    share: Annotated[float, of.option("X", "Share of the samples that must be within the tolerance.")] = 1.0,
     time_tolerance: Annotated[
-        float | None, option("SECONDS", "By which either table may be early or late; default 0.")
+        float | None, of.option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
     mapping: Annotated[
-        Path | None, option("FILE", "TOML file that assigns another program's columns to channels.")
+        Path | None, of.option("FILE", "TOML file that assigns another program's columns to channels.")
     ] = None,
     at_events: Annotated[
-        str | None, option("left|right|both", "Which rows of a repeated time count.")
+        str | None, of.option("left|right|both", "Which rows of a repeated time count.")
     ] = None,
     finer_a: _Finer = None,
     finer_b: _Finer = None,
@@ -60,11 +47,11 @@ def compare(
     refinement_b: _Refinement = None,
     period: Annotated[
         float | None,
-        option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
+        of.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
     ] = None,
-    out: OutFolder = None,
-    json: AsJson = False,
-    allow_indeterminate: AllowIndeterminate = False,
+    out: of.OutFolder = None,
+    json: of.AsJson = False,
+    allow_indeterminate: of.AllowIndeterminate = False,
 ) -> int:
     """Compare any two tables, also of other programs.
 
@@ -72,6 +59,7 @@ def compare(
     and perturbed ones, gives their numerical uncertainty, by which they are judged as by `sixbar validate`.
     Else a tolerance decides; without one: metrics and "indeterminate".
     """
+    from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
     from comparison.scene import command_line, load_scene
     from comparison.tables.foreign import AT_EVENTS, read_tables
@@ -82,39 +70,36 @@ def compare(
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
-    check_positive("--tolerance", tolerance)
+    of.check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    check_positive("--period", period)
+    of.check_positive("--period", period)
     if at_events is not None and at_events not in AT_EVENTS:
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
-    folder = check_folder(out or REPORTS / "compare")
+    folder = check_folder(out or of.REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
-    sides: dict[str, list[tuple[str, Path | None]]] = {
-        "a": [("base", a), ("finer", finer_a), ("coarser", coarser_a)],
-        "b": [("base", b), ("finer", finer_b), ("coarser", coarser_b)],
+    given: dict[str, dict[str, list[Path | None]]] = {
+        "a": {"base": [a], "finer": [finer_a], "coarser": [coarser_a], "perturbed": [*(perturbed_a or [])]},
+        "b": {"base": [b], "finer": [finer_b], "coarser": [coarser_b], "perturbed": [*(perturbed_b or [])]},
     }
-    sides["a"] += [("perturbed", path) for path in perturbed_a or []]
-    sides["b"] += [("perturbed", path) for path in perturbed_b or []]
-    files = [(kind, side, path) for side, runs in sides.items() for kind, path in runs if path is not None]
+    files = [
+        (kind, side, path)
+        for side, runs in given.items()
+        for kind, paths in runs.items()
+        for path in paths
+        if path is not None
+    ]
     tables, left_out = read_tables(
         [path for *_, path in files], [side for _, side, _ in files], rules, at_events
     )
-    read: dict[tuple[str, str], list[Table]] = defaultdict(list)
+    sides: dict[str, dict[str, Any]] = {"a": {"perturbed": []}, "b": {"perturbed": []}}
     for (kind, side, _), table in zip(files, tables, strict=True):
-        read[kind, side].append(table)
-    first, second = (
-        Recorded(
-            read["base", side][0],
-            next(iter(read["finer", side]), None),
-            next(iter(read["coarser", side]), None),
-            read["perturbed", side],
-            _factor_and_order(refinement, f"--refinement-{side}"),
-        )
-        for side, refinement in (("a", refinement_a), ("b", refinement_b))
-    )
+        sides[side][kind] = [*sides[side][kind], table] if kind == "perturbed" else table
+    for side, refinement in (("a", refinement_a), ("b", refinement_b)):
+        sides[side]["refinement"] = _factor_and_order(refinement, f"--refinement-{side}")
+    first, second = (Recorded(**sides[side]) for side in "ab")
     loaded, warnings = (
         (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
     )
@@ -147,9 +132,9 @@ def compare(
             "--refinement-a": refinement_a,
             "--refinement-b": refinement_b,
         }
-        given = [(name, value) for name, value in options.items() if value is not None]
-        given += [(f"--{kind}-{side}", path) for kind, side, path in files if kind != "base"]
-        return command_line("compare", [str(a), str(b)], {}, [str(word) for pair in given for word in pair])
+        words = [(name, value) for name, value in options.items() if value is not None]
+        words += [(f"--{kind}-{side}", path) for kind, side, path in files if kind != "base"]
+        return command_line("compare", [str(a), str(b)], {}, [str(word) for pair in words for word in pair])
 
     command = command_with(tolerance)
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
@@ -179,7 +164,7 @@ def compare(
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 
-def _factor_and_order(text: str | None, option: str) -> tuple[float, float] | None:
+def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:
     if text is None:
         return None
     try:
@@ -187,5 +172,5 @@ def _factor_and_order(text: str | None, option: str) -> tuple[float, float] | No
     except ValueError:
         factor, order = 0.0, 0.0
     if not (1 < factor < float("inf") and 0 < order < float("inf")):
-        raise typer.BadParameter(f"{option} {text!r} must be a factor above 1 and an order, as in 2,4")
+        raise typer.BadParameter(f"{name} {text!r} must be a factor above 1 and an order, as in 2,4")
     return factor, order

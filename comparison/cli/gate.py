@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from comparison.cli import options as of
 from comparison.cli.console import print_json, say, say_wrapped, warn, warn_about_the_cache
-from comparison.cli.options import REPORTS, AsJson, Jobs, OutFolder, Quiet, check_unique, option
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -24,20 +24,20 @@ SHOWN = 20  # lines of regressions on a terminal; the files hold all
 
 def gate(
     scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE", hidden=True)] = None,
-    baseline: Annotated[Path, option("FILE", "The baseline.")] = BASELINE,
+    baseline: Annotated[Path, of.option("FILE", "The baseline.")] = BASELINE,
     update: Annotated[
         bool,
-        option(
+        of.option(
             None,
             "Recreate the baseline for its scenes and those named; "
             "a new baseline without names: the shipped scenes.",
             "--update",
         ),
     ] = False,
-    out: OutFolder = None,
-    jobs: Jobs = None,
-    quiet: Quiet = False,
-    json: AsJson = False,
+    out: of.OutFolder = None,
+    jobs: of.Jobs = None,
+    quiet: of.Quiet = False,
+    json: of.AsJson = False,
 ) -> int:
     """Compare each model with its baseline: a regression gate for CI.
 
@@ -52,12 +52,12 @@ def gate(
 
     baseline = expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
-    check_unique([scene.name for scene in asked], "baseline")
+    of.check_unique([scene.name for scene in asked], "baseline")
     if update and json:
         raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
         return _update(asked, baseline, jobs or cpus(), quiet=quiet)
-    folder = check_folder(out or REPORTS / "gate")
+    folder = check_folder(out or of.REPORTS / "gate")
     record = read(baseline)
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     warn_about_the_cache()
@@ -89,18 +89,21 @@ def _write(checks: Sequence[Case], sentence: str, numbers: dict[str, Any], folde
     counts: dict[tuple[str, str], Counter[str]] = {}
     for case in checks:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
-    notes = [f"Note: {note}." for note in numbers["notes"]]
     with replacing_in(folder) as part:
         write_junit(checks, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")
         write_job_summary(
             part / "summary.md",
             title="Has a model changed since its baseline?",
-            sentences=[f"{sentence}.", *notes, f"Made by: {numbers['command']}"],
+            sentences=[
+                f"{sentence}.",
+                *(f"Note: {note}." for note in numbers["notes"]),
+                f"Made by: {numbers['command']}",
+            ],
             headings=("scene", "run", "passed", "failed", "skipped"),
             rows=[
-                (*group, str(of["passed"]), str(of["failed"] + of["error"]), str(of["skipped"]))
-                for group, of in counts.items()
+                (*group, str(n["passed"]), str(n["failed"] + n["error"]), str(n["skipped"]))
+                for group, n in counts.items()
             ],
             cases=checks,
         )

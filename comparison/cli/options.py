@@ -31,6 +31,15 @@ def check_positive(name: str, value: float | None) -> None:
         raise typer.BadParameter(f"{name} {value:g} must be a positive number")
 
 
+def to_write(path: Path, ends: str) -> Path:
+    """Return the path of a file that can be written; refuse another ending than these, ".svg or .png"."""
+    from comparison.files import check_file
+
+    if path.suffix.lower() not in ends.replace(" or", ",").split(", "):
+        raise typer.BadParameter(f"{path}: the name must end in {ends}")
+    return check_file(path)
+
+
 def check_unique(names: list[str], where: str) -> None:
     """Refuse two scenes of one name."""
     from comparison.scene import SceneError

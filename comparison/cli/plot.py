@@ -9,66 +9,56 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from comparison.cli import options as of
 from comparison.cli.console import say
-from comparison.cli.options import OfScene, option
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
 
 MOST_CHANNELS = 30
-_Start = Annotated[float | None, option("SECONDS", "Start of the time shown.", "--from")]
-_End = Annotated[float | None, option("SECONDS", "End of the time shown.", "--to")]
+_Start = Annotated[float | None, of.option("SECONDS", "Start of the time shown.", "--from")]
+_End = Annotated[float | None, of.option("SECONDS", "End of the time shown.", "--to")]
 _Tables = Annotated[list[Path], typer.Argument(metavar="TABLE", hidden=True)]
 
 
 def plot(
     tables: _Tables,
     channels: Annotated[
-        str, option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
+        str, of.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
     ] = "slider_x",
-    out: Annotated[Path | None, option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
+    out: Annotated[Path | None, of.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
     start: _Start = None,
     end: _End = None,
 ) -> int:
     """Draw channels of one table, or of two over each other."""
-    from comparison.files import check_file
     from comparison.report.figures import picture, write_picture
-    from comparison.tables.table import TableError
 
-    path = out or Path("-".join(table.stem for table in tables[:2]) + ".svg")
-    if path.suffix.lower() not in (".svg", ".png", ".pdf"):
-        raise TableError(f"{path}: the name must end in .svg, .png or .pdf")
-    path = check_file(path)
+    path = of.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
     if len(names) > MOST_CHANNELS:
         raise typer.BadParameter(f"--channels names {len(names)}; at most {MOST_CHANNELS} fit in a picture")
-    colours: dict[str, str] | None = {} if path.suffix.lower() == ".svg" else None
-    write_picture(picture(_read(tables, names), names, start=start, end=end, colours=colours), path)
+    write_picture(picture(_read(tables, names), names, start=start, end=end), path)
     say(str(path))
     return 0
 
 
 def animate(
     tables: _Tables,
-    out: Annotated[Path | None, option("FILE", "The animation: .html.")] = None,
-    scene: OfScene = None,
+    out: Annotated[Path | None, of.option("FILE", "The animation: .html.")] = None,
+    scene: of.OfScene = None,
 ) -> int:
     """Animate the press, and the slider in its guide magnified.
 
     The HTML file shows the forces at the slider's corners and needs nothing else. Two tables are shown over
     each other.
     """
-    from comparison.files import check_file
     from comparison.report.other_pages import recorded_scene, write_animation
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
 
-    path = out or Path("-".join(table.stem for table in tables[:2]) + ".html")
-    if path.suffix.lower() != ".html":
-        raise typer.BadParameter(f"{path}: the name must end in .html")
-    path = check_file(path)
+    path = of.to_write(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
     options = ["--scene", scene] if scene is not None else []
     command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
@@ -76,6 +66,10 @@ def animate(
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, data, path, title=title, command=command)))
     return 0
+
+
+def _usual(tables: list[Path], end: str) -> Path:
+    return Path("-".join(table.stem for table in tables[:2]) + end)
 
 
 def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
@@ -88,12 +82,12 @@ def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
 
     if len(paths) > 2:
         raise typer.BadParameter(f"{len(paths)} tables: give one or two")
-    labels = [path.stem for path in paths]
-    if len(set(labels)) < len(labels):
-        labels = [str(path) for path in paths]
-    if len(set(labels)) < len(labels):
-        raise typer.BadParameter(f"{labels[0]} is given twice")
-    tables = {label: read(path) for label, path in zip(labels, paths, strict=True)}
+    named = {path.stem: path for path in paths}
+    if len(named) < len(paths):
+        named = {str(path): path for path in paths}
+    if len(named) < len(paths):
+        raise typer.BadParameter(f"{paths[0]} is given twice")
+    tables = {label: read(path) for label, path in named.items()}
     for label, table in tables.items():
         used = table.only([name for name in channels if name != "time"])  # which is no channel
         check(used, used.channels, name=label)

@@ -1,26 +1,29 @@
-"""What `sixbar validate` and `sixbar compare` print and write: verdicts, report, tables, files for CI."""
+"""What `sixbar validate` and `sixbar compare` print and write: verdicts, report, tables, files for CI.
 
-from __future__ import annotations
+It imports what the commands need, and is imported when one of them runs.
+"""
 
 from collections.abc import Mapping, Sequence
 from glob import escape
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from comparison.cli.console import columns, wrapped
-
-if TYPE_CHECKING:
-    from comparison.verdict.results import SceneComparison
-    from comparison.verdict.validate import Validation
+from comparison.files import replacing_in, write_json, write_text
+from comparison.formatting import MISSING, NO_BREAK, number, percent
+from comparison.report import templates, write_report
+from comparison.report.ci import write_job_summary, write_junit
+from comparison.tables.table_files import write
+from comparison.verdict.results import SceneComparison
+from comparison.verdict.validate import Validation
+from comparison.words import verdicts as words
+from comparison.words.cards import ratio_name
+from comparison.words.record import Case, of_comparisons
 
 
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
-    from comparison.formatting import MISSING, NO_BREAK, number, percent
-    from comparison.words.cards import ratio_name
-    from comparison.words.verdicts import reasons
-
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
     rows = [
         (
@@ -38,23 +41,21 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
-        for topic, text in reasons(tier) if verbose else ():
+        for topic, text in words.reasons(tier) if verbose else ():
             shown += wrapped(text, first=f"    {topic:<12}  ")
     return shown
 
 
 def _note(tier: SceneComparison) -> str:
     """Return in a few words where the trajectories diverge, or what is missing."""
-    from comparison.words.verdicts import mark, reason
-
+    notes, result, worst = [], tier.attribution, tier.worst_channel
     if tier.error:
         return tier.error
-    notes = []
-    if tier.verdict == "differ" and tier.attribution.outside_in:
-        notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
-    notes.append(mark(tier))
-    if tier.verdict == "indeterminate" and (worst := tier.worst_channel) is not None:
-        notes.append(f"{worst.channel}: {reason(worst)}")
+    if tier.verdict == "differ" and result.outside_in:
+        notes.append(f"{result.outside_in} from {result.outside_from:.3f} s")
+    notes.append(words.mark(tier))
+    if tier.verdict == "indeterminate" and worst is not None:
+        notes.append(f"{worst.channel}: {words.reason(worst)}")
     return "; ".join(filter(None, notes))
 
 
@@ -82,8 +83,6 @@ def write_page(
     comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str] = ()
 ) -> Path:
     """Write the report of scenes into a folder and return its path; its title says how many are missing."""
-    from comparison.report import templates, write_report
-
     total = len(comparisons) + len(missing)
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
     if missing:
@@ -98,13 +97,10 @@ def write_validation(
 
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """
-    from comparison.files import replacing_in, write_json, write_text
-    from comparison.tables.table_files import write
-
     comparisons = [result.comparison for result in results]
-    missing, kept = summary["not_compared"], []
+    missing, command, kept = summary["not_compared"], summary["command"], []
     with replacing_in(folder) as part:
-        page = write_page(comparisons, part, summary["command"], missing)
+        page = write_page(comparisons, part, command, missing)
         for result in results:
             name = result.comparison.name
             for model, run in result.runs.items():
@@ -118,7 +114,20 @@ def write_validation(
                 write_text(text, part / path)
                 kept.append(f"the traceback of the {which} run is in {folder / path}")
         write_json(summary, part / "summary.json")
-        _write_for_ci(comparisons, part, summary["command"], missing)
+        cases = of_comparisons(comparisons)
+        cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
+        write_junit(cases, part / "junit.xml", name="sixbar validate")
+        lines = [words.headline(comparisons), words.incomplete(comparisons, missing), f"Made by: {command}"]
+        write_job_summary(
+            part / "summary.md",
+            title="Cross-validation of the two models",
+            sentences=[line for line in lines if line],
+            headings=("scene", "tier", "verdict", "why"),
+            rows=[
+                (c.name, tier.tier, tier.verdict, words.why(tier)) for c in comparisons for tier in c.tiers
+            ],
+            cases=cases,
+        )
         new = {path.name for path in part.rglob("*")}
     for name in (*missing, *(comparison.name for comparison in comparisons)):
         stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
@@ -129,26 +138,3 @@ def write_validation(
             if path.name not in new:
                 path.unlink(missing_ok=True)
     return folder / page.name, kept
-
-
-def _write_for_ci(
-    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
-) -> None:
-    from comparison.report.ci import write_job_summary, write_junit
-    from comparison.words.record import Case, of_comparisons
-    from comparison.words.verdicts import headline, incomplete, why
-
-    cases = [
-        *of_comparisons(comparisons),
-        *(Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing),
-    ]
-    write_junit(cases, folder / "junit.xml", name="sixbar validate")
-    lines = [headline(comparisons), incomplete(comparisons, missing), f"Made by: {command}"]
-    write_job_summary(
-        folder / "summary.md",
-        title="Cross-validation of the two models",
-        sentences=[line for line in lines if line],
-        headings=("scene", "tier", "verdict", "why"),
-        rows=[(c.name, tier.tier, tier.verdict, why(tier)) for c in comparisons for tier in c.tiers],
-        cases=cases,
-    )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from comparison.cli import options as of
 from comparison.cli.console import (
     INTERRUPTED,
     columns,
@@ -17,16 +18,6 @@ from comparison.cli.console import (
     say_wrapped,
     warn,
     warn_about_the_cache,
-)
-from comparison.cli.options import (
-    Accuracy,
-    AsJson,
-    Model,
-    NoProgress,
-    Overrides,
-    SceneName,
-    check_positive,
-    option,
 )
 from comparison.cli.progress import progress
 
@@ -38,13 +29,13 @@ NOT_REACHED = 3
 
 
 def run(
-    scene: SceneName,
-    model: Model,
-    out: Annotated[Path, option("FILE", "The table to write: .csv or .parquet.")],
-    accuracy: Accuracy = None,
+    scene: of.SceneName,
+    model: of.Model,
+    out: Annotated[Path, of.option("FILE", "The table to write: .csv or .parquet.")],
+    accuracy: of.Accuracy = None,
     check: Annotated[
         bool | None,
-        option(
+        of.option(
             None,
             "Estimate the error by further runs of this scene; by default for an accuracy in metres, "
             "where no measurement of this scene is at hand.",
@@ -52,13 +43,13 @@ def run(
         ),
     ] = None,
     uncertainty: Annotated[
-        bool, option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty")
+        bool, of.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty")
     ] = False,
     formulation: Annotated[
-        str | None, option("NAME", "Formulation of the equations; by default the scene's.")
+        str | None, of.option("NAME", "Formulation of the equations; by default the scene's.")
     ] = None,
-    overrides: Overrides = None,
-    quiet: NoProgress = False,
+    overrides: of.Overrides = None,
+    quiet: of.NoProgress = False,
 ) -> int:
     """Run one scene by one model and write its table.
 
@@ -150,12 +141,12 @@ def _kept(error: RunError, out: Path) -> RunError:
 
 
 def settings(
-    scene: SceneName,
-    seconds: Annotated[float, option("SECONDS", "Wall time for all runs.")] = 60.0,
-    out: Annotated[Path | None, option("FILE", "The work-precision plot to write: .svg.")] = None,
-    overrides: Overrides = None,
-    quiet: NoProgress = False,
-    json: AsJson = False,
+    scene: of.SceneName,
+    seconds: Annotated[float, of.option("SECONDS", "Wall time for all runs.")] = 60.0,
+    out: Annotated[Path | None, of.option("FILE", "The work-precision plot to write: .svg.")] = None,
+    overrides: of.Overrides = None,
+    quiet: of.NoProgress = False,
+    json: of.AsJson = False,
 ) -> int:
     """Find the cheapest settings of both models on a scene.
 
@@ -165,16 +156,13 @@ def settings(
     """
     from comparison.accuracy.work_precision import work_precision
     from comparison.execution.pool import cpus
-    from comparison.files import check_file
     from comparison.report.figures import draw_work_precision
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
-    check_positive("--seconds", seconds)
+    of.check_positive("--seconds", seconds)
     if out is not None:
-        if out.suffix.lower() != ".svg":
-            raise typer.BadParameter(f"{out}: the name must end in .svg")
-        out = check_file(out)
+        out = of.to_write(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
     warn_about_the_cache()

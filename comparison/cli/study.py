@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from comparison.cli import options as of
 from comparison.cli.console import columns, say, warn, warn_about_the_cache
-from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName, option
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
-_OutStudy = Annotated[Path | None, option("FOLDER", "Folder of the study; by default reports/out/NAME.")]
+_OutStudy = Annotated[Path | None, of.option("FOLDER", "Folder of the study; by default reports/out/NAME.")]
 _SHOWN = 5  # rows of a sweep on the terminal
 
 
@@ -40,15 +40,15 @@ def _root(context: typer.Context) -> None:
 def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
-        jobs: Jobs = None,
-        small: Annotated[bool, option(None, "Few and short runs, for a trial.", "--small")] = False,
-        quiet: NoProgress = False,
+        jobs: of.Jobs = None,
+        small: Annotated[bool, of.option(None, "Few and short runs, for a trial.", "--small")] = False,
+        quiet: of.NoProgress = False,
     ) -> int:
         from comparison.execution.pool import cpus
         from comparison.files import check_folder
         from comparison.studies import write_study
 
-        folder = check_folder(out or REPORTS / name)
+        folder = check_folder(out or of.REPORTS / name)
         warn_about_the_cache()
         with progress(name, quiet=quiet) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
@@ -66,36 +66,36 @@ for _name, _about in STUDIES.items():
 
 @studies.command()
 def sweep(
-    scene: SceneName,
+    scene: of.SceneName,
     grid: Annotated[
-        list[str] | None, option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations.")
+        list[str] | None, of.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations.")
     ] = None,
     listed: Annotated[
-        Path | None, option("FILE", "CSV: keys in the first line, values in the others.", "--list")
+        Path | None, of.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
     ] = None,
     latin: Annotated[
-        list[str] | None, option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more.")
+        list[str] | None, of.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more.")
     ] = None,
-    points: Annotated[int, option("N", "Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, option("N", "Seed of the Latin hypercube.", min=0)] = 0,
+    points: Annotated[int, of.option("N", "Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, of.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
     model: Annotated[
-        str, option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
+        str, of.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
     ] = "reference",
     output: Annotated[
         list[str] | None,
-        option(
+        of.option(
             "QUANTITY",
             "min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, largest:peak_force, "
             "steps ...; repeat for more. By default peak errors, contacts, impulse and largest force.",
         ),
     ] = None,
-    overrides: Overrides = None,
+    overrides: of.Overrides = None,
     out: _OutStudy = None,
-    jobs: Jobs = None,
+    jobs: of.Jobs = None,
     scheduler: Annotated[
-        str | None, option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
+        str | None, of.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
     ] = None,
-    quiet: NoProgress = False,
+    quiet: of.NoProgress = False,
 ) -> int:
     """Run a scene over values of its keys: one row per run.
 
@@ -116,7 +116,7 @@ def sweep(
     try:
         chosen = chosen_points(grid, listed, latin, points, seed)
         base = load_scene(scene, parse_set(overrides or []))
-        folder = check_folder(out or REPORTS / f"sweep-{base.name}")
+        folder = check_folder(out or of.REPORTS / f"sweep-{base.name}")
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=quiet) as report:
             path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from comparison.cli import options as of
 from comparison.cli.console import (
     INTERRUPTED,
     described,
@@ -25,24 +26,7 @@ from comparison.cli.console import (
     warn_about_the_cache,
     wrapped,
 )
-from comparison.cli.options import (
-    MAIN,
-    REPORTS,
-    Accuracy,
-    AllowIndeterminate,
-    AsJson,
-    Jobs,
-    Models,
-    OutFolder,
-    Overrides,
-    Quick,
-    Quiet,
-    SceneNames,
-    Verbose,
-    check_unique,
-)
 from comparison.cli.progress import Reporter, progress
-from comparison.cli.results import verdict_lines, write_validation
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
@@ -78,17 +62,17 @@ class _Request:
 
 
 def validate(
-    scenes: SceneNames = None,
-    out: OutFolder = None,
-    jobs: Jobs = None,
-    accuracy: Accuracy = None,
-    models: Models = "reference,exudyn",
-    overrides: Overrides = None,
-    allow_indeterminate: AllowIndeterminate = False,
-    quick: Quick = False,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
-    json: AsJson = False,
+    scenes: of.SceneNames = None,
+    out: of.OutFolder = None,
+    jobs: of.Jobs = None,
+    accuracy: of.Accuracy = None,
+    models: of.Models = "reference,exudyn",
+    overrides: of.Overrides = None,
+    allow_indeterminate: of.AllowIndeterminate = False,
+    quick: of.Quick = False,
+    verbose: of.Verbose = False,
+    quiet: of.Quiet = False,
+    json: of.AsJson = False,
 ) -> int:
     """Run scenes by two models, compare them, and write a report.
 
@@ -108,7 +92,7 @@ def validate(
     )
     with kept_workers():
         if models.count(",") > 1:
-            folder = out or REPORTS / name_with("pairwise", changes)
+            folder = out or of.REPORTS / name_with("pairwise", changes)
             code, summary = _validate_pairs(request, several(models), folder)
         else:
             code, summary = _validate_pair(request, pair(models), out)
@@ -122,6 +106,7 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
 
     The summary is empty if Ctrl-C came before a scene was finished.
     """
+    from comparison.cli.results import verdict_lines, write_validation
     from comparison.files import check_folder, plain
     from comparison.models import MODELS
     from comparison.scene import load_scene, name_with, shipped_scenes
@@ -130,11 +115,11 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     from comparison.words import verdicts as words
     from comparison.words.record import as_mapping
 
-    names = request.scenes or ([MAIN] if "tight" not in request.tiers else shipped_scenes())
+    names = request.scenes or ([of.MAIN] if "tight" not in request.tiers else shipped_scenes())
     scenes = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
     _check(scenes, models, request.accuracy)
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
-    folder, command = check_folder(out or REPORTS / usual), request.command(models)
+    folder, command = check_folder(out or of.REPORTS / usual), request.command(models)
     warn_about_the_cache()
     title = f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].name
     with progress(title, quiet=request.quiet) as report:
@@ -152,8 +137,7 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     sentences = [words.headline(comparisons), words.incomplete(comparisons, missing)]
     if models == MODELS and request.accuracy is None:
         record = shipped.verdicts_record()
-        departed = shipped.departures(scenes, comparisons, record)
-        sentences.append(words.departures(departed, record["made"]))
+        sentences.append(words.departures(shipped.departures(scenes, comparisons, record), record["made"]))
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours
     say_wrapped(*sentences, err=request.json)
@@ -168,8 +152,7 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     page, kept = write_validation(results, folder, summary)
     say_wrapped(*kept, err=request.json)
     say(str(page), err=request.json)
-    for scene in scenes:
-        warn([f"scene {scene.name!r}: {warning}" for warning in scene.warnings])
+    warn([f"scene {scene.name!r}: {warning}" for scene in scenes for warning in scene.warnings])
     return code, summary
 
 
@@ -180,14 +163,13 @@ def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
     from comparison.tables.table import TableError
     from comparison.verdict.compare import check_gate
 
-    check_unique([scene.name for scene in scenes], "report")
+    of.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
             check_gate(scene.gate)
         except TableError as error:
             raise SceneError(f"scene {scene.name!r}: compare.{error}") from None
-    for scene in scenes if accuracy is not None else ():
-        for model in models:
+        for model in models if accuracy is not None else ():
             solver_values(model, accuracy or "", scene)
 
 
@@ -248,8 +230,10 @@ def _validate_batches(
                 if is_refusal(error) and not results:
                     raise
                 scene, (message, code) = scenes[batch.start], described(error)
-                message = " ".join(message.split())
-                command = scene.command("validate", *request.options(models))
+                message, command = (
+                    " ".join(message.split()),
+                    scene.command("validate", *request.options(models)),
+                )
                 refusal = no_comparison(scene, message, labels=models, command=command, tier="standard")
                 results.append(Validation(refusal, crashed=code == 70))
             last = results[-1].comparison
@@ -285,10 +269,16 @@ def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> t
         of_pairs = dict(zip(results, scenes, strict=True))
         verdicts = {pair: scene["verdict"] for pair, scene in of_pairs.items()}
         row = Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), of_pairs)
-        record = {"name": row.name, "outcome": row.standing.outcome, "outlier": row.standing.outlier}
-        record["sentence"] = sentence(row.standing)
-        records.append(record | {"verdicts": {" and ".join(pair): of for pair, of in verdicts.items()}})
         rows.append(row)
+        records.append(
+            {
+                "name": row.name,
+                "outcome": row.standing.outcome,
+                "outlier": row.standing.outlier,
+                "sentence": sentence(row.standing),
+                "verdicts": {" and ".join(pair): verdict for pair, verdict in verdicts.items()},
+            }
+        )
     code, command = exit_code(codes), request.command(models)
     page = write_pairwise(rows, folder, models=models, command=command)
     summary = {"command": command, "exit_code": code, "models": models, "scenes": records}

@@ -1,7 +1,5 @@
 """Verdicts for continuous integration: JUnit XML for test reporters, Markdown for the summary of a job."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections import Counter
@@ -15,7 +13,7 @@ from comparison.words.record import Case
 
 LIMIT = 1_000_000
 """Bytes of a summary. GitHub does not show one larger than 1 MiB."""
-_RESERVE = 500  # bytes for a table's heading and the sentence about what is left out
+_RESERVE = 100  # bytes for the sentence about what is left out
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}
 _SIGNS = {"failed": "✗", "error": "!"}
 # Characters that XML 1.0 excludes (section 2.2), escaped or not; a message may quote any of them.
@@ -67,36 +65,24 @@ def write_job_summary(
     cases: Sequence[Case],
 ) -> None:
     """Write the Markdown summary, with at most `LIMIT` bytes: sentences, table of verdicts, failed checks."""
-    parts = [f"# {_markdown(title)}", *map(_markdown, sentences)]
-    shown, left = _fitting(rows, parts)
-    parts.append(table(headings, shown))
     failed = [
         (case.suite, case.group, case.name, f"{_SIGNS[case.status]} {case.message}")
         for case in cases
         if case.status in _SIGNS
     ]
-    if left:
-        parts.append(f"{left} more rows and all details are omitted: the page would be too long.")
-    elif failed:
-        parts.append("## Failed checks")
-        shown, left = _fitting(failed, parts)
-        parts.append(table(("scene", "what", "item", "result"), shown))
-        if left:
-            parts.append(f"{left} more are omitted: the page would be too long.")
-    write_text("\n\n".join(parts) + "\n", path)
+    parts = [f"# {_markdown(title)}", *map(_markdown, sentences), _table(headings, rows)]
+    if failed:
+        parts += ["## Failed checks", _table(("scene", "what", "item", "result"), failed)]
+    text = "\n\n".join(parts) + "\n"
+    if len(text.encode()) > LIMIT:
+        shown = text.encode()[: LIMIT - _RESERVE].decode(errors="ignore").rpartition("\n")[0]
+        left = text.count("\n") - shown.count("\n") - 1
+        text = f"{shown}\n\n{left} more lines are omitted: the page would be too long.\n"
+    write_text(text, path)
 
 
-def _fitting(rows: Sequence[Sequence[str]], before: Sequence[str]) -> tuple[list[list[str]], int]:
-    """Return the first rows that fit below what stands before, escaped, and how many do not."""
-    room = LIMIT - _RESERVE - len("\n\n".join(before).encode()) - 1
-    escaped = [[_markdown(cell) for cell in row] for row in rows]
-    kept = 0
-    for row in escaped:
-        room -= sum(len(cell.replace("|", r"\|").encode()) + 3 for cell in row) + 2
-        if room < 0:
-            break
-        kept += 1
-    return escaped[:kept], len(escaped) - kept
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return table(headings, [[_markdown(cell) for cell in row] for row in rows])
 
 
 def _markdown(text: str) -> str:

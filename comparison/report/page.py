@@ -1,19 +1,16 @@
 """The report: one self-contained HTML file of the verdict, the worst channel, an overview and the scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
-from typing import Any
 
 from comparison.files import write_text
-from comparison.formatting import MISSING, number, percent, quantity
+from comparison.formatting import number, percent, quantity
 from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.report import tables
 from comparison.report.figures import channel_figure
-from comparison.report.plots import is_derived, scene_plots
+from comparison.report.plots import independent, scene_plots, shown
 from comparison.report.schematic import schematic
 from comparison.report.templates import Origin, interactive_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
@@ -49,27 +46,29 @@ def render(
 ) -> str:
     """Return the page as text; see `write_report`."""
     # Equally severe scenes stay in their order.
-    ordered = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
-    judged = [tier for scene in ordered for tier in scene.tiers]
+    scenes = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
+    cells = [(scene, tier, f"s{n}-{tier.tier}") for n, scene in enumerate(scenes) for tier in scene.tiers]
+    judged = [tier for _, tier, _ in cells]
     channels = [channel for tier in judged for channel in tier.channels.values()]
-    of_tables = bool(ordered) and all(scene.ran is None and scene.failed is None for scene in ordered)
-    if of_tables and len(ordered) == 1 and not all(label in title for label in ordered[0].labels):
-        title = f"{' and '.join(ordered[0].labels)}: {title[0].lower()}{title[1:]}"
+    of_tables = bool(scenes) and all(scene.ran is None and scene.failed is None for scene in scenes)
+    if of_tables and len(scenes) == 1 and not all(label in title for label in scenes[0].labels):
+        title = f"{' and '.join(scenes[0].labels)}: {title[0].lower()}{title[1:]}"
     # What decides: "uncertainty", "tolerance" or "" where nothing does.
     threshold = "tolerance" if any(channel.threshold is not None for channel in channels) else ""
     limits = [verdicts.threshold_name(channel) for channel in channels if channel.u is not None]
-    scenes = [_scene(scene, f"s{n}") for n, scene in enumerate(ordered)]
-    cells = [cell for scene in scenes for cell in scene["tiers"]]
-    if len(ordered) == 1:  # of many they would be most of the page; summary.json has them
-        scenes[0]["information"] = tables.information_table(ordered[0])
+    # The channel nearest to its limit, or farthest beyond it, of the tier with the worst verdict.
+    figures = [(*cell, channel) for cell in cells if (channel := _drawn(cell[1])) is not None]
     return interactive_page(
         "report.html.j2",
         title=title,
         command=command,
+        origin=origin,
+        scenes=scenes,
+        cells=cells,
+        failing=[cell for cell in cells if rank(cell[1].verdict) > rank("agree")],
+        worst=max(figures, key=lambda of: (rank(of[1].verdict), _known(of[3].ratio)), default=None),
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
-        failing=[cell for cell in cells if rank(cell["of"].verdict) > rank("agree")],
-        worst=_worst(cells),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
         ratio=cards.ratio_name(comparisons),
         threshold="uncertainty" if limits else threshold,
@@ -77,14 +76,24 @@ def render(
         of_tables=of_tables,
         gated=any(channel.checks for channel in channels),
         models=_models(judged),
-        origin=origin,
-        scenes=scenes,
         channel_names=list(dict.fromkeys(channel.channel for channel in channels)),
         reliability=any(tier.reliability for tier in judged),
         margin=MARGIN,
+        impact_window=WINDOW,
         definition=cards.definition(comparisons),
-        ratio_of=_ratio,
-        percent_of=lambda share, error=0.0: "" if isnan(share) else percent(share, error),
+        ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
+        percent_of=lambda share: "" if isnan(share) else percent(share),
+        percent=percent,
+        quantity=quantity,
+        card_of=cards.card,
+        channel_figure=channel_figure,
+        schematic=schematic,
+        by_severity=_by_severity,
+        plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
+        drawn=_drawn,
+        independent=independent,
+        sections=_sections,
+        without_contact=_without_contact,
         tables=tables,
         verdicts=verdicts,
         differences=differences,
@@ -92,95 +101,35 @@ def render(
     )
 
 
-def _ratio(channel: ChannelComparison | None) -> str:
-    return "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2)
+def _known(ratio: float) -> float:
+    return -1.0 if isnan(ratio) else ratio
 
 
-def _worst(cells: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
-    """Return the channel nearest to its limit, or farthest beyond it, of the tier with the worst verdict.
-
-    None where no channel was judged.
-    """
-    drawn = [(cell, channel) for cell in cells if (channel := _drawn(cell["of"])) is not None]
-    if not drawn:
-        return None
-
-    def severity(item: tuple[dict[str, Any], ChannelComparison]) -> tuple[int, float]:
-        return rank(item[0]["of"].verdict), -1.0 if isnan(item[1].ratio) else item[1].ratio
-
-    cell, channel = max(drawn, key=severity)
-    return cell | _figure(cell["of"], channel, "worst")
+def _by_severity(scene: SceneComparison) -> list[SceneComparison]:
+    """Return the tiers of a scene, that with the worst verdict first."""
+    return sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
     """Return the channel to be drawn of a scene: that which decides, else the first that was excited."""
-    excited = (channel for channel in tier.channels.values() if channel.verdict != "unexcited")
-    return tier.worst_channel or next(excited, None)
+    return tier.worst_channel or next(iter(tier.excited.values()), None)
 
 
-def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> dict[str, Any]:
-    sign = channel.definition.sign
-    heading = f"{channel.label} ({sign})" if sign else channel.label
-    drawing = channel_figure(tier, channel, key)
-    return {"tier": tier.tier, "channel": channel, "labels": tier.labels, "heading": heading, "svg": drawing}
+def _without_contact(scene: SceneComparison) -> bool:
+    return all(events is not None and events.empty for events in scene.events)
 
 
-def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
-    """Return a scene with what is derived from it for the template; ``key`` is the prefix of its ids."""
-    # The tier with the worst verdict first.
-    plotted = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
-    plots = [{"tier": tier.tier, "text": text} for tier in plotted if (text := scene_plots(tier))]
-    drawn = [(tier, channel) for tier in plotted if (channel := _drawn(tier)) is not None]
-    contacts = tables.contact_table(scene)
-    without_contact = all(events is not None and events.empty for events in scene.events)
+def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
+    """Return the ids and names of what there is of a scene."""
     sections = {
-        "plots": ("Plots", plots),
+        "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
         f"{scene.tier}-channels": ("Channels", scene.channels),
-        "contacts": ("Contacts", contacts or without_contact),
+        "contacts": ("Contacts", tables.contact_table(scene) or _without_contact(scene)),
         "reliability": ("Reliability", any(tier.reliability for tier in scene.tiers)),
         "runs": ("Runs", any(tier.provenance for tier in scene.tiers)),
     }
-    channels = scene.channels.items()
-    return {
-        "of": scene,
-        "key": key,
-        "sections": [(id_, name) for id_, (name, there) in sections.items() if there],
-        "schematic": schematic(scene.scene),
-        "plots": plots,
-        "figure": _figure(*drawn[0], key) if drawn else None,
-        "tiers": [_tier(tier, scene.name, f"{key}-{tier.tier}") for tier in scene.tiers],
-        "derived": ", ".join(name for name, channel in channels if is_derived(channel)),
-        "unexcited": ", ".join(name for name, channel in channels if channel.verdict == "unexcited"),
-        "without_contact": without_contact,
-        "contacts": contacts,
-        "impacts": tables.impact_table(scene) if contacts is not None else None,
-        "impact_window": quantity(WINDOW * scene.period, "s") if scene.period else MISSING,
-        "information": None,
-    }
-
-
-def _tier(tier: SceneComparison, name: str, key: str) -> dict[str, Any]:
-    """Return a scene at one tier with what its card and table need."""
-    card = cards.card(tier)
-    facts = {
-        "Predictable": percent(tier.coverage, tier.coverage_error),
-        "Of these explained": percent(tier.attribution.explained),
-        "Order of convergence": card.order,
-    }
-    reasons = {
-        name: verdicts.reason(channel)
-        for name, channel in tier.channels.items()
-        if channel.verdict not in {"agree", "unexcited"}
-    }
-    return {
-        "of": tier,
-        "name": name,
-        "key": key,
-        "card": card,
-        "facts": {fact: value for fact, value in facts.items() if value not in {"", MISSING}},
-        "open": reasons,
-    }
+    return [(id_, name) for id_, (name, there) in sections.items() if there]
 
 
 def _models(tiers: Sequence[SceneComparison]) -> dict[str, str]:

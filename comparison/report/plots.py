@@ -5,14 +5,12 @@ Of a channel the first model's values are stored in 65,534 steps of their range,
 difference from it and the threshold with 5 bits of mantissa, i.e. to 1.6 %.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,7 +21,7 @@ from comparison.formatting import pretty_unit
 from comparison.metrics.contacts import Pulse
 from comparison.report.figures import relative_to_guide
 from comparison.report.svg import envelope, upper_envelope
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS, CORNERS, channels
 from comparison.tables.table import Table
 from comparison.verdict.results import ChannelComparison, SceneComparison
@@ -39,65 +37,51 @@ _PULSE = 25  # points of a resolved contact at most
 _UNIFORM = 1e-9  # of the run time: such times are stored by their steps
 
 
-class _Curves(NamedTuple):
-    """A channel to be packed; ``zero`` is subtracted from the values of the models."""
-
-    name: str
-    label: str
-    unit: str
-    verdict: str
-    zero: float
-    models: Sequence[Array]
-    threshold: Array | None = None
-    predictable: BoolArray | None = None
-    beyond: BoolArray | None = None
-
-
-def is_derived(channel: ChannelComparison) -> bool:
-    """Return whether a channel is left to the table: a corner's gap or friction force that does not differ.
+def independent(scene: SceneComparison) -> list[str]:
+    """Return the excited channels but a corner's gaps and friction forces that do not differ.
 
     These follow from positions and normal forces, which are drawn, and would triple the corners' plots.
     """
-    corner = channel.channel.startswith("corner_") and not channel.channel.endswith("_normal")
-    return corner and channel.verdict not in {"differ", "unexcited"}
+    return [
+        name
+        for name, channel in scene.excited.items()
+        if not name.startswith("corner_") or name.endswith("_normal") or channel.verdict == "differ"
+    ]
+
+
+def shown(scene: SceneComparison) -> list[ChannelComparison]:
+    """Return the channels to be drawn: those that are independent, and that which decides."""
+    decisive, drawn = scene.decisive or scene.worst_channel, independent(scene)
+    channels = [c for name, c in scene.excited.items() if name in drawn or c is decisive]
+    return channels if scene.time.size > 1 else []
 
 
 def scene_plots(scene: SceneComparison) -> str:
-    """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
-
-    Without channels that were not excited, or are derived and do not decide the verdict.
-    """
-    decisive = scene.decisive or scene.worst_channel
-    shown = [
-        channel
-        for channel in scene.channels.values()
-        if channel.verdict != "unexcited" and (channel is decisive or not is_derived(channel))
-    ]
-    if not shown or scene.time.size < 2:
-        return ""
+    """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw."""
+    decisive, drawn = scene.decisive or scene.worst_channel, shown(scene)
     curves = [
-        _Curves(
-            channel.channel,
-            channel.label,
-            channel.unit,
-            channel.verdict,
-            relative_to_guide(scene, channel),
-            (channel.a, channel.b),
+        {
+            "name": channel.channel,
+            "label": channel.label,
+            "unit": pretty_unit(channel.unit),
+            "verdict": channel.verdict,
+            "zero": relative_to_guide(scene, channel),
+            "models": (channel.a, channel.b),
             # The plotted |a - b| is not what a threshold within a time tolerance limits.
-            None if channel.time_tolerance else channel.threshold,
-            channel.predictable,
-            channel.beyond,
-        )
-        for channel in shown
+            "limit": None if channel.time_tolerance else channel.threshold,
+            "predictable": channel.predictable,
+            "beyond": channel.beyond,
+        }
+        for channel in drawn
     ]
     head = {
-        "labels": list(scene.labels),
+        "labels": scene.labels,
         "tier": scene.tier,
         "period": scene.period,
-        "threshold": threshold_name(decisive or shown[0]),
+        "threshold": threshold_name(decisive or drawn[0]) if drawn else "",
         "first": ["slider_x", *([decisive.channel] if decisive is not None else [])],
     }
-    return _pack(head, scene.time, curves, scene.events, scene.pulses)
+    return _packed(head, scene.time, curves, scene.events, scene.pulses) if drawn else ""
 
 
 def table_plots(
@@ -114,27 +98,31 @@ def table_plots(
     ``pulses`` are each table's contacts resolved in time.
     """
     time = next(iter(tables.values())).time
+    nowhere = np.zeros(time.shape, dtype=bool)
     curves = [
-        _Curves(
-            name,
-            channels()[name].label,
-            channels()[name].unit,
-            "",
-            guide if name == "slider_x" else 0.0,
-            [np.interp(time, table.time, table.values(name)) for table in tables.values()],
-        )
+        {
+            "name": name,
+            "label": channels()[name].label,
+            "unit": pretty_unit(channels()[name].unit),
+            "verdict": "",
+            "zero": guide if name == "slider_x" else 0.0,
+            "models": [np.interp(time, table.time, table.values(name)) for table in tables.values()],
+            "limit": None,
+            "predictable": ~nowhere,
+            "beyond": nowhere,
+        }
         for name in names
         if all(name in table.channels for table in tables.values())
     ]
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
-    return _pack(head, time, curves, events, pulses or [()] * len(tables))
+    return _packed(head, time, curves, events, pulses or [()] * len(tables))
 
 
-def _pack(
+def _packed(
     head: dict[str, Any],
     time: Array,
-    curves: Sequence[_Curves],
+    curves: Sequence[dict[str, Any]],
     events: Sequence[pd.DataFrame | None],
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
@@ -144,34 +132,27 @@ def _pack(
     arrays = [_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8")]
     described = []
     for curve in curves:
-        first, *others = (np.asarray(values)[kept] - curve.zero for values in curve.models)
+        first, *others = (np.asarray(values)[kept] - curve["zero"] for values in curve["models"])
         # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
         low, high = float(first.min()), float(first.max())
         step = (high - low) / 65534.0 or abs(low) or 1.0
         lowest = math.floor(low / step)
         arrays.append(_integers(np.diff(np.rint(first / step) - lowest, n=2, prepend=[0.0, 0.0])))
         arrays += [_halves(first - other) for other in others]
-        if curve.threshold is not None:
+        if curve["limit"] is not None:
             # The sign is free: negative where the sample is not predictable.
-            limit = np.array(curve.threshold[kept])
-            if curve.predictable is not None:
-                limit[~curve.predictable[kept]] *= -1.0
-            arrays.append(_halves(limit))
-        beyond = np.empty(0) if curve.beyond is None else np.flatnonzero(curve.beyond[kept])
+            arrays.append(_halves(np.where(curve["predictable"], curve["limit"], -curve["limit"])[kept]))
         described.append(
-            {
-                "name": curve.name,
-                "label": curve.label,
-                "unit": pretty_unit(curve.unit),
-                "verdict": curve.verdict,
-                "guide": bool(curve.zero),
+            {key: curve[key] for key in ("name", "label", "unit", "verdict")}
+            | {
+                "guide": bool(curve["zero"]),
                 "grid": [lowest, step],
-                "threshold": curve.threshold is not None,
-                "outside": beyond[:1].tolist(),
+                "threshold": curve["limit"] is not None,
+                "outside": np.flatnonzero(curve["beyond"][kept])[:1].tolist(),
             }
         )
     resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
-    names = [curve.name for curve in curves]
+    names = [curve["name"] for curve in curves]
     head |= {
         "samples": int(kept.size),
         "of": int(time.size),
@@ -182,23 +163,22 @@ def _pack(
         "pulses": [what for what, _ in resolved],
         "channels": described,
     }
-    text = json.dumps(plain(head), separators=(",", ":"))
-    body = len(text).to_bytes(4, "little") + text.encode() + b"".join(arrays)
-    body += b"".join(shares for _, shares in resolved)
-    return base64.b64encode(zlib.compress(body, 9)).decode()
+    text = json.dumps(plain(head), separators=(",", ":")).encode()
+    body = [len(text).to_bytes(4, "little"), text, *arrays, *(shares for _, shares in resolved)]
+    return base64.b64encode(zlib.compress(b"".join(body), 9)).decode()
 
 
-def _kept(curves: Sequence[_Curves], time: Array) -> NDArray[np.intp]:
+def _kept(curves: Sequence[dict[str, Any]], time: Array) -> NDArray[np.intp]:
     """Return the indices of the samples to be drawn, increasing."""
     if time.size <= MOST:
         return np.arange(time.size)
     columns = MOST // (4 * len(curves))
     indices = [np.array([0, time.size - 1])]
     for curve in curves:
-        indices.append(envelope(curve.models[0], columns))
-        indices += [upper_envelope(np.abs(curve.models[0] - other), columns) for other in curve.models[1:]]
-        if curve.beyond is not None:
-            indices.append(upper_envelope(curve.beyond.astype(np.float64), columns))
+        first, *others = curve["models"]
+        indices.append(envelope(first, columns))
+        indices += [upper_envelope(np.abs(first - other), columns) for other in others]
+        indices.append(upper_envelope(curve["beyond"].astype(np.float64), columns))
     return np.unique(np.concatenate(indices))
 
 

@@ -1,9 +1,7 @@
 """Figures of matplotlib as SVG in the colours of a page, and curves thinned to what a figure can show."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from itertools import pairwise
@@ -23,19 +21,19 @@ from comparison.tables.arrays import Array, BoolArray
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 COLUMNS = 400
 """Columns of a figure: about its width in points."""
-# Roles of the colours; the page's style sheet defines them for light and dark mode.
-INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
-DIFFERENCE, THRESHOLD, SHADE, OUTSIDE, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
-SERIES = ("#a01010", "#a02020", "#a03030", "#a04040", "#a05050", "#a06060")
-"""Colours of anything but models (scenes, laws, classes), as many as can be distinguished."""
-_ROLES = ("ink", "grid", "first", "second", "difference", "threshold", "shade", "outside", "limit")
-_VARIABLES = dict(
-    zip(
-        (INK, GRID, FIRST, SECOND, DIFFERENCE, THRESHOLD, SHADE, OUTSIDE, LIMIT, *SERIES),
-        (*(f"--{role}" for role in _ROLES), *(f"--series-{n}" for n in range(1, 7))),
-        strict=True,
+# Figures have the colours of a light page, which are in the first rule of its style sheet; on a page their
+# roles stand for them, which have others in dark mode.
+_ROLES: dict[str, str] = dict(
+    re.findall(
+        r"--([\w-]+): (#[0-9a-f]{6})", STYLE.with_name("report.css").read_text("utf-8").partition("}")[0]
     )
 )
+INK, GRID, FIRST, SECOND = (_ROLES[role] for role in ("ink", "grid", "first", "second"))
+DIFFERENCE, THRESHOLD, SHADE = (_ROLES[role] for role in ("difference", "threshold", "shade"))
+OUTSIDE, LIMIT = _ROLES["outside"], _ROLES["limit"]
+SERIES = tuple(_ROLES[f"series-{n}"] for n in range(1, 7))
+"""Colours of anything but models (scenes, laws, classes), as many as can be distinguished."""
+_IN_FIGURES = (INK, GRID, FIRST, SECOND, THRESHOLD, SHADE, OUTSIDE, LIMIT, *SERIES)
 MODEL_LINES: tuple[dict[str, Any], ...] = (
     {"color": FIRST, "lw": 3.6, "alpha": 0.5},
     {"color": SECOND, "lw": 1.2},
@@ -50,22 +48,11 @@ SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
 
 
 @contextmanager
-def style(colours: Mapping[str, str] | None = None) -> Iterator[None]:
-    """Use the report's settings instead of the user's, and for a picture that is in no page these colours."""
+def style() -> Iterator[None]:
+    """Use the report's settings instead of the user's."""
     with mpl.rc_context():
         mpl.rc_file(STYLE)
-        if colours:
-            for key, value in mpl.rcParams.items():
-                mpl.rcParams[key] = colours.get(value, value) if isinstance(value, str) else value
         yield
-
-
-def light_colours() -> dict[str, str]:
-    """Return the colours of the roles on a light page, ``#rrggbb`` each."""
-    # The first rule of the style sheet is that of the light page.
-    css, _, _ = STYLE.with_name("report.css").read_text("utf-8").partition("}")
-    defined: dict[str, str] = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", css))
-    return {role: defined[variable] for role, variable in _VARIABLES.items()}
 
 
 @contextmanager
@@ -108,17 +95,16 @@ def inline_svg(figure: Figure, key: str) -> str:
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     noise = r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->|(?<=>)\s+(?=<)"
     svg = re.sub(noise, "", text.getvalue(), flags=re.DOTALL)
-    # Nothing refers to a group, and most carry no style either.
-    svg = re.sub(r'<g id="[^"]*"', "<g", svg)
-    if "<g " not in svg:
-        svg = re.sub(r"</?g>", "", svg)
+    svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # to which nothing refers
     # Hundredths of a point are finer than a screen.
     svg = re.sub(
         r"<[^<>]*>",
         lambda tag: re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", tag[0]),
         svg,
     )
-    svg = re.sub("|".join(_VARIABLES), lambda role: f"var({_VARIABLES[role[0]]})", svg)
+    for role, colour in _ROLES.items():
+        if colour in _IN_FIGURES and role != "difference":  # which is that of the ink
+            svg = svg.replace(colour, f"var(--{role})")
     return re.sub(r'<svg [^>]*(viewBox="[^"]*")[^>]*>', r'<svg \1 focusable="false">', svg, count=1).strip()
 
 
@@ -126,9 +112,7 @@ def standalone(svg: str) -> str:
     """Return an inline figure as a file on white; only browsers know the variables that stand for colours."""
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
     text = str(svg).replace("<svg ", f'{head}style="background:#fff" ', 1) + "\n"
-    for role, colour in light_colours().items():
-        text = text.replace(f"var({_VARIABLES[role]})", colour)
-    return text
+    return re.sub(r"var\(--([\w-]+)\)", lambda found: _ROLES[found[1]], text)
 
 
 def write_svg(figure: Figure, path: Path) -> None:

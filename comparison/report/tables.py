@@ -1,6 +1,4 @@
-"""The report's tables as text: channels, contacts, reliability, other measures, runs, the scene's numbers."""
-
-from __future__ import annotations
+"""The report's tables: channels, contacts, reliability, other measures, runs, the scene's numbers."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,84 +6,109 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics.contacts import SITUATIONS
+from comparison.metrics.contacts import SITUATIONS, Impacts
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
-from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
+from comparison.words.verdicts import SYMBOLS
 
-
-class Row(NamedTuple):
-    """One line of a table: its name, of which ``title`` says more, and a text a column."""
-
-    name: str
-    cells: Sequence[str]
-    verdict: str = ""
-    title: str = ""
-    strip: str | None = None
-    """Background of the last cell, which shows the run from left to right; None: there is no such cell."""
-    curves: Mapping[str, str] = {}
-    """Class -> path of a drawing 1000 wide and 10 high in the last cell."""
+Column = tuple[str, str, Callable[[Any], str]]
+"""Its heading, the subheading ("" without one), and what it says of a row; Markup is a whole cell."""
+_VERDICT: Column = (
+    "Verdict",
+    "",
+    lambda of: Markup('<td class="verdict {}">{} {}</td>').format(
+        of.verdict.split()[0], SYMBOLS.get(of.verdict, "!"), of.verdict
+    ),
+)
+_CONTACTS = {
+    "Median duration": ("duration", "median", "s"),
+    "Largest normal speed": ("normal_speed", "max", "m/s"),
+    "Impulse": ("impulse", "sum", "N s"),
+    "Largest force": ("peak_force", "max", "N"),
+    "Deepest": ("largest_depth", "max", "m"),
+}
+"""Heading -> column of the event table, its statistic and unit."""
+_MEASURES = [
+    ("Peak, second − first", "at (s)", "peak_time_difference"),
+    ("Sprague and Geers", "M", "sprague_geers_magnitude"),
+    ("Sprague and Geers", "P", "sprague_geers_phase"),
+    ("Sprague and Geers", "C", "sprague_geers_combined"),
+    ("Russell", "M", "russell_magnitude"),
+    ("Russell", "P", "russell_phase"),
+    ("Russell", "C", "russell_comprehensive"),
+    ("ISO/TS 18571", "R", "iso18571"),
+    ("ISO/TS 18571", "corridor", "iso18571_corridor"),
+    ("ISO/TS 18571", "phase", "iso18571_phase"),
+    ("ISO/TS 18571", "magnitude", "iso18571_magnitude"),
+    ("ISO/TS 18571", "slope", "iso18571_slope"),
+    ("Correlation", "", "correlation"),
+    ("Tube", "", "tube_share"),
+]
+"""Heading, subheading, metric."""
 
 
 class Table(NamedTuple):
-    """Columns of numbers, in groups of a heading and subheadings."""
+    """Groups of columns, each a heading with its subheadings, and the cells of each row."""
 
     first: str
-    groups: Sequence[tuple[str, Sequence[str]]]
-    rows: Sequence[Row]
+    groups: list[tuple[str, list[str]]]
+    rows: dict[str, list[str]]
+    titles: Mapping[str, str]  # of rows, which say more than their names
+
+
+def _table(
+    first: str, columns: Sequence[Column], rows: Mapping[str, Any], titles: Mapping[str, str] | None = None
+) -> Table | None:
+    """Return a table; None without a row."""
+    groups: dict[str, list[str]] = {}
+    for group, part, _ in columns:
+        groups.setdefault(group, []).extend([part] if part else [])
+    cells = {name: [say(row) for *_, say in columns] for name, row in rows.items()}
+    return Table(first, list(groups.items()), cells, titles or {}) if rows else None
 
 
 def channel_table(scene: SceneComparison) -> Table | None:
-    """Return the channels that were excited, and what their verdicts rest on; None without channels."""
-    if not scene.channels:
-        return None
-    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    judged = [channel for channel in excited if channel.threshold is not None]
+    """Return the channels that were excited, and what their verdicts rest on."""
+    excited = scene.excited
+    judged = [channel for channel in excited.values() if channel.threshold is not None]
     known = any(channel.u is not None for channel in judged)
-    columns: list[tuple[str, str, Callable[[ChannelComparison], str]]] = []
+    columns: list[Column] = [_VERDICT]
     if judged:
         limit = f"{judged[0].limits.k:g}u" if known else "tolerance"
         within = f"of these ≤ {limit}" if known else "within"
-        columns = [
-            (judged[0].ratio_name, "", lambda c: number(c.ratio, 2)),
-            ("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error)),
+        columns.append((judged[0].ratio_name, "", lambda c: number(c.ratio, 2)))
+        if known:
+            columns.append(
+                ("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error))
+            )
+        columns += [
             ("Share of samples", within, lambda c: percent(c.explained)),
             ("Worst sample", "|E|", lambda c: quantity(c.worst_size, c.unit)),
             ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
             ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
         ]
-        if not known:
-            del columns[1]
     columns += [
         ("|E| over the whole run", "largest", lambda c: quantity(c.max_difference, c.unit)),
         ("|E| over the whole run", "RMS", lambda c: quantity(c.rms_difference, c.unit)),
     ]
-    groups: dict[str, list[str]] = {"Verdict": []}
-    for group, part, _ in columns:
-        groups.setdefault(group, []).extend([part] if part else [])
     if judged:
-        groups["Predictable, over time" if known else "Beyond, over time"] = []
-    rows = []
-    for channel in excited:
-        masks = {"--outside": channel.beyond, "--shade": ~channel.predictable}
-        title = f"{channel.label} ({pretty_unit(channel.unit)})" if channel.unit != "1" else channel.label
-        cells = [value(channel) for _, _, value in columns]
-        strip = _strip(scene.time, masks) if judged else None
-        rows.append(Row(channel.channel, cells, channel.verdict, title, strip))
-    return Table("Channel", list(groups.items()), rows)
+        columns.append(("Predictable, over time" if known else "Beyond, over time", "", _strip))
+    titles = {name: f"{c.label} ({pretty_unit(c.unit)})".removesuffix(" ()") for name, c in excited.items()}
+    return _table("Channel", columns, excited, titles)
 
 
-def _strip(time: Array, masks: Mapping[str, BoolArray]) -> str:
-    """Return where masks hold over the run as CSS gradients, a colour's variable each, the first on top."""
+def _strip(channel: ChannelComparison) -> Markup:
+    """Return a cell that shows over the run where a channel is beyond and where it is not predictable."""
+    time, layers = channel.time, []
     start, span = float(time[0]), float(time[-1] - time[0])
-    layers = []
-    for colour, mask in masks.items():
+    for colour, mask in {"--outside": channel.beyond, "--shade": ~channel.predictable}.items():
         stops, end = [], "0"
         for edges in spans(mask, time, columns=200):
             left, right = (f"{100 * (edge - start) / span:.4g}%" for edge in edges)
@@ -93,79 +116,75 @@ def _strip(time: Array, masks: Mapping[str, BoolArray]) -> str:
             end = right
         if stops:
             layers.append(f"linear-gradient(90deg,{','.join(stops)},#0000 {end})")
-    return ",".join(layers) or "none"
+    cell = Markup('<td class="strip" style="background-image:{}"></td>')
+    return cell.format(",".join(layers) or "none")
 
 
 def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
-    tables = [events for events in scene.events if events is not None]
-    touched = {place for events in tables for place in events["corner"]}
-    if not touched:
-        return None
+    touched = {place for events in scene.events if events is not None for place in events["corner"]}
+    rows = {name: [place] for place, name in CONTACTS.items() if place in touched}
+    if rows:
+        rows["all"] = list(CONTACTS)
 
-    def cells(events: pd.DataFrame | None, places: Iterable[str]) -> list[str]:
-        if events is None:
-            return [MISSING] * 6
-        own = events[events["corner"].isin(list(places))]
-        if own.empty:
-            return ["0", *[MISSING] * 5]
-        return [
-            str(len(own)),
-            quantity(float((own["end"] - own["start"]).median()), "s"),
-            quantity(float(own["normal_speed"].max()), "m/s"),
-            quantity(float(own["impulse"].sum()), "N s"),
-            quantity(float(own["peak_force"].max()), "N"),
-            quantity(float(own["largest_depth"].max()), "m"),
-        ]
+    def column(heading: str, events: pd.DataFrame | None) -> Callable[[list[str]], str]:
+        def say(places: list[str]) -> str:
+            if events is None:
+                return MISSING
+            own = events[events["corner"].isin(places)]
+            if heading == "Number":
+                return str(len(own))
+            name, statistic, unit = _CONTACTS[heading]
+            values = own["end"] - own["start"] if name == "duration" else own[name]
+            return quantity(float(values.agg(statistic)), unit) if len(own) else MISSING
 
-    headings = ("Number", "Median duration", "Largest normal speed", "Impulse", "Largest force", "Deepest")
-    rows = {name: [place] for place, name in CONTACTS.items() if place in touched} | {"all": list(CONTACTS)}
-    shown = {name: [cells(events, places) for events in scene.events] for name, places in rows.items()}
-    return Table(
-        "Where",
-        [(heading, scene.labels) for heading in headings],
-        [Row(name, np.array(both).T.ravel().tolist()) for name, both in shown.items()],
-    )
+        return say
+
+    columns = [
+        (heading, label, column(heading, events))
+        for heading in ("Number", *_CONTACTS)
+        for label, events in zip(scene.labels, scene.events, strict=True)
+    ]
+    return _table("Where", columns, rows)
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
     """Return a row for all contacts and one for the predictable part; None where none can be matched."""
-    if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
+    found: Mapping[str, Impacts] = scene.impacts or {}
+    if not any(impacts.count_a or impacts.count_b for impacts in found.values()):
         return None
-    groups = [
-        ("Number", (*scene.labels, "matched")),
-        ("Matched share", scene.labels),
-        ("Distance of starts", ("median", "largest")),
-        ("Error of", ("total impulse", "impulses", "normal speed", "peak force")),
+    a, b = scene.labels
+    columns: list[Column] = [
+        ("Number", a, lambda of: str(of.count_a)),
+        ("Number", b, lambda of: str(of.count_b)),
+        ("Number", "matched", lambda of: str(len(of.pairs))),
+        ("Matched share", a, lambda of: percent(of.recall)),
+        ("Matched share", b, lambda of: percent(of.precision)),
+        ("Distance of starts", "median", lambda of: quantity(of.median_delay, "s")),
+        ("Distance of starts", "largest", lambda of: quantity(of.largest_delay, "s")),
+        ("Error of", "total impulse", lambda of: _share(of.total_impulse_error)),
+        ("Error of", "impulses", lambda of: _share(of.impulse_error)),
+        ("Error of", "normal speed", lambda of: _share(of.normal_speed_error)),
+        ("Error of", "peak force", lambda of: _share(of.peak_force_error)),
     ]
-    errors = ("total_impulse_error", "impulse_error", "normal_speed_error", "peak_force_error")
-    rows = [
-        Row(
-            {"all": "all", "predictable": "predictable part"}[part],
-            [
-                *map(str, (impacts.count_a, impacts.count_b, len(impacts.pairs))),
-                *map(percent, (impacts.recall, impacts.precision)),
-                *(quantity(delay, "s") for delay in (impacts.median_delay, impacts.largest_delay)),
-                *(_share(getattr(impacts, error)) for error in errors),
-            ],
-        )
-        for part, impacts in scene.impacts.items()
-    ]
-    return Table("Contacts", groups, rows)
+    names = {"all": "all", "predictable": "predictable part"}
+    return _table("Contacts", columns, {names[part]: impacts for part, impacts in found.items()})
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
     """Return the time share of each contact situation, and of a touching crank pin; None where unknown."""
-    both, pins = scene.situations, scene.pin_contact
-    rows = []
-    if both != (None, None):
-        rows += [
-            Row(words, [_share(shares[key] if shares else None) for shares in both])
-            for key, words in SITUATIONS.items()
-        ]
-    if pins != (None, None):
-        rows.append(Row(f"{CONTACTS[PIN]} in contact", [_share(share) for share in pins]))
-    return Table("Situation", [(label, ()) for label in scene.labels], rows) if rows else None
+    rows: dict[str, Sequence[float | None]] = {}
+    if scene.situations != (None, None):
+        for key, words in SITUATIONS.items():
+            rows[words] = [shares[key] if shares else None for shares in scene.situations]
+    if scene.pin_contact != (None, None):
+        rows[f"{CONTACTS[PIN]} in contact"] = scene.pin_contact
+    a, b = scene.labels
+    columns: list[Column] = [
+        (a, "", lambda shares: _share(shares[0])),
+        (b, "", lambda shares: _share(shares[1])),
+    ]
+    return _table("Situation", columns, rows)
 
 
 def _share(share: float | None) -> str:
@@ -175,62 +194,63 @@ def _share(share: float | None) -> str:
 
 def reliability_table(scene: SceneComparison) -> Table | None:
     """Return both models' smallest reliability and share within the limits, and their difference; or None."""
-    if scene.reliability is None or not scene.reliability.quantities:
-        return None
-    groups: list[tuple[str, Sequence[str]]] = [
-        ("Verdict", ()),
-        ("Smallest reliability R", (*scene.labels, "at")),
-        ("Difference of R", ("value", "±")),
-        ("Smallest P(|error| ≤ limit)", (*scene.labels, "at")),
-        ("95 % interval of R", scene.labels),
-        ("Parts of ±", ("cycles", "numerics", "quadrature")),
-        ("R over the crank cycle", ()),
+    a, b = scene.labels
+
+    def finite(value: float) -> str:
+        return number(value, 2) if np.isfinite(value) else MISSING
+
+    def least(of: Difference) -> str:
+        models = of.a, of.b
+        places = (
+            "cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models
+        )
+        return ", ".join(dict.fromkeys(places))
+
+    def least_within(of: Difference) -> str:
+        places = [
+            "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
+            for model in (of.a, of.b)
+        ]
+        return ", ".join(dict.fromkeys(places))
+
+    columns: list[Column] = [
+        _VERDICT,
+        ("Smallest reliability R", a, lambda of: rounded(of.a.minimum)),
+        ("Smallest reliability R", b, lambda of: rounded(of.b.minimum)),
+        ("Smallest reliability R", "at", least),
+        ("Difference of R", "value", lambda of: number(of.minimum, 2)),
+        ("Difference of R", "±", lambda of: finite(of.half_width)),
+        ("Smallest P(|error| ≤ limit)", a, lambda of: f"{of.a.within.min():.3f}"),
+        ("Smallest P(|error| ≤ limit)", b, lambda of: f"{of.b.within.min():.3f}"),
+        ("Smallest P(|error| ≤ limit)", "at", least_within),
+        ("95 % interval of R", a, lambda of: "{:.5f} … {:.5f}".format(*of.a.interval)),
+        ("95 % interval of R", b, lambda of: "{:.5f} … {:.5f}".format(*of.b.interval)),
+        ("Parts of ±", "cycles", lambda of: finite(of.sampling)),
+        ("Parts of ±", "numerics", lambda of: finite(of.numerical)),
+        ("Parts of ±", "quadrature", lambda of: finite(of.quadrature)),
+        ("R over the crank cycle", "", _curves),
     ]
-    rows = []
-    for name, difference in scene.reliability.quantities.items():
+    rows = {}
+    for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
         limits, unit = difference.a.limits, unit_of(name)
-        text = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
-        text += quantity(limits.upper, unit)
-        cells, curves = _reliability(difference), _curves(difference)
-        rows.append(Row(f"{name}, {text}", cells, difference.verdict, curves=curves))
-    return Table("Quantity", groups, rows)
+        lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
+        rows[f"{name}, {lower}{quantity(limits.upper, unit)}"] = difference
+    return _table("Quantity", columns, rows)
 
 
-def _reliability(difference: Difference) -> list[str]:
-    models = difference.a, difference.b
-    least = [int(model.within.argmin()) for model in models]
-    places = ["cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models]
-    shares = [
-        "everywhere" if np.all(model.within == model.within[0]) else f"{model.angle[place]:g}°"
-        for model, place in zip(models, least, strict=True)
-    ]
-    half, *parts = (
-        number(value, 2) if np.isfinite(value) else MISSING
-        for value in (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
-    )
-    return [
-        *(rounded(model.minimum) for model in models),
-        ", ".join(dict.fromkeys(places)),
-        number(difference.minimum, 2),
-        half,
-        *(f"{model.within[place]:.3f}" for model, place in zip(models, least, strict=True)),
-        ", ".join(dict.fromkeys(shares)),
-        *("{:.5f} … {:.5f}".format(*model.interval) for model in models),
-        *parts,
-    ]
-
-
-def _curves(difference: Difference) -> dict[str, str]:
-    """Return both models' reliability over the crank cycle as paths, the cap at the top."""
+def _curves(difference: Difference) -> Markup:
+    """Return a cell with both models' reliability over the crank cycle, the cap at the top."""
     curves = {"first": difference.a.reliability, "second": difference.b.reliability}
     low = min(float(curve.min()) for curve in curves.values())
     span = max(difference.a.cap, *(float(curve.max()) for curve in curves.values())) - low or 1.0
-    paths = {}
+    paths = []
     for model, curve in curves.items():
         places = 1000 * np.arange(curve.size) / max(1, curve.size - 1)
         heights = 9.5 - 9 * (curve - low) / span
-        paths[model] = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
-    return paths
+        path = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
+        paths.append(Markup('<path class="{}" d="{}"/>').format(model, path))
+    attributes = 'class="curves" viewBox="0 0 1000 10" preserveAspectRatio="none" aria-hidden="true"'
+    return Markup("<td><svg {}>{}</svg></td>").format(Markup(attributes), Markup("").join(paths))
 
 
 def information_table(scene: SceneComparison) -> Table | None:
@@ -238,47 +258,18 @@ def information_table(scene: SceneComparison) -> Table | None:
 
     Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
     """
-    groups: list[tuple[str, Sequence[str]]] = [
-        ("Peak, second − first", ("value", "at (s)")),
-        ("Sprague and Geers", ("M", "P", "C")),
-        ("Russell", ("M", "P", "C")),
-        ("ISO/TS 18571", ("R", "corridor", "phase", "magnitude", "slope")),
-        ("Correlation", ()),
-        ("Tube", ()),
+
+    def measure(key: str) -> Callable[[ChannelComparison], str]:
+        return lambda channel: number(channel.metrics[key], 2)
+
+    columns: list[Column] = [
+        ("Peak, second − first", "value", lambda c: quantity(c.metrics["peak_difference"], c.unit)),
+        *((group, part, measure(key)) for group, part, key in _MEASURES),
     ]
-    keys = (
-        "peak_time_difference",
-        *(f"sprague_geers_{part}" for part in ("magnitude", "phase", "combined")),
-        *(f"russell_{part}" for part in ("magnitude", "phase", "comprehensive")),
-        *("iso18571", *(f"iso18571_{part}" for part in ("corridor", "phase", "magnitude", "slope"))),
-        "correlation",
-        "tube_share",
-    )
-    rows = []
-    for name, channel in scene.channels.items():
-        if values := channel.metrics:
-            peak = quantity(values["peak_difference"], channel.unit)
-            rows.append(Row(name, [peak, *(number(values[key], 2) for key in keys)]))
-    return Table("Channel", groups, rows) if rows else None
+    return _table("Channel", columns, {name: c for name, c in scene.channels.items() if c.metrics})
 
 
-def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Return one row per run; missing entries are "n/a"."""
-    return [
-        {
-            "name": name,
-            "integrator": ", ".join(str(run[key]) for key in ("formulation", "integrator") if run.get(key)),
-            "settings": _pairs(run.get("settings")),
-            "counters": _pairs(run.get("counters")),
-            "constraints": _pairs(run["constraints"]) if "constraints" in run else "",
-            "wall_time": MISSING if run.get("wall_time_s") is None else f"{run['wall_time_s']:.2f} s",
-            "status": str(run.get("status", MISSING)),
-        }
-        for name, run in provenance.items()
-    ]
-
-
-def _pairs(values: Mapping[str, Any] | None) -> str:
+def pairs(values: Mapping[str, Any] | None) -> str:
     """Return "steps 123,456, tolerance 1e-10"."""
 
     def plain(value: object) -> str:

@@ -25,11 +25,11 @@ NONE = [
     ("^platform = .*", "", "platform is missing"),
     (r"^\[scenes(.|\n)*", "", "scenes is missing"),
     ("^platform = ", "platform ", "is not TOML text: "),
-    ("^platform", "colour = 1\nplatform", "colour = 1: "),
-    ("contacts = 1", "contacts = -1", "scenes.own.reference.tight.counters.contacts = -1: "),
-    (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan: "),
-    (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, 0.2, 0]", "slider_x.0.2 = 0: "),
-    (r"reference.tight\]", "reference.loose]", "scenes.own.reference.loose.[key] = 'loose': "),
+    ("^platform", "colour = 1\nplatform", "colour is not"),
+    ("contacts = 1", "contacts = -1", "scenes.own.reference.tight.counters.contacts = -1 must be "),
+    (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan must be finite"),
+    (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, 0.2, 0]", "slider_x.0.2 = 0 must be > 0"),
+    (r"reference.tight\]", "reference.loose]", "= 'loose' must be 'standard' or 'tight'"),
 ]
 
 

@@ -83,12 +83,9 @@ def test_what_is_longer_than_a_job_page_is_cut_between_rows_and_says_so(tmp_path
     cases = [Case("slow", "tight", f"c{n}", "failed", "µ&|" * 100) for n in range(3000)]
     text = page(tmp_path, [("slow", "differ")], cases)
     shown = re.findall(r"^\| slow \| tight \| c\d+ \| .* \|$", text, re.MULTILINE)
-    (left,) = re.findall(r"^(\d+) more are omitted: the page would be too long.$", text, re.MULTILINE)
+    (left,) = re.findall(r"^(\d+) more lines are omitted: the page would be too long.$", text, re.MULTILINE)
     assert len(shown) + int(left) == 3000
     assert len(text.encode()) > 0.99 * LIMIT  # and no more is left out than must be
-    text = page(tmp_path, [("x" * 5000, "agree")] * 300, CASES)
-    (left,) = re.findall(r"^(\d+) more rows and all details are omitted", text, re.MULTILINE)
-    assert text.count("| agree |") + int(left) == 300
 
 
 @pytest.mark.parametrize(

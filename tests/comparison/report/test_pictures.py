@@ -65,7 +65,7 @@ def test_a_table_s_name_is_shown_as_it_is_in_every_format(name, ending, magic, c
     assert path.read_bytes().startswith(magic)
     if ending == "svg":
         assert f">{escape(name)}</text>" in path.read_text("utf-8")
-        assert all(svg.light_colours()[role] in path.read_text() for role in (svg.FIRST, svg.SECOND))
+        assert all(colour in path.read_text() for colour in (svg.FIRST, svg.SECOND))
 
 
 @pytest.mark.usefixtures("files")
