@@ -60,8 +60,8 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
             place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4}
             legend = axes.legend(borderaxespad=0.2, **place)
             if axes is upper:
-                short = [name[: _LONGEST - 1] + "…" * (len(name) > _LONGEST) for name in scene.labels]
-                svg.name_curves(legend, short)
+                cut = [name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…" for name in scene.labels]
+                svg.name_curves(legend, cut)
         lower.set_xlim(channel.time[0], channel.time[-1])
         lower.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
         lower.set_xlabel("time (s)", labelpad=2)

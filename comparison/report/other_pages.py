@@ -1,7 +1,5 @@
 """Pages besides the report: several models against each other, and the press in motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from comparison.files import write_text
-from comparison.formatting import MISSING, number, percent, quantity
+from comparison.formatting import number, percent, quantity
 from comparison.metrics.contacts import noted
 from comparison.report.plots import FORCES, MOTION, table_plots
 from comparison.report.schematic import joints, schematic
@@ -44,7 +42,9 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
         rows=rows,
         lead=standings([row.standing for row in rows]),
         sentence=standing,
-        cells=_cells,
+        number=number,
+        quantity=quantity,
+        percent=percent,
         plots=[_plots(row, folder, models) for row in rows],
         command=command,
     )
@@ -52,27 +52,13 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
     return folder / "report.html"
 
 
-def _cells(record: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Return the decisive channel's ratio, the largest difference of slider x, its predictable share."""
-    ratio, channel = record["ratio"], record["channels"].get("slider_x")
-    if channel is None:
-        return MISSING, MISSING, MISSING
-    return (
-        MISSING if ratio is None else number(ratio, 2),
-        quantity(channel["max_difference"], channel["unit"]),
-        MISSING if channel["coverage"] is None else percent(channel["coverage"]),
-    )
-
-
 def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
     """Return the plots of a scene's base runs, of the models that have one; empty without two."""
     tables: dict[str, Table] = {}
-    for model in models:
-        for pair in row.results:
-            if model in pair and model not in tables:
-                with suppress(TableError):  # a run that did not succeed has no complete table
-                    tables[model] = read(folder / "-".join(pair) / "tables" / f"{row.name}-{model}.csv")
-    tables = dict(list(tables.items())[:_DRAWN])
+    for model, pair in ((model, pair) for model in models for pair in row.results if model in pair):
+        if model not in tables and len(tables) < _DRAWN:
+            with suppress(TableError):  # a run that did not succeed has no complete table
+                tables[model] = read(folder / "-".join(pair) / "tables" / f"{row.name}-{model}.csv")
     if len(tables) < 2 or any(table.time.size < 2 for table in tables.values()):
         return ""
     scene: Mapping[str, Any] = next(iter(tables.values())).provenance.get("scene") or {}

@@ -3,8 +3,6 @@
 The pages' script moves the same drawing through the run: it addresses the parts by their classes.
 """
 
-from __future__ import annotations
-
 from cmath import rect
 from collections.abc import Mapping
 from math import radians, sqrt

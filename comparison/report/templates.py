@@ -1,7 +1,5 @@
 """What all pages share: jinja's settings, style sheet and script, and where a page comes from."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import subprocess
@@ -35,16 +33,8 @@ def style() -> Markup:
 
 def interactive_page(template: str, **values: Any) -> str:
     """Return a page with the script of the interactive plots, and nothing else that may run."""
-    licence, library, animation, plots, css = (
-        (ASSETS / name).read_text("utf-8")
-        for name in (
-            "uplot/LICENSE",
-            "uplot/uPlot.iife.min.js",
-            "animation.js",
-            "plots.js",
-            "uplot/uPlot.min.css",
-        )
-    )
+    names = ("uplot/LICENSE", "uplot/uPlot.iife.min.js", "animation.js", "plots.js", "uplot/uPlot.min.css")
+    licence, library, animation, plots, css = ((ASSETS / name).read_text("utf-8") for name in names)
     script = "\n".join([f"/* uPlot\n{licence}*/", library, animation, plots])
     return TEMPLATES.get_template(template).render(
         css=Markup(css + "\n") + style(),
@@ -75,16 +65,16 @@ def code_version(file: Path) -> str:
         release = f"sixbar-crossval {version('sixbar-crossval')}"
     except PackageNotFoundError:
         release = "sixbar-crossval"
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(file.parent), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+
     try:
         # An installed package may lie inside another project's checkout, whose commit says nothing about it.
-        _git(file, "ls-files", "--error-unmatch", file.name)
-        commit = _git(file, "rev-parse", "--short=10", "HEAD")
-        changed = _git(file, "status", "--porcelain", "--untracked-files=no", ":/")
+        git("ls-files", "--error-unmatch", file.name)
+        commit = git("rev-parse", "--short=10", "HEAD")
+        changed = git("status", "--porcelain", "--untracked-files=no", ":/")
     except (OSError, subprocess.SubprocessError):  # there is no git, or it fails
         return release
     return f"{release}, commit {commit}{' with modifications' if changed else ''}"
-
-
-def _git(file: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(file.parent), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()

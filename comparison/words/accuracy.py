@@ -17,16 +17,17 @@ if TYPE_CHECKING:  # they load scipy, which a single run does not need
     from comparison.accuracy.work_precision import Candidate, WorkPrecision
 
 
+_CAUTIONS = {
+    Caution.OTHER_SCENE: "measured on {}; this scene may magnify errors: estimate them by --check",
+    Caution.OTHER_METHOD: "measured with another method: estimate errors by --check",
+    Caution.IDEAL_SLIDER: "x of an ideal slider is exact at any setting: for y use a named accuracy",
+}
+
+
 def cautions(expected: Expected) -> list[str]:
     """Return why expected numbers may not hold."""
-    texts = {
-        Caution.OTHER_SCENE: f"measured on {expected.measured_on}; this scene may magnify errors: estimate "
-        "them by --check",
-        Caution.OTHER_METHOD: "measured with another method: estimate errors by --check",
-        Caution.IDEAL_SLIDER: "x of an ideal slider is exact at any setting: for y use a named accuracy",
-    }
     failed = [f"no result at this setting: {expected.failed}"] if expected.failed else []
-    return failed + [texts[caution] for caution in expected.cautions]
+    return failed + [_CAUTIONS[caution].format(expected.measured_on) for caution in expected.cautions]
 
 
 def expectation(expected: Expected) -> str:

@@ -1,7 +1,5 @@
 """Sentences about a scene's reliability: a line for the terminal, notes for the report."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from comparison.execution.run import describe
@@ -44,16 +42,27 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
         return [f"Not available: {missing(comparison)}."]
     settings, quantities = comparison.settings, comparison.quantities
     size = "size of the error" if settings.errors == "absolute" else "signed error"
-    limits = []
-    for name, difference in quantities.items():
-        limit = difference.a.limits
+    limits, capped = [], []
+    for name, both in quantities.items():
+        limit, count = both.a.limits, int(np.sum(both.a.capped & both.b.capped))
         lower = f"{limit.lower:g} to " if limit.lower else ""
         limits.append(f"{name} {lower}{limit.upper:g} {unit_of(name)}")
+        capped += [f"{name} in {count} of {both.a.angle.size} parts"] if count else []
+    caps = " or ".join(dict.fromkeys(f"{both.a.cap:.10f}" for both in quantities.values()))
+    cycles = int(next(iter(quantities.values())).a.cycles.max())
+    few = "" if cycles >= ENOUGH else ", few for an interval, and the first one still remembers its start"
+    sampled = f"Cycles sampled: {cycles}{few}."
+    if cycles == 1:
+        sampled = (
+            "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
+            "cycle is taken for what varies between cycles."
+        )
     return [
         f"Mean and deviation over time of the {size} in each of {settings.bins} intervals of the crank "
         f"cycle, against limits: {', '.join(limits)}.",
-        _cap(quantities),
-        _cycles(int(next(iter(quantities.values())).a.cycles.max())),
+        f"Without any error R is {caps}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
+        f"mechanism but that the limit is wide: {'; '.join(capped) or 'none'}.",
+        sampled,
     ]
 
 
@@ -64,23 +73,3 @@ def _smallest(name: str, difference: Difference) -> str:
         return f"{name} {values} (the cap)"
     angles = " and ".join(dict.fromkeys(f"{model.angle[model.worst]:g}" for model in (a, b)))
     return f"{name} {values} at {angles} deg"
-
-
-def _cap(quantities: dict[str, Difference]) -> str:
-    capped = {name: int(np.sum(both.a.capped & both.b.capped)) for name, both in quantities.items()}
-    parts = [f"{name} in {n} of {quantities[name].a.angle.size} parts" for name, n in capped.items() if n]
-    values = " or ".join(dict.fromkeys(f"{both.a.cap:.10f}" for both in quantities.values()))
-    return (
-        f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
-        f"mechanism but that the limit is wide: {'; '.join(parts) or 'none'}."
-    )
-
-
-def _cycles(count: int) -> str:
-    if count == 1:
-        return (
-            "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
-            "cycle is taken for what varies between cycles."
-        )
-    few = "" if count >= ENOUGH else ", few for an interval, and the first one still remembers its start"
-    return f"Cycles sampled: {count}{few}."

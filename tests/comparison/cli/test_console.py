@@ -270,11 +270,3 @@ def test_a_store_of_rows_that_is_too_large():
     os.truncate("rows.jsonl", LARGEST_STORE + 1)
     with pytest.raises(LedgerError, match=f"is larger than {LARGEST_STORE} bytes"):
         read_rows(Path("rows.jsonl"))
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are POSIX")
-@pytest.mark.parametrize("command", [COMPARE, ["plot", "{path}"], ["plan", "{path}"], SWEEP])
-@pytest.mark.parametrize("name", ["pipe.csv", "pipe.mat", "pipe.parquet"])
-def test_a_pipe_that_nobody_writes_to_is_not_waited_for(command, name, capsys):
-    os.mkfifo(name)
-    assert "pipe" in refused(command, name, capsys)

@@ -14,44 +14,14 @@ import pytest
 from comparison.cli import main
 from comparison.formatting import number
 from comparison.scene import load_scene, parse_set
-from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
-
-CLEARANCE = "clearance.slider=4e-4"
-NAME = "150rpm-0.2mm+clearance.slider=0.0004"
-QUICK = ["validate", "150rpm-0.2mm", "--quick", "-q"]
 
 
 def commands(text: str) -> list[str]:
     """Return the lines of a page or of the console that are commands."""
     plain = html.unescape(re.sub(r"<[^>]+>", "\n", text))
     return [line.strip() for line in plain.splitlines() if line.strip().startswith("sixbar ")]
-
-
-def test_nothing_false_is_said_of_a_changed_scene_and_the_plain_ones_report_stays(capsys):
-    assert main(QUICK) == 0
-    plain = {path: path.read_bytes() for path in Path("reports/out").rglob("*") if path.is_file()}
-    assert main([*QUICK, "--set", CLEARANCE]) == 0
-    sentence, page = capsys.readouterr().out.splitlines()[-2:]
-    assert sentence == f"The scene {NAME} agrees."
-    assert page == f"reports/out/{NAME}/report.html"
-    assert plain == {path: path.read_bytes() for path in plain}
-    folder, said = Path(page).parent, Path(page).read_text()
-    assert "<h1>150rpm-0.2mm with clearance.slider = 0.4 mm</h1>" in said
-    assert not re.search("150 rpm, 0.2 mm clearance|central case", said)
-    command = "sixbar validate 150rpm-0.2mm --set clearance.slider=0.0004 --quick"
-    assert set(commands(said)) == {command}
-    (scene,) = json.loads((folder / "summary.json").read_text())["scenes"]
-    assert (scene["name"], scene["command"]) == (NAME, command)
-    assert f"Made by: {command}" in (folder / "summary.md").read_text()
-    table = read(folder / "tables" / f"{NAME}-exudyn.csv")
-    assert table.provenance["scene"]["scene"]["description"] == ""
-    pages = {page}
-    for options in (["ideal"], ["--set", "output.groups=[]"]):  # each set of changes has a folder
-        assert main([*QUICK, "--set", CLEARANCE, *options]) == 0
-        pages.add(capsys.readouterr().out.splitlines()[-1])
-    assert len(pages) == 3
 
 
 @pytest.mark.parametrize(("what", "count"), [("differ", 3), ("fail", 1), ("crash", 1)])

@@ -57,16 +57,6 @@ def test_what_is_written_is_what_is_read_to_the_last_bit(
     assert read(path) == whole
 
 
-def test_a_checkpoint_takes_its_line_and_texts_may_be_what_toml_does_not_take_as_they_are(tmp_path):
-    run = RunRecord(settings={}, counters={}, channels={"slider_x": [Checkpoint(0.1, -0.55, 1e-11)] * 2})
-    scene = SceneRecord(source="own.toml", hash="ab", exudyn={"tight": run})
-    whole = Baseline(platform="\x7f, \x00", versions={}, thresholds={}, scenes={"90rpm-0.1mm": scene})
-    path = write(whole, tmp_path / "deep" / "b.toml")
-    assert path.read_text().count("  [0.1, -0.55, 1e-11],\n") == 2
-    assert [path] == list(path.parent.iterdir())
-    assert read(path).platform == whole.platform
-
-
 @pytest.fixture
 def family(make_table):
     """Runs whose error grows and vanishes again in each cycle; at most twice ``error`` of the amplitude."""

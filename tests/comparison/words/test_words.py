@@ -19,7 +19,7 @@ from comparison.cli.main import app
 from comparison.execution.run import Job
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
-from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison
+from comparison.verdict.results import Attribution, Confirmation, SceneComparison
 from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
 from comparison.words.cards import card
 from comparison.words.differences import contact, describe
@@ -239,13 +239,3 @@ def test_what_to_do_about_a_difference_are_commands_that_exist(
     assert last == f"sixbar compare {shlex.split(second)[-1]} {shlex.split(first)[-1]}"
     known = {command.name or command.callback.__name__ for command in app.registered_commands}
     assert all(command.split()[0] == "sixbar" and command.split()[1] in known for command in commands)
-
-
-def test_the_known_orders_of_both_models_are_shown(scene: SceneComparison):
-    changes = (
-        Refinement("reference", {"tolerance": 1e-10}, 10.0, 1.0),
-        Refinement("exudyn", {"step": 2e-6}, 2.0, 2.0, observed=1.98),
-    )
-    ordered = replace(scene, attribution=replace(scene.attribution, refinements=changes))
-    unknown = replace(scene, attribution=Attribution())
-    assert [card(each).order for each in (unknown, ordered)] == ["", "exudyn 2.0 (expected 2)"]
