@@ -183,14 +183,7 @@ def described(error: Exception) -> tuple[str, int]:
 
 
 def is_refusal(error: Exception) -> bool:
-    """Whether an error says in one line what is wrong with the input."""
-    from comparison.accuracy.levels import AccuracyError
-    from comparison.execution.store import LedgerError
-    from comparison.files import FolderError
-    from comparison.models import EngineError
-    from comparison.regression.baseline import BaselineError
-    from comparison.scene import SceneError
-    from comparison.tables.table import TableError
+    """Whether an error is one of this package, which says in one line what is wrong with the input."""
+    from comparison.execution.run import RunError
 
-    ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
-    return isinstance(error, ours)
+    return type(error).__module__.startswith("comparison.") and not isinstance(error, RunError)

@@ -1,12 +1,9 @@
 """Progress of a command: a bar on a terminal, plain lines in a log."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
 
 from comparison.cli.console import say
 
@@ -16,10 +13,8 @@ SILENCE = 60.0
 """s; a line after this time even if little has changed."""
 
 
-class Reporter(Protocol):
-    """What a command tells its finished share, 0 to 1, and what has just been finished."""
-
-    def __call__(self, share: float, finished: str = "") -> None: ...  # noqa: D102
+Reporter = Callable[..., None]
+"""What a command tells its finished share, 0 to 1, and what has just been finished ("" where nothing)."""
 
 
 @contextmanager

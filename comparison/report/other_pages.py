@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from comparison.files import write_text
-from comparison.formatting import number, percent, quantity
 from comparison.metrics.contacts import noted
 from comparison.report.plots import FORCES, MOTION, table_plots
 from comparison.report.schematic import joints, schematic
@@ -42,9 +41,6 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
         rows=rows,
         lead=standings([row.standing for row in rows]),
         sentence=standing,
-        number=number,
-        quantity=quantity,
-        percent=percent,
         plots=[_plots(row, folder, models) for row in rows],
         command=command,
     )

@@ -5,7 +5,7 @@ from math import isnan
 from pathlib import Path
 
 from comparison.files import write_text
-from comparison.formatting import number, percent, quantity
+from comparison.formatting import number, percent
 from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.report import tables
@@ -83,8 +83,6 @@ def render(
         definition=cards.definition(comparisons),
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
-        percent=percent,
-        quantity=quantity,
         card_of=cards.card,
         channel_figure=channel_figure,
         schematic=schematic,

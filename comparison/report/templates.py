@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import jinja2
 from markupsafe import Markup
 
+from comparison.formatting import number, percent, quantity
 from comparison.models import platform_name
 from comparison.words.verdicts import SYMBOLS
 
@@ -23,7 +24,7 @@ TEMPLATES = jinja2.Environment(
     lstrip_blocks=True,
 )
 """HTML is escaped, and a name without a value is an error."""
-TEMPLATES.globals["symbols"] = SYMBOLS
+TEMPLATES.globals |= {"symbols": SYMBOLS, "number": number, "percent": percent, "quantity": quantity}
 
 
 def style() -> Markup:

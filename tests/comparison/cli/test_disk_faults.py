@@ -14,7 +14,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from faulty_disk import contents, failing, small_files
+from faulty_disk import contents, failing
 
 from comparison.cli import main
 from comparison.execution.store import fetch, keep
@@ -106,12 +106,6 @@ def test_each_change_of_a_file_fails_in_turn(name, code, tried):
         if len(seen) < number:
             break
     assert number > LEAST[name]
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_write_that_ends_in_the_middle(name, tried):
-    for size in (0, 1, 10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000):
-        tried(name, small_files(size))
 
 
 @pytest.mark.parametrize("code", CODES)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import html
 import re
-from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import pytest
 from markdown_it import MarkdownIt
 
 from comparison.report.ci import LIMIT, write_job_summary, write_junit
-from comparison.verdict.results import Basis
-from comparison.words.record import Case, of_comparisons
-from comparison.words.verdicts import why
+from comparison.words.record import Case
 
 CASES = [
     Case("slow", "standard", "slider_x", "passed", "agree: 99.9 %"),
@@ -43,20 +40,6 @@ def test_a_suite_a_scene_a_case_a_finding_counts_that_add_up_and_texts_as_xml_ca
     (failure,) = cases[3]
     assert failure.get("message") == failure.text == 'at <t> = 1 s & "more"\ufffd\ufffd[31m \ufffd'
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["junit.xml"]
-
-
-def test_verdicts_of_scenes_and_channels_are_cases_at_every_tier(scene, differing, broken, tmp_path):
-    vague = replace(scene.channels["slider_x"], verdict="indeterminate", basis=Basis.COVERAGE)
-    channels = scene.channels | {"slider_x": vague}
-    tight = replace(scene, tier="tight", verdict="indeterminate", channels=channels)
-    root = junit(of_comparisons([replace(scene, tight=tight), differing, broken]), tmp_path)
-    count = len(channels)
-    assert [int(suite.get("tests")) for suite in root] == [2 * (1 + count), 1 + count, 1]
-    verdicts = [case for case in root.iter("testcase") if case.get("name") == "verdict"]
-    assert [[child.tag for child in case] for case in verdicts] == [[], ["skipped"], ["failure"], ["error"]]
-    assert verdicts[2][0].get("message") == f"differ: {why(differing)}"
-    failed = [case.get("name") for case in root.iter("testcase") if case.find("failure") is not None]
-    assert failed == ["verdict", *(n for n, c in differing.channels.items() if c.verdict == "differ")]
 
 
 def page(tmp_path, rows, cases):
