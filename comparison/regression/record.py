@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import ConfigDict
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
 from comparison.accuracy.refine import family, table_of_family
@@ -29,7 +29,6 @@ from comparison.regression.baseline import (
     BaselineError,
     Checkpoint,
     Detection,
-    Rates,
     RunRecord,
     SceneRecord,
     parsed,
@@ -207,12 +206,11 @@ def renewed(
     )
 
 
-class _Measured(BaseModel):
+class _Measured(Detection):
     """What of the rates' file is read; it may hold more."""
 
+    model_config = ConfigDict(extra="ignore")
     thresholds: dict[str, Any]
-    false_alarms: Rates
-    detected: Rates
 
 
 def _rates(path: Path, old: Baseline | None) -> Detection | None:

@@ -22,7 +22,7 @@ from comparison.metrics.contacts import Pulse
 from comparison.report.figures import relative_to_guide
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.arrays import Array
-from comparison.tables.channels import CONTACTS, CORNERS, channels
+from comparison.tables.channels import CONTACTS, CORNERS, Channel, channels
 from comparison.tables.table import Table
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
@@ -60,18 +60,16 @@ def scene_plots(scene: SceneComparison) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw."""
     decisive, drawn = scene.decisive or scene.worst_channel, shown(scene)
     curves = [
-        {
-            "name": channel.channel,
-            "label": channel.label,
-            "unit": pretty_unit(channel.unit),
-            "verdict": channel.verdict,
-            "zero": relative_to_guide(scene, channel),
-            "models": (channel.a, channel.b),
+        _curve(
+            channel.definition,
+            relative_to_guide(scene, channel),
+            (channel.a, channel.b),
+            verdict=channel.verdict,
             # The plotted |a - b| is not what a threshold within a time tolerance limits.
-            "limit": None if channel.time_tolerance else channel.threshold,
-            "predictable": channel.predictable,
-            "beyond": channel.beyond,
-        }
+            limit=None if channel.time_tolerance else channel.threshold,
+            predictable=channel.predictable,
+            beyond=channel.beyond,
+        )
         for channel in drawn
     ]
     head = {
@@ -98,25 +96,26 @@ def table_plots(
     ``pulses`` are each table's contacts resolved in time.
     """
     time = next(iter(tables.values())).time
-    nowhere = np.zeros(time.shape, dtype=bool)
     curves = [
-        {
-            "name": name,
-            "label": channels()[name].label,
-            "unit": pretty_unit(channels()[name].unit),
-            "verdict": "",
-            "zero": guide if name == "slider_x" else 0.0,
-            "models": [np.interp(time, table.time, table.values(name)) for table in tables.values()],
-            "limit": None,
-            "predictable": ~nowhere,
-            "beyond": nowhere,
-        }
+        _curve(
+            channels()[name],
+            guide if name == "slider_x" else 0.0,
+            [np.interp(time, table.time, table.values(name)) for table in tables.values()],
+        )
         for name in names
         if all(name in table.channels for table in tables.values())
     ]
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
     return _packed(head, time, curves, events, pulses or [()] * len(tables))
+
+
+def _curve(channel: Channel, zero: float, models: Sequence[Array], **judged: Any) -> dict[str, Any]:
+    """Describe a channel to be packed; ``zero`` is subtracted from the values of the models."""
+    nowhere = np.zeros(models[0].shape, dtype=bool)
+    usual = {"verdict": "", "limit": None, "predictable": ~nowhere, "beyond": nowhere}
+    about = {"name": channel.name, "label": channel.label, "unit": pretty_unit(channel.unit)}
+    return about | usual | judged | {"zero": zero, "models": models}
 
 
 def _packed(

@@ -102,14 +102,6 @@ def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene:
             assert force.max() == pytest.approx(pulse.force.max(), rel=1e-5)
 
 
-def test_the_first_sample_beyond_is_marked(differing: SceneComparison) -> None:
-    packed = Unpacked(scene_plots(differing))
-    for name, found in packed.channels.items():
-        mask = differing.channels[name].beyond
-        assert found["outside"] == ([int(mask.argmax())] if mask.any() else [])
-    assert any(found["outside"] for found in packed.channels.values())
-
-
 def test_a_long_run_keeps_its_peaks_in_bounded_space(scene: SceneComparison) -> None:
     longer = stretched(scene.channels["corner_ll_normal"], 40)
     time, n = longer.time, longer.time.size

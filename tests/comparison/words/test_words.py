@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,8 +14,6 @@ from bouncing_press import make_scene
 from comparison.accuracy.measured import expected
 from comparison.accuracy.plan import plan
 from comparison.accuracy.refine import Limit, accurate_run, expected_cost
-from comparison.cli.main import app
-from comparison.execution.run import Job
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.verdict.results import Attribution, Confirmation, SceneComparison
@@ -212,30 +209,3 @@ def test_a_corrected_uncertainty_and_an_undecided_verdict_say_so(scene: SceneCom
     assert undecided.startswith("Not decided: ")
     assert "at least 50% are required" in undecided
     assert card(scene).commands == ()  # agreement asks for nothing
-
-
-def test_a_crashed_run_is_its_reason_and_how_to_repeat_it(scene: SceneComparison):
-    reason = "the exudyn run did not succeed: crashed; exit code 3"
-    finer = load_scene("ideal", {"drive.cycles": 0.5}).variant({"solver.exudyn.step": 1e-6})
-    found = card(
-        replace(scene, verdict="cannot compare", channels={}, error=reason, failed=Job(finer, "exudyn"))
-    )
-    assert found.sentence == f"scene {scene.name!r}: {reason}."
-    assert found.commands == (
-        "sixbar run ideal --set drive.cycles=0.5 --set solver.exudyn.step=1e-06 "
-        f"--model exudyn --out {scene.name}-exudyn.csv",
-    )
-
-
-@pytest.mark.parametrize(("formulation", "third"), [("full", "multiplier"), ("tree", "full")])
-def test_what_to_do_about_a_difference_are_commands_that_exist(
-    differing: SceneComparison, formulation: str, third: str
-):
-    ran = load_scene("150rpm-0.2mm", {"clearance.slider": 4e-4, "solver.exudyn.formulation": formulation})
-    first, second, last = commands = card(replace(differing, ran=ran)).commands
-    # The file's own formulation, to which the third opinion returns, needs no --set.
-    assert (f"formulation={third}" in first) == (third != "full")
-    assert all("--set clearance.slider=0.0004" in command for command in (first, second))
-    assert last == f"sixbar compare {shlex.split(second)[-1]} {shlex.split(first)[-1]}"
-    known = {command.name or command.callback.__name__ for command in app.registered_commands}
-    assert all(command.split()[0] == "sixbar" and command.split()[1] in known for command in commands)
