@@ -92,19 +92,8 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
         caption=caption,
         alt=f"Schematic of the six-bar press at the start, and its slider in the guide enlarged. {caption}",
         geometry={
-            "mechanism": {
-                "crank": crank,
-                "rod2": mechanism["rod2"]["length"],
-                "centroid": mechanism["rocker"]["centroid"],
-                "rocker": mechanism["rocker"]["length"],
-                "rod4": mechanism["rod4"]["length"],
-                "pivot": list(mechanism["rocker_pivot"]),
-                "branches": [mechanism["rocker_branch"], mechanism["slider_branch"]],
-                "start": mechanism["crank_angle_deg"],
-                "speed": drive["speed_rpm"] * 6.0,
-            },
-            "guide": mechanism["guide_x"],
-            "length": length,
+            "mechanism": mechanism,
+            "speed": drive["speed_rpm"] * 6.0,
             "view": [scale, origin.real, origin.imag],
             # Pixels of the enlarged drawing per metre of clearance; 0 where the guide holds the slider.
             "magnified": _GAP / clearance if clearance else 0.0,

@@ -22,12 +22,12 @@ function animate(viewer) {
 
   viewer.moved.push(({data}, index) => {
     const t = data.t[index], channel = name => data.channels.find(c => c.name === name);
-    const angle = (m.start + m.speed * t) * Math.PI / 180;
-    const O = [0, 0], A = [m.crank * Math.cos(angle), m.crank * Math.sin(angle)], H = m.pivot;
-    const B = crossing(A, m.rod2, H, m.centroid, m.branches[0]), reach = m.rocker / m.centroid;
+    const angle = (m.crank_angle_deg + g.speed * t) * Math.PI / 180, {crank, rod2, rocker, rod4} = m;
+    const O = [0, 0], A = [crank.length * Math.cos(angle), crank.length * Math.sin(angle)], H = m.rocker_pivot;
+    const B = crossing(A, rod2.length, H, rocker.centroid, m.rocker_branch), reach = rocker.length / rocker.centroid;
     const C = [H[0] + reach * (B[0] - H[0]), H[1] + reach * (B[1] - H[1])];
-    const y = channel("slider_y"), below = Math.sqrt(Math.max(0, m.rod4 ** 2 - (g.guide - C[0]) ** 2));
-    const F = [g.guide, y ? y.values[0][index] : C[1] + m.branches[1] * below];
+    const y = channel("slider_y"), below = Math.sqrt(Math.max(0, rod4.length ** 2 - (m.guide_x - C[0]) ** 2));
+    const F = [m.guide_x, y ? y.values[0][index] : C[1] + m.slider_branch * below];
     line("crank", O, A); line("rod2", A, B); line("rocker", H, C); line("rod4", C, F);
     for (const [name, point] of Object.entries({O, A, B, H, C, F})) {
       const [x, z] = at(point);
@@ -41,7 +41,7 @@ function animate(viewer) {
       .flatMap(name => channel(`corner_${name}_normal`)?.values[0] ?? []));
     data.labels.forEach((_, side) => {
       const value = name => channel(name)?.values[side][index] ?? 0, model = STYLES[side].name;
-      const x = value("slider_x"), turned = value("slider_angle") * g.length / 2;
+      const x = value("slider_x"), turned = value("slider_angle") * m.slider.length / 2;
       const places = Object.fromEntries(Object.entries(corners).map(([name, [i, j]]) =>
         [name, [cx + i * width / 2 + g.magnified * (x + j * turned), cy + j * height / 2]]));
       part(`.body.${model}`).setAttribute("points", Object.values(places).map(p => p.map(v => v.toFixed(1)).join()).join(" "));

@@ -120,7 +120,7 @@ def test_the_animation_needs_nothing_holds_the_mechanism_and_no_label_breaks_it(
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src 'sha256-{digest}'" in page
     geometry = json.loads(unescape(re.findall(r'data-geometry="([^"]*)"', page)[0]))
-    assert geometry["mechanism"]["crank"] == central_case.data["mechanism"]["crank"]["length"]
+    assert geometry["mechanism"] == central_case.data["mechanism"]
     # Pixels per metre: a corner that touches its wall touches it in the drawing, 18 pixels away.
     assert geometry["magnified"] * central_case.data["clearance"]["slider"] == pytest.approx(18.0)
     assert "&lt;i&gt;&amp;x and b, 0.8 s, 2 crank cycles" in page
