@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from comparison.cli import options as of
-from comparison.cli.console import print_json, say, say_wrapped, warn, warn_about_the_cache
+from comparison.cli.console import print_json, say, say_wrapped, warn
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -60,7 +60,6 @@ def gate(
     folder = check_folder(out or of.REPORTS / "gate")
     record = read(baseline)
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
-    warn_about_the_cache()
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
     checks, remarks, regressions = cases(result), notes(result), result.regressions
@@ -123,7 +122,6 @@ def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> in
     if not asked and not held:
         asked = [load_scene(name) for name in shipped_scenes()]
     scenes = {scene.name: scene for scene in (*held, *asked)}
-    warn_about_the_cache()
     with progress("baseline", quiet=quiet) as report:
         ordered = [scenes[name] for name in sorted(scenes)]
         made = renewed(ordered, path.parent, old, n_jobs=jobs, on_progress=report)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from comparison.cli.console import say
+from comparison.cli.console import say, warn_about_the_cache
 
 BETWEEN_LINES = 10.0
 """s; at least so long between two lines of progress in a log."""
@@ -19,7 +19,11 @@ Reporter = Callable[..., None]
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
-    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
+    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked.
+
+    Before it stands a warning where results cannot be kept in the usual place.
+    """
+    warn_about_the_cache()
     if quiet:
         yield _silence
     elif not sys.stderr.isatty():

@@ -17,7 +17,6 @@ from comparison.cli.console import (
     say,
     say_wrapped,
     warn,
-    warn_about_the_cache,
 )
 from comparison.cli.progress import progress
 
@@ -98,7 +97,6 @@ def run(
             say_wrapped(f"{key} = {value:g}: {expectation(expected(chosen, model))}", rest="  ")
         record = {"accuracy": measured_record(chosen, model, accuracy)}
     warn(chosen.warnings)
-    warn_about_the_cache()
     code, job = 0, Job(chosen, model)
     try:
         with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
@@ -165,7 +163,6 @@ def settings(
         out = of.to_write(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
-    warn_about_the_cache()
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:
         measured = work_precision(
             loaded,

@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from comparison.cli import options as of
-from comparison.cli.console import columns, say, warn, warn_about_the_cache
+from comparison.cli.console import columns, say, warn
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
@@ -49,7 +49,6 @@ def _command(name: str) -> Callable[..., int]:
         from comparison.studies import write_study
 
         folder = check_folder(out or of.REPORTS / name)
-        warn_about_the_cache()
         with progress(name, quiet=quiet) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
         say(str(path))

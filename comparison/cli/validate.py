@@ -23,7 +23,6 @@ from comparison.cli.console import (
     say,
     say_wrapped,
     warn,
-    warn_about_the_cache,
     wrapped,
 )
 from comparison.cli.progress import Reporter, progress
@@ -120,7 +119,6 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     _check(scenes, models, request.accuracy)
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
     folder, command = check_folder(out or of.REPORTS / usual), request.command(models)
-    warn_about_the_cache()
     title = f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].name
     with progress(title, quiet=request.quiet) as report:
         results = _validate_batches(scenes, models, request, report)

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
 
+from numpy import nan_to_num
+
 from comparison.files import write_text
 from comparison.formatting import number, percent
 from comparison.metrics.contacts import WINDOW
@@ -66,7 +68,9 @@ def render(
         scenes=scenes,
         cells=cells,
         failing=[cell for cell in cells if rank(cell[1].verdict) > rank("agree")],
-        worst=max(figures, key=lambda of: (rank(of[1].verdict), _known(of[3].ratio)), default=None),
+        worst=max(
+            figures, key=lambda of: (rank(of[1].verdict), nan_to_num(of[3].ratio, nan=-1)), default=None
+        ),
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
@@ -97,10 +101,6 @@ def render(
         differences=differences,
         notes=notes,
     )
-
-
-def _known(ratio: float) -> float:
-    return -1.0 if isnan(ratio) else ratio
 
 
 def _by_severity(scene: SceneComparison) -> list[SceneComparison]:

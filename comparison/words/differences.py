@@ -1,8 +1,6 @@
 """Sentences about a difference: its instant, its confirmation by ensembles, and what it is due to."""
 
-from collections.abc import Mapping
 from math import inf, isfinite, isnan
-from typing import Any
 
 import pandas as pd
 
@@ -47,21 +45,15 @@ _UNPREDICTABLE = {
 }
 
 
-def describe(
-    time: float,
-    events: Mapping[str, pd.DataFrame | None],
-    *,
-    period: float | None,
-    scene: Mapping[str, Any] | None,
-) -> str:
+def instant_of(time: float, scene: SceneComparison) -> str:
     """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner"."""
     where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
-    if period is not None:
-        cycles = time / period
-        start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])
-        sense = -1.0 if scene is not None and scene["drive"]["speed_rpm"] < 0 else 1.0
+    if scene.scene is not None and scene.period is not None:
+        cycles, start = time / scene.period, scene.scene["mechanism"]["crank_angle_deg"]
+        sense = -1.0 if scene.scene["drive"]["speed_rpm"] < 0 else 1.0
         where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
-    contacts = {label: contact(time, table) for label, table in events.items() if table is not None}
+    recorded = [(label, of) for label, of in zip(scene.labels, scene.events, strict=True) if of is not None]
+    contacts = {label: contact(time, events) for label, events in recorded}
     if len(set(contacts.values())) <= 1:
         return ", ".join([where, *list(contacts.values())[:1]])
     return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
@@ -98,12 +90,6 @@ def _ordinal(count: int) -> str:
         return _ORDINALS[count - 1]
     ending = {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th") if count % 100 not in {11, 12, 13} else "th"
     return f"{count}{ending}"
-
-
-def instant_of(time: float, scene: SceneComparison) -> str:
-    """Describe an instant (s) of a scene; see `describe`."""
-    events = dict(zip(scene.labels, scene.events, strict=True))
-    return describe(time, events, period=scene.period if scene.scene else None, scene=scene.scene)
 
 
 def confirmation(scene: SceneComparison) -> str:

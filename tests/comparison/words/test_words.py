@@ -19,7 +19,7 @@ from comparison.scene import load_scene
 from comparison.verdict.results import Attribution, Confirmation, SceneComparison
 from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
 from comparison.words.cards import card
-from comparison.words.differences import contact, describe
+from comparison.words.differences import contact, instant_of
 from tests.helpers.known_error import USUAL, KnownError, growing
 
 PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
@@ -63,24 +63,29 @@ def test_many_contacts_are_counted_in_figures():
     assert " ".join(contact(n + 0.1, events).split()[2] for n in numbers) == counts
 
 
+def compared(events=(None, None), scene=None) -> SceneComparison:
+    period = scene and 60.0 / abs(scene["drive"]["speed_rpm"])
+    return SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events, period=period, scene=scene)
+
+
 def test_both_models_are_named_only_where_they_are_in_different_contacts():
     one, other = EVENTS, EVENTS.assign(corner="lr")
     same = "0.0201 s, during the first contact of the upper right corner"
     for events, words in (
-        ({"a": one, "b": one.copy()}, same),
-        ({"a": None, "b": one}, same),
-        ({"a": one, "b": other}, f"{same} (a), during the third contact of the lower right corner (b)"),
-        ({"a": None, "b": None}, "0.0201 s"),
+        ((one, one.copy()), same),
+        ((None, one), same),
+        ((one, other), f"{same} (a), during the third contact of the lower right corner (b)"),
+        ((None, None), "0.0201 s"),
     ):
-        assert describe(0.0201, events, period=None, scene=None) == words
+        assert instant_of(0.0201, compared(events)) == words
 
 
-@pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332), (None, 18)])
+@pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
 def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
-    scene = None if speed is None else load_scene("150rpm-0.2mm", start).data
-    assert describe(0.42, {}, period=0.4, scene=scene) == f"0.42 s (cycle 2, crank at {angle}°)"
+    scene = load_scene("150rpm-0.2mm", start).data
+    assert instant_of(0.42, compared(scene=scene)) == f"0.42 s (cycle 2, crank at {angle}°)"
 
 
 # Accuracy
