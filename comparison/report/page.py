@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
-
-from numpy import nan_to_num
+from typing import Any
 
 from comparison.files import write_text
 from comparison.formatting import number, percent
@@ -58,6 +57,10 @@ def render(
     # What decides: "uncertainty", "tolerance" or "" where nothing does.
     threshold = "tolerance" if any(channel.threshold is not None for channel in channels) else ""
     limits = [verdicts.threshold_name(channel) for channel in channels if channel.u is not None]
+
+    def severity(of: tuple[Any, SceneComparison, str, ChannelComparison]) -> tuple[int, bool, float]:
+        return rank(of[1].verdict), not isnan(of[3].ratio), of[3].ratio
+
     # The channel nearest to its limit, or farthest beyond it, of the tier with the worst verdict.
     figures = [(*cell, channel) for cell in cells if (channel := _drawn(cell[1])) is not None]
     return interactive_page(
@@ -68,9 +71,7 @@ def render(
         scenes=scenes,
         cells=cells,
         failing=[cell for cell in cells if rank(cell[1].verdict) > rank("agree")],
-        worst=max(
-            figures, key=lambda of: (rank(of[1].verdict), nan_to_num(of[3].ratio, nan=-1)), default=None
-        ),
+        worst=max(figures, key=severity, default=None),
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
