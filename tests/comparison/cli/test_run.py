@@ -35,6 +35,19 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
     assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)
 
 
+def test_settings_that_are_measured_are_recommended_and_drawn(scene_file, capsys):
+    assert main(["settings", scene_file("own"), "--set", "drive.cycles=1", "--out", "deep/wp.svg", "-q"]) == 0
+    *lines, picture = capsys.readouterr().out.splitlines()
+    assert "errors of slider_x against reference minimal, tolerance 1e-13, where exudyn tree" in lines[0]
+    drawn = Path(picture).read_text()
+    assert all(
+        f">{model}</text>" in drawn for model in ("Pareto front", "reference, minimal", "exudyn, tree")
+    )
+    commands = [line for line in lines if line.startswith("  sixbar run ")]
+    assert commands
+    assert all("--set drive.cycles=1 " in command for command in commands)
+
+
 def test_without_time_nothing_is_known_of_settings_and_an_interrupt_prints_what_is(
     scene_file, monkeypatch, capsys
 ):
