@@ -15,7 +15,6 @@ from comparison.cli.progress import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
 from comparison.formatting import table
-from comparison.models import made_on
 from comparison.studies import NAMES, write_study
 from comparison.studies.verdicts.study import RECORD
 
@@ -88,7 +87,7 @@ def times() -> str:
     quick, cold, stored = seconds
     return (
         f"With neither runs nor compiled code stored `sixbar validate --quick` took {quick} and "
-        f"`sixbar validate` {cold}, with all runs stored {stored}: {cpus()} processors of {made_on()}.\n"
+        f"`sixbar validate` {cold}, with all runs stored {stored} ({cpus()} processors).\n"
     )
 
 
