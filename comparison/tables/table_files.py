@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 from pyarrow import csv, parquet
@@ -125,10 +126,12 @@ def _columns(path: Path, integers: str = "") -> Columns | None:
     if not path.is_file():
         return None
     frame = read_frame(path)
+    if any(kind.kind not in "iuf" for kind in frame.dtypes):  # what it is for will refuse it
+        return {str(name): column.to_numpy() for name, column in frame.items()}
     # A force of whole numbers is no column of integers.
-    whole = [name for name, kind in frame.dtypes.items() if kind.kind in "iu" and name != integers]
-    frame = frame.astype(dict.fromkeys(whole, float))
-    return {str(name): column.to_numpy() for name, column in frame.items()}
+    numbers = np.ascontiguousarray(frame.to_numpy(dtype=np.float64).T)
+    columns: Columns = dict(zip(map(str, frame), numbers, strict=True))
+    return columns | ({integers: frame[integers].to_numpy()} if integers in frame else {})
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
