@@ -132,13 +132,13 @@ class TreeRecorder(Recorder):
             1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
             the coordinates are not finite.
         """
+        if self._count == _ROOM:  # not after a step: the last one waits for the samples at its end
+            self.observe()
         fraction = self._judge(time, q, v, False, *self._fixed, self._count)
         if fraction >= 1.0:
             self.time = time
             self.steps += 1
             self._count += 1
-            if self._count == _ROOM:
-                self.observe()
         return fraction
 
     def observe(self, last: bool = False) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
+from exudyn_model.tree import recording
 
 SHORT = {"drive.cycles": 0.1, "solver.exudyn.step": 4e-6}
 
@@ -206,3 +207,18 @@ def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, settings, m
     monkeypatch.setattr("exudyn_model.tree.building._user_function", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(make_scene(settings))
+
+
+@pytest.mark.parametrize("fewer", [0, 1, 100])
+def test_a_tree_s_result_does_not_depend_on_the_room_of_its_steps(make_scene, monkeypatch, fewer):
+    """Not if the last step just fills it, which one run in 2048 does."""
+    whole = simulate(make_scene(TREE))
+    monkeypatch.setattr(recording, "_ROOM", whole.provenance["counters"]["steps"] - fewer)
+    parted = simulate(make_scene(TREE))
+    for name, values in whole.columns.items():
+        np.testing.assert_array_equal(parted.columns[name], values, err_msg=name)
+    for name in ("corner", "start", "end", "peak_force", "largest_depth"):
+        np.testing.assert_array_equal(parted.events[name], whole.events[name], err_msg=name)
+    # An impulse is a sum, rounded once more where it is taken in two parts.
+    np.testing.assert_allclose(parted.events["impulse"], whole.events["impulse"], rtol=1e-14)
+    assert parted.extrema == whole.extrema
