@@ -99,6 +99,8 @@ class Run(NamedTuple):
 def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) -> tuple[float, int]:
     """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
 
+    With place NONE and a share below 1 that is certain up to there only: the step should end there.
+
     Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is
     in `work`.
     """
@@ -150,7 +152,7 @@ def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) 
             return share, first
         else:
             lo, width = hi, 2.0 * width
-    return 2.0, NONE
+    return lo, NONE
 
 
 @inner

@@ -238,7 +238,7 @@ def advance(
             prepare_dense(h, y, dy, work.f)
             counters[EVALUATIONS] += 3
             share, first = first_end(model, law, t, h, run, work)
-            if first == NONE:
+            if first == NONE and (share >= 1.0 or t + h * share == t):
                 break
             place = first
             if share >= 1.0:
