@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import os
@@ -9,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -18,7 +20,6 @@ import pytest
 
 from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.studies.sweep import runs
 from comparison.studies.sweep.points import SweepError, check_keys, grid, latin_hypercube, listed
 from comparison.studies.sweep.runs import USUAL, names, on_cluster, quantity
 from comparison.tables.table import Table
@@ -240,10 +241,25 @@ def test_dask_is_not_even_asked_where_nobody_listens(address, message, monkeypat
 
 
 @pytest.mark.slow
-def test_who_listens_and_is_no_scheduler_is_one_line(monkeypatch):
+def test_who_listens_and_is_no_scheduler_is_one_line():
     pytest.importorskip("distributed", reason=NO_DASK)
-    monkeypatch.setattr(runs, "PATIENCE", 1.0)
-    with socket.create_server(("127.0.0.1", 0)) as server:  # accepts, and never says anything
+    code = (
+        "from comparison.studies.sweep import runs\n"
+        "runs.PATIENCE = 1.0\n"
+        "try:\n    runs.on_cluster(__import__('sys').argv[1])\n"
+        "except runs.SweepError as error:\n    print(error)\n"
+    )
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    server.accept()[0].close()
+
+        threading.Thread(target=answer, daemon=True).start()
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(SweepError, match=f"--scheduler {address}: does not answer"):
-            on_cluster(address)
+        command = [sys.executable, "-c", code, address]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert ended.stdout.startswith(f"--scheduler {address}: does not answer")
+    assert ended.stdout.count("\n") == 1
+    assert ended.stderr == ""
