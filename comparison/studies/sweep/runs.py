@@ -171,8 +171,11 @@ def on_cluster(address: str) -> Spread:
     if not host or not port:
         raise SweepError(f"--scheduler {address}: must be tcp://host:port")
     try:
-        # Dask's own client tries for twice its patience where nobody listens.
-        socket.create_connection((host, port), timeout=PATIENCE).close()
+        # Dask's own client tries for twice its patience where nobody listens, and without end where one who
+        # listens stays silent. A scheduler speaks first, but for the handshake of TLS.
+        with socket.create_connection((host, port), timeout=PATIENCE) as connection:
+            if parts.scheme == "tcp":
+                connection.recv(1)
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
