@@ -162,7 +162,7 @@ def report(what: str, draws: Sequence[Draw], found: Sequence[Found]) -> None:
             if draw.labels.get(key, "") == value and one.status in JUDGED
         ]
         rows.append([key, value, str(len(some))])
-        for worst in ([getattr(one, of) for one in some] for of in ("missed", "late", "held")):
+        for worst in ([getattr(one, part) for one in some] for part in ("missed", "late", "held")):
             rows[-1] += [str(sum(one.steps > 0 for one in worst))]
             rows[-1] += [f"{max((one.value for one in worst), default=0.0):.1e}"]
     print(f"\n{table([*head, 'off the wall, closed', 'farthest (m)'], rows)}")

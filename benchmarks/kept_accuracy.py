@@ -108,7 +108,7 @@ def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
             (other,) = MODELS.keys() - {model}
             row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
             row |= {"runs": found.runs, "levels": len(found.tried)}
-            row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
+            row["strict"] = 0.0 if (best := strict[model].estimate) is None else best.coverage(accuracy)
             row |= judged(found, strict[other], strict[model])
         rows.append(row)
     return rows

@@ -8,34 +8,39 @@ from typing import Annotated, Any
 
 import typer
 
-from comparison.cli import options as of
+from comparison.cli import options
 from comparison.cli.console import print_json, say, warn, wrapped
 
 _File = Annotated[Path, typer.Argument(hidden=True)]
-_Finer = Annotated[Path | None, of.option("FILE", "The run at a finer setting.")]
-_Coarser = Annotated[Path | None, of.option("FILE", "The run at a coarser setting.")]
-_Starts = Annotated[list[Path] | None, of.option("FILE", "A run from a moved start; repeat for several.")]
+_Finer = Annotated[Path | None, options.option("FILE", "The run at a finer setting.")]
+_Coarser = Annotated[Path | None, options.option("FILE", "The run at a coarser setting.")]
+_Starts = Annotated[
+    list[Path] | None, options.option("FILE", "A run from a moved start; repeat for several.")
+]
 _Refinement = Annotated[
-    str | None, of.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2.")
+    str | None,
+    options.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2."),
 ]
 
 
 def compare(
     a: _File,
     b: _File,
-    scene: of.OfScene = None,
+    scene: options.OfScene = None,
     tolerance: Annotated[
-        float | None, of.option("X", "Allowed difference, as a share of each channel's scale.")
+        float | None, options.option("X", "Allowed difference, as a share of each channel's scale.")
     ] = None,
-    share: Annotated[float, of.option("X", "Share of the samples that must be within the tolerance.")] = 1.0,
+    share: Annotated[
+        float, options.option("X", "Share of the samples that must be within the tolerance.")
+    ] = 1.0,
     time_tolerance: Annotated[
-        float | None, of.option("SECONDS", "By which either table may be early or late; default 0.")
+        float | None, options.option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
     mapping: Annotated[
-        Path | None, of.option("FILE", "TOML file that assigns another program's columns to channels.")
+        Path | None, options.option("FILE", "TOML file that assigns another program's columns to channels.")
     ] = None,
     at_events: Annotated[
-        str | None, of.option("left|right|both", "Which rows of a repeated time count.")
+        str | None, options.option("left|right|both", "Which rows of a repeated time count.")
     ] = None,
     finer_a: _Finer = None,
     finer_b: _Finer = None,
@@ -47,11 +52,11 @@ def compare(
     refinement_b: _Refinement = None,
     period: Annotated[
         float | None,
-        of.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
+        options.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
     ] = None,
-    out: of.OutFolder = None,
-    json: of.AsJson = False,
-    allow_indeterminate: of.AllowIndeterminate = False,
+    out: options.OutFolder = None,
+    json: options.AsJson = False,
+    allow_indeterminate: options.AllowIndeterminate = False,
 ) -> int:
     """Compare any two tables, also of other programs.
 
@@ -70,15 +75,15 @@ def compare(
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
-    of.check_positive("--tolerance", tolerance)
+    options.check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    of.check_positive("--period", period)
+    options.check_positive("--period", period)
     if at_events is not None and at_events not in AT_EVENTS:
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
-    folder = check_folder(out or of.REPORTS / "compare")
+    folder = check_folder(out or options.REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
     given: dict[str, dict[str, list[Path | None]]] = {
         "a": {"base": [a], "finer": [finer_a], "coarser": [coarser_a], "perturbed": [*(perturbed_a or [])]},

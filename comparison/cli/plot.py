@@ -9,31 +9,31 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli import options as of
+from comparison.cli import options
 from comparison.cli.console import say
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
 
 MOST_CHANNELS = 30
-_Start = Annotated[float | None, of.option("SECONDS", "Start of the time shown.", "--from")]
-_End = Annotated[float | None, of.option("SECONDS", "End of the time shown.", "--to")]
+_Start = Annotated[float | None, options.option("SECONDS", "Start of the time shown.", "--from")]
+_End = Annotated[float | None, options.option("SECONDS", "End of the time shown.", "--to")]
 _Tables = Annotated[list[Path], typer.Argument(metavar="TABLE", hidden=True)]
 
 
 def plot(
     tables: _Tables,
     channels: Annotated[
-        str, of.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
+        str, options.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
     ] = "slider_x",
-    out: Annotated[Path | None, of.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
+    out: Annotated[Path | None, options.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
     start: _Start = None,
     end: _End = None,
 ) -> int:
     """Draw channels of one table, or of two over each other."""
     from comparison.report.figures import picture, write_picture
 
-    path = of.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
+    path = options.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
@@ -46,8 +46,8 @@ def plot(
 
 def animate(
     tables: _Tables,
-    out: Annotated[Path | None, of.option("FILE", "The animation: .html.")] = None,
-    scene: of.OfScene = None,
+    out: Annotated[Path | None, options.option("FILE", "The animation: .html.")] = None,
+    scene: options.OfScene = None,
 ) -> int:
     """Animate the press, and the slider in its guide magnified.
 
@@ -58,10 +58,10 @@ def animate(
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
 
-    path = of.to_write(out or _usual(tables, ".html"), ".html")
+    path = options.to_write(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
-    options = ["--scene", scene] if scene is not None else []
-    command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
+    named = ["--scene", scene] if scene is not None else []
+    command = shlex.join(["sixbar", "animate", *map(str, tables), *named])
     data = load_scene(scene).data if scene is not None else recorded_scene(read)
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, data, path, title=title, command=command)))

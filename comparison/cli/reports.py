@@ -14,7 +14,6 @@ from pathlib import Path
 from comparison.cli.progress import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
-from comparison.formatting import table
 from comparison.studies import NAMES, write_study
 from comparison.studies.verdicts.study import RECORD
 
@@ -23,16 +22,6 @@ REPORTS = Path("reports")
 TIMES = "times.md"
 PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
-SHOWN = (
-    "scene",
-    "standard tier",
-    "samples predictable",
-    "largest difference of x, first cycle",
-    "tight tier",
-    "samples predictable, tight",
-    "largest difference of x, tight, predictable samples",
-)
-"""Columns of the verdict table shown in the README; the others are in the report."""
 OF_THE_VERDICT = ("detection", "campaign")
 """Studies that test the verdict itself; their findings follow the table in the README."""
 
@@ -52,16 +41,6 @@ def finding(readme: str) -> str:
     """Return the finding of a study: its README's first paragraph in bold, up to where that ends."""
     bold = re.search(r"^\*\*(.+?)\*\*", readme, re.DOTALL | re.MULTILINE)
     return " ".join(bold[1].split()) if bold else ""
-
-
-def table_of(text: str) -> str:
-    """Return the table in a Markdown text, reduced to the README's columns, and the text after it."""
-    lines = text.splitlines()
-    of_table = [number for number, line in enumerate(lines) if line[:1] == "|"]
-    head, _, *rows = ([cell.strip() for cell in lines[number].split("|")[1:-1]] for number in of_table)
-    kept = [head.index(name) for name in SHOWN]
-    shown = table(SHOWN, [[row[k] for k in kept] for row in rows])
-    return "\n".join([shown, *lines[of_table[-1] + 1 :]])
 
 
 def times() -> str:
@@ -91,11 +70,13 @@ def times() -> str:
     )
 
 
-def generated(readmes: dict[str, str], times: str) -> str:
+def generated(readmes: dict[str, str], measured: str) -> str:
     """Return what the README has between its markers, from those of the studies, by name."""
     rates = [f"- [{name}](reports/{name}/README.md): {finding(readmes[name])}" for name in OF_THE_VERDICT]
     tested = ["The verdict itself, tested:", "", *rates]
-    return "\n".join([table_of(readmes["verdicts"]), "", *tested, "", times.strip()])
+    verdicts = readmes["verdicts"]
+    table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
+    return "\n".join([table, "", *tested, "", measured.strip()])
 
 
 def with_generated(readme: str, text: str) -> str:

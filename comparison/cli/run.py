@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli import options as of
+from comparison.cli import options
 from comparison.cli.console import (
     INTERRUPTED,
     columns,
@@ -28,13 +28,13 @@ NOT_REACHED = 3
 
 
 def run(
-    scene: of.SceneName,
-    model: of.Model,
-    out: Annotated[Path, of.option("FILE", "The table to write: .csv or .parquet.")],
-    accuracy: of.Accuracy = None,
+    scene: options.SceneName,
+    model: options.Model,
+    out: Annotated[Path, options.option("FILE", "The table to write: .csv or .parquet.")],
+    accuracy: options.Accuracy = None,
     check: Annotated[
         bool | None,
-        of.option(
+        options.option(
             None,
             "Estimate the error by further runs of this scene; by default for an accuracy in metres, "
             "where no measurement of this scene is at hand.",
@@ -42,13 +42,14 @@ def run(
         ),
     ] = None,
     uncertainty: Annotated[
-        bool, of.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty")
+        bool,
+        options.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty"),
     ] = False,
     formulation: Annotated[
-        str | None, of.option("NAME", "Formulation of the equations; by default the scene's.")
+        str | None, options.option("NAME", "Formulation of the equations; by default the scene's.")
     ] = None,
-    overrides: of.Overrides = None,
-    quiet: of.NoProgress = False,
+    overrides: options.Overrides = None,
+    quiet: options.NoProgress = False,
 ) -> int:
     """Run one scene by one model and write its table.
 
@@ -139,12 +140,12 @@ def _kept(error: RunError, out: Path) -> RunError:
 
 
 def settings(
-    scene: of.SceneName,
-    seconds: Annotated[float, of.option("SECONDS", "Wall time for all runs.")] = 60.0,
-    out: Annotated[Path | None, of.option("FILE", "The work-precision plot to write: .svg.")] = None,
-    overrides: of.Overrides = None,
-    quiet: of.NoProgress = False,
-    json: of.AsJson = False,
+    scene: options.SceneName,
+    seconds: Annotated[float, options.option("SECONDS", "Wall time for all runs.")] = 60.0,
+    out: Annotated[Path | None, options.option("FILE", "The work-precision plot to write: .svg.")] = None,
+    overrides: options.Overrides = None,
+    quiet: options.NoProgress = False,
+    json: options.AsJson = False,
 ) -> int:
     """Find the cheapest settings of both models on a scene.
 
@@ -158,9 +159,9 @@ def settings(
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
-    of.check_positive("--seconds", seconds)
+    options.check_positive("--seconds", seconds)
     if out is not None:
-        out = of.to_write(out, ".svg")
+        out = options.to_write(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:

@@ -9,12 +9,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from comparison.cli import options as of
+from comparison.cli import options
 from comparison.cli.console import columns, say, warn
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
-_OutStudy = Annotated[Path | None, of.option("FOLDER", "Folder of the study; by default reports/out/NAME.")]
+_OutStudy = Annotated[
+    Path | None, options.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
+]
 _SHOWN = 5  # rows of a sweep on the terminal
 
 
@@ -40,15 +42,15 @@ def _root(context: typer.Context) -> None:
 def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
-        jobs: of.Jobs = None,
-        small: Annotated[bool, of.option(None, "Few and short runs, for a trial.", "--small")] = False,
-        quiet: of.NoProgress = False,
+        jobs: options.Jobs = None,
+        small: Annotated[bool, options.option(None, "Few and short runs, for a trial.", "--small")] = False,
+        quiet: options.NoProgress = False,
     ) -> int:
         from comparison.execution.pool import cpus
         from comparison.files import check_folder
         from comparison.studies import write_study
 
-        folder = check_folder(out or of.REPORTS / name)
+        folder = check_folder(out or options.REPORTS / name)
         with progress(name, quiet=quiet) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
         say(str(path))
@@ -65,36 +67,38 @@ for _name, _about in STUDIES.items():
 
 @studies.command()
 def sweep(
-    scene: of.SceneName,
+    scene: options.SceneName,
     grid: Annotated[
-        list[str] | None, of.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations.")
+        list[str] | None,
+        options.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations."),
     ] = None,
     listed: Annotated[
-        Path | None, of.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
+        Path | None, options.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
     ] = None,
     latin: Annotated[
-        list[str] | None, of.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more.")
+        list[str] | None,
+        options.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more."),
     ] = None,
-    points: Annotated[int, of.option("N", "Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, of.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
+    points: Annotated[int, options.option("N", "Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, options.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
     model: Annotated[
-        str, of.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
+        str, options.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
     ] = "reference",
     output: Annotated[
         list[str] | None,
-        of.option(
+        options.option(
             "QUANTITY",
             "min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, largest:peak_force, "
             "steps ...; repeat for more. By default peak errors, contacts, impulse and largest force.",
         ),
     ] = None,
-    overrides: of.Overrides = None,
+    overrides: options.Overrides = None,
     out: _OutStudy = None,
-    jobs: of.Jobs = None,
+    jobs: options.Jobs = None,
     scheduler: Annotated[
-        str | None, of.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
+        str | None, options.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
     ] = None,
-    quiet: of.NoProgress = False,
+    quiet: options.NoProgress = False,
 ) -> int:
     """Run a scene over values of its keys: one row per run.
 
@@ -115,7 +119,7 @@ def sweep(
     try:
         chosen = chosen_points(grid, listed, latin, points, seed)
         base = load_scene(scene, parse_set(overrides or []))
-        folder = check_folder(out or of.REPORTS / f"sweep-{base.name}")
+        folder = check_folder(out or options.REPORTS / f"sweep-{base.name}")
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=quiet) as report:
             path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)

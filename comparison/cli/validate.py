@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from comparison.cli import options as of
+from comparison.cli import options
 from comparison.cli.console import (
     INTERRUPTED,
     described,
@@ -50,9 +50,9 @@ class _Request:
 
     def options(self, models: Sequence[str]) -> list[str]:
         """Options of the command that does the same."""
-        from comparison.verdict.validate import options
+        from comparison.verdict.validate import options as repeating
 
-        return options(models, self.accuracy, self.tiers)
+        return repeating(models, self.accuracy, self.tiers)
 
     def command(self, models: Sequence[str]) -> str:
         from comparison.scene import command_line
@@ -61,17 +61,17 @@ class _Request:
 
 
 def validate(
-    scenes: of.SceneNames = None,
-    out: of.OutFolder = None,
-    jobs: of.Jobs = None,
-    accuracy: of.Accuracy = None,
-    models: of.Models = "reference,exudyn",
-    overrides: of.Overrides = None,
-    allow_indeterminate: of.AllowIndeterminate = False,
-    quick: of.Quick = False,
-    verbose: of.Verbose = False,
-    quiet: of.Quiet = False,
-    json: of.AsJson = False,
+    scenes: options.SceneNames = None,
+    out: options.OutFolder = None,
+    jobs: options.Jobs = None,
+    accuracy: options.Accuracy = None,
+    models: options.Models = "reference,exudyn",
+    overrides: options.Overrides = None,
+    allow_indeterminate: options.AllowIndeterminate = False,
+    quick: options.Quick = False,
+    verbose: options.Verbose = False,
+    quiet: options.Quiet = False,
+    json: options.AsJson = False,
 ) -> int:
     """Run scenes by two models, compare them, and write a report.
 
@@ -91,7 +91,7 @@ def validate(
     )
     with kept_workers():
         if models.count(",") > 1:
-            folder = out or of.REPORTS / name_with("pairwise", changes)
+            folder = out or options.REPORTS / name_with("pairwise", changes)
             code, summary = _validate_pairs(request, several(models), folder)
         else:
             code, summary = _validate_pair(request, pair(models), out)
@@ -114,11 +114,11 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     from comparison.words import verdicts as words
     from comparison.words.record import as_mapping
 
-    names = request.scenes or ([of.MAIN] if "tight" not in request.tiers else shipped_scenes())
+    names = request.scenes or ([options.MAIN] if "tight" not in request.tiers else shipped_scenes())
     scenes = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
     _check(scenes, models, request.accuracy)
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
-    folder, command = check_folder(out or of.REPORTS / usual), request.command(models)
+    folder, command = check_folder(out or options.REPORTS / usual), request.command(models)
     title = f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].name
     with progress(title, quiet=request.quiet) as report:
         results = _validate_batches(scenes, models, request, report)
@@ -161,7 +161,7 @@ def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
     from comparison.tables.table import TableError
     from comparison.verdict.compare import check_gate
 
-    of.check_unique([scene.name for scene in scenes], "report")
+    options.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
             check_gate(scene.gate)
@@ -228,10 +228,8 @@ def _validate_batches(
                 if is_refusal(error) and not results:
                     raise
                 scene, (message, code) = scenes[batch.start], described(error)
-                message, command = (
-                    " ".join(message.split()),
-                    scene.command("validate", *request.options(models)),
-                )
+                message = " ".join(message.split())
+                command = scene.command("validate", *request.options(models))
                 refusal = no_comparison(scene, message, labels=models, command=command, tier="standard")
                 results.append(Validation(refusal, crashed=code == 70))
             last = results[-1].comparison

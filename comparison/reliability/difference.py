@@ -113,7 +113,7 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
     every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
     names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
     frame = table.frame.loc[::every, names].reset_index(drop=True)
-    # The last digits of a run at these samples, whose table may be compared with this one.
+    # As a run with these samples counts its times, to the last digit: those of an ensemble must be the same.
     interval = scene.period / own
     times, grid = frame["time"].to_numpy(), np.arange(len(frame)) * interval
     if np.allclose(times, grid, rtol=0.0, atol=SAME_GRID * interval):

@@ -23,8 +23,8 @@ Column = tuple[str, str, Callable[[Any], str]]
 _VERDICT: Column = (
     "Verdict",
     "",
-    lambda of: Markup('<td class="verdict {}">{} {}</td>').format(
-        of.verdict.split()[0], SYMBOLS.get(of.verdict, "!"), of.verdict
+    lambda judged: Markup('<td class="verdict {}">{} {}</td>').format(
+        judged.verdict.split()[0], SYMBOLS.get(judged.verdict, "!"), judged.verdict
     ),
 )
 _CONTACTS = {
@@ -155,17 +155,17 @@ def impact_table(scene: SceneComparison) -> Table | None:
         return None
     a, b = scene.labels
     columns: list[Column] = [
-        ("Number", a, lambda of: str(of.count_a)),
-        ("Number", b, lambda of: str(of.count_b)),
-        ("Number", "matched", lambda of: str(len(of.pairs))),
-        ("Matched share", a, lambda of: percent(of.recall)),
-        ("Matched share", b, lambda of: percent(of.precision)),
-        ("Distance of starts", "median", lambda of: quantity(of.median_delay, "s")),
-        ("Distance of starts", "largest", lambda of: quantity(of.largest_delay, "s")),
-        ("Error of", "total impulse", lambda of: _share(of.total_impulse_error)),
-        ("Error of", "impulses", lambda of: _share(of.impulse_error)),
-        ("Error of", "normal speed", lambda of: _share(of.normal_speed_error)),
-        ("Error of", "peak force", lambda of: _share(of.peak_force_error)),
+        ("Number", a, lambda impacts: str(impacts.count_a)),
+        ("Number", b, lambda impacts: str(impacts.count_b)),
+        ("Number", "matched", lambda impacts: str(len(impacts.pairs))),
+        ("Matched share", a, lambda impacts: percent(impacts.recall)),
+        ("Matched share", b, lambda impacts: percent(impacts.precision)),
+        ("Distance of starts", "median", lambda impacts: quantity(impacts.median_delay, "s")),
+        ("Distance of starts", "largest", lambda impacts: quantity(impacts.largest_delay, "s")),
+        ("Error of", "total impulse", lambda impacts: _share(impacts.total_impulse_error)),
+        ("Error of", "impulses", lambda impacts: _share(impacts.impulse_error)),
+        ("Error of", "normal speed", lambda impacts: _share(impacts.normal_speed_error)),
+        ("Error of", "peak force", lambda impacts: _share(impacts.peak_force_error)),
     ]
     names = {"all": "all", "predictable": "predictable part"}
     return _table("Contacts", columns, {names[part]: impacts for part, impacts in found.items()})
@@ -199,35 +199,35 @@ def reliability_table(scene: SceneComparison) -> Table | None:
     def finite(value: float) -> str:
         return number(value, 2) if np.isfinite(value) else MISSING
 
-    def least(of: Difference) -> str:
-        models = of.a, of.b
+    def least(difference: Difference) -> str:
+        models = difference.a, difference.b
         places = (
             "cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models
         )
         return ", ".join(dict.fromkeys(places))
 
-    def least_within(of: Difference) -> str:
+    def least_within(difference: Difference) -> str:
         places = [
             "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
-            for model in (of.a, of.b)
+            for model in (difference.a, difference.b)
         ]
         return ", ".join(dict.fromkeys(places))
 
     columns: list[Column] = [
         _VERDICT,
-        ("Smallest reliability R", a, lambda of: rounded(of.a.minimum)),
-        ("Smallest reliability R", b, lambda of: rounded(of.b.minimum)),
+        ("Smallest reliability R", a, lambda difference: rounded(difference.a.minimum)),
+        ("Smallest reliability R", b, lambda difference: rounded(difference.b.minimum)),
         ("Smallest reliability R", "at", least),
-        ("Difference of R", "value", lambda of: number(of.minimum, 2)),
-        ("Difference of R", "±", lambda of: finite(of.half_width)),
-        ("Smallest P(|error| ≤ limit)", a, lambda of: f"{of.a.within.min():.3f}"),
-        ("Smallest P(|error| ≤ limit)", b, lambda of: f"{of.b.within.min():.3f}"),
+        ("Difference of R", "value", lambda difference: number(difference.minimum, 2)),
+        ("Difference of R", "±", lambda difference: finite(difference.half_width)),
+        ("Smallest P(|error| ≤ limit)", a, lambda difference: f"{difference.a.within.min():.3f}"),
+        ("Smallest P(|error| ≤ limit)", b, lambda difference: f"{difference.b.within.min():.3f}"),
         ("Smallest P(|error| ≤ limit)", "at", least_within),
-        ("95 % interval of R", a, lambda of: "{:.5f} … {:.5f}".format(*of.a.interval)),
-        ("95 % interval of R", b, lambda of: "{:.5f} … {:.5f}".format(*of.b.interval)),
-        ("Parts of ±", "cycles", lambda of: finite(of.sampling)),
-        ("Parts of ±", "numerics", lambda of: finite(of.numerical)),
-        ("Parts of ±", "quadrature", lambda of: finite(of.quadrature)),
+        ("95 % interval of R", a, lambda difference: "{:.5f} … {:.5f}".format(*difference.a.interval)),
+        ("95 % interval of R", b, lambda difference: "{:.5f} … {:.5f}".format(*difference.b.interval)),
+        ("Parts of ±", "cycles", lambda difference: finite(difference.sampling)),
+        ("Parts of ±", "numerics", lambda difference: finite(difference.numerical)),
+        ("Parts of ±", "quadrature", lambda difference: finite(difference.quadrature)),
         ("R over the crank cycle", "", _curves),
     ]
     rows = {}

@@ -250,7 +250,7 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
     unable = ("bad input", "unusable")
     if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
         return None
-    for jobs, outcomes in zip(plan.jobs, (dense, ideal), strict=False):
+    for jobs, outcomes in zip(plan.jobs[:2], (dense, ideal), strict=True):
         for which, outcome in _failed(outcomes).items():
             return ReliabilityComparison(scene.reliability, missing=FailedRun(jobs[which], outcome))
     runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))

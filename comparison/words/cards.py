@@ -103,7 +103,7 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
             again = (scene.command,) if scene.command else ()
             return "Run the scene again once the cause is removed:", again
         repeated = _run(scene, scene.failed.scene, scene.failed.model)
-        return "Repeat the run that failed, by itself:", (repeated,)
+        return "Repeat the run that failed, alone:", (repeated,)
     if scene.verdict == "differ":
         return "Find which model errs, by a third opinion:", _third_opinion(scene, ran)
     if scene.confirmation is not None and scene.confirmation.suspicious:
@@ -150,7 +150,9 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         enough=ENOUGH,
         attributed=any(tier.attribution.cause for tier in judged),
         late=[quantity(time, "s") for time in dict.fromkeys(c.time_tolerance for c in channels) if time],
-        limits=", ".join(dict.fromkeys(f"{of.metric} {bound(of)}" for c in channels for of in c.checks)),
+        limits=", ".join(
+            dict.fromkeys(f"{check.metric} {bound(check)}" for c in channels for check in c.checks)
+        ),
     )
     return [" ".join(part.split("\n")) for part in re.split("\n\n+", text.strip()) if part]
 

@@ -52,8 +52,8 @@ def instant_of(time: float, scene: SceneComparison) -> str:
         cycles, start = time / scene.period, scene.scene["mechanism"]["crank_angle_deg"]
         sense = -1.0 if scene.scene["drive"]["speed_rpm"] < 0 else 1.0
         where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
-    recorded = [(label, of) for label, of in zip(scene.labels, scene.events, strict=True) if of is not None]
-    contacts = {label: contact(time, events) for label, events in recorded}
+    recorded = zip(scene.labels, scene.events, strict=True)
+    contacts = {label: contact(time, events) for label, events in recorded if events is not None}
     if len(set(contacts.values())) <= 1:
         return ", ".join([where, *list(contacts.values())[:1]])
     return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())

@@ -192,7 +192,7 @@ class Class(StrEnum):
 
 
 LARGER = (Class.ANNOUNCED, Class.DEGRADED)
-"""Of runs that err more than their bound: the user is told, or is not."""
+"""Of runs that err more than their bound: reported to the user, or not."""
 _BY_STATUS = {"bad input": Class.REFUSED, "crashed": Class.CRASHED, "unusable": Class.NONSENSE}
 
 
@@ -349,7 +349,7 @@ def judged(cells: Sequence[Cell], rows: Mapping[Key, Row]) -> list[Run]:
 
 
 def check(cells: Sequence[Cell], runs: Sequence[Run], n_jobs: int, on_progress: Progress | None) -> None:
-    """Estimate the errors of the degraded runs, and call announced what a user is told of.
+    """Estimate the errors of the degraded runs, and call announced what is reported to the user.
 
     By a warning of the run itself, or by ``sixbar run --check``: its estimate exceeds the bound, or there is
     none. `sixbar run` names that check for every scene on which the bound was not measured.

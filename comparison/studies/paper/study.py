@@ -74,7 +74,7 @@ def page(results: Results) -> Mapping[str, object]:
         "split": rows_table(_split(predicted, size) for size in Size if size is not Size.NONE),
         "table": markdown(_written(entries)),
         "statements": results.statements.drop_duplicates("id"),
-        "evidence": {name: of.to_dict("records") for name, of in found.groupby("id")},
+        "evidence": {name: rows.to_dict("records") for name, rows in found.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
         "one_limit": ", ".join(
             quantity(fitted[f"min_{name}_reliability"], unit_of(name), 2) for name in QUANTITIES

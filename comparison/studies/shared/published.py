@@ -50,7 +50,7 @@ def printed_events() -> list[list[str]]:
     then the paper contradicts itself.
     """
     rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
-    return [list(of.index) for _, of in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
+    return [list(same.index) for _, same in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
 
 
 @cache
