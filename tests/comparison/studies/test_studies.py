@@ -149,9 +149,7 @@ def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, ma
         text = verdicts.STUDY.text(results)
         assert ("† above 1e-09 m" in text) == marked
         assert text.endswith("\nMade on a machine; 2030-01-01.\n")
-        shown = reports.table_of(text)
-        assert shown.endswith("\nMade on a machine; 2030-01-01.")
-        assert shown.count("†") == text.count("†") == 2 * marked
+        assert text.count("†") == 2 * marked
 
 
 def test_a_bar_in_a_cell_does_not_end_it():
