@@ -6,7 +6,7 @@ import difflib
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
@@ -22,8 +22,10 @@ from comparison.scene.overrides import (
     combine,
     command_line,
     explain,
+    flat,
     merged,
     name_with,
+    nested,
     short,
     title_with,
 )
@@ -31,7 +33,6 @@ from comparison.scene.schema import RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
-
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
 LONGEST_CHAIN = 20
@@ -52,9 +53,9 @@ class Scene:
     """All keys but the criteria, with defaults filled in; the input of a model."""
     warnings: tuple[str, ...]
     files: dict[str, Any]
-    """The keys as its files give them, without overrides and defaults."""
-    overrides: dict[str, object]
-    """Dotted keys whose values differ from these; name, title and command follow from them."""
+    """The dotted keys that its files give, without overrides and defaults."""
+    overrides: dict[str, Any]
+    """Those whose values differ from these; name, title and command follow from them."""
     source: str
     """The shipped name or the path that it was read from; empty where it was not."""
     tolerance: float | None = None
@@ -138,13 +139,13 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     """
     source = str(name_or_path)
     path = _locate(source, Path(), source)
-    files = _named(_read(path, ()), path.stem)
+    files = {"scene.name": path.stem} | _read(path, ())
     return _checked(files, combine(files, {}, overrides or {}), source)
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
     """Validate a complete mapping, such as the one recorded beside a table."""
-    return _checked(_named(data, "scene"), {}, "")
+    return _checked({"scene.name": "scene"} | flat(data), {}, "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:
@@ -190,7 +191,7 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
-    """Read a file and the files it extends, without the texts of the latter."""
+    """Read the keys of a file and of those that it extends, without the texts of the latter."""
     where = f"scene {path.stem!r}"
     path = path.resolve()
     if len(chain) >= LONGEST_CHAIN:
@@ -199,7 +200,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
     try:
-        data = tomllib.loads(contents(path, LARGEST_FILE))
+        keys = flat(tomllib.loads(contents(path, LARGEST_FILE)))
     except OSError as error:
         raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -210,45 +211,47 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: {path} has an integer of too many digits") from error
     except RecursionError as error:
         raise SceneError(f"{where}: {path} is nested too deeply") from error
-    texts = data.get("scene", {})
-    if not isinstance(texts, dict) or "extends" not in texts:
-        return data
-    base = texts.pop("extends")
+    base = keys.pop("scene.extends", None)
+    if base is None:
+        return keys
     if not isinstance(base, str):
         raise SceneError(f"{where}: scene.extends = {short(base)} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
-    inherited.pop("scene", None)
-    return merged(inherited, data)
+    return merged({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
 
 
-def _named(keys: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return the keys of a scene with this name, unless they have one."""
-    texts = keys.get("scene", {})
-    return {**keys, "scene": {"name": name} | texts} if isinstance(texts, dict) else dict(keys)
-
-
-def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -> Scene:
+def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> Scene:
     """Fill in texts and defaults, validate, collect warnings."""
-    given, name = apply(files, overrides), Path(source).name
-    if isinstance(texts := given["scene"], dict):
-        name = texts["name"]
-        changes = {key: value for key, value in overrides.items() if not key.startswith("scene.")}
-        if not changes or not isinstance(name, str):
-            given["scene"] = {"title": name} | texts
-        else:  # the files' texts are of what is in the files
-            own = {key.removeprefix("scene."): overrides[key] for key in overrides if key not in changes}
-            derived = {"name": name_with(name, changes), "title": title_with(name, changes)}
-            given["scene"] = texts | derived | {"description": ""} | own
+    given = apply(files, overrides)
+    name = given["scene.name"] if given.get("scene", {}) == {} else Path(source).name
+    texts = {key: value for key, value in overrides.items() if key.startswith("scene.")}
+    changes = {key: value for key, value in overrides.items() if key not in texts}
+    if changes and isinstance(name, str) and "scene" not in changes:  # the files' texts are of the files
+        derived = {"scene.name": name_with(name, changes), "scene.title": title_with(name, changes)}
+        given |= derived | {"scene.description": ""} | texts
     try:
-        keys = SceneKeys.model_validate(given)
+        keys = SceneKeys.model_validate(nested({"scene.title": name} | given))
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error)}") from error
     data = keys.model_dump(exclude={"compare", "reliability", "random"})
-    if data["initial"]["slider_offset"] is None:
-        data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
+    start, clearance, exudyn = data["initial"], data["clearance"]["slider"], data["solver"]["exudyn"]
+    if start["slider_offset"] is None:
+        start["slider_offset"] = data["mechanism"]["reference_offset"]
+    warnings = []
+    if data["joints"]["slider"] == "clearance" and abs(start["slider_offset"]) > clearance:
+        warnings.append(
+            f"initial.slider_offset = {start['slider_offset']:g} m exceeds clearance.slider = {clearance:g} "
+            "m: the slider starts inside the wall"
+        )
+    fixed = exudyn["formulation"] != "tree" and joints_with_clearance(data)
+    if fixed and exudyn["step"] > ASYMPTOTIC_STEP:
+        warnings.append(
+            f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
+            f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
+        )
     return Scene(
         data,
-        tuple(_warnings(data)),
+        tuple(warnings),
         files,
         overrides,
         source,
@@ -258,18 +261,3 @@ def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -
         reliability=keys.reliability,
         random=tuple(keys.random),
     )
-
-
-def _warnings(data: dict[str, Any]) -> Iterator[str]:
-    offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
-    if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
-        yield (
-            f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {clearance:g} m: "
-            "the slider starts inside the wall"
-        )
-    exudyn = data["solver"]["exudyn"]
-    if exudyn["formulation"] != "tree" and joints_with_clearance(data) and exudyn["step"] > ASYMPTOTIC_STEP:
-        yield (
-            f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
-            f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
-        )

@@ -17,6 +17,7 @@ from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Unit
 LONGEST = 54
 """Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
+_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
 _PLAIN = re.compile(r"[\w-]+")  # a step of a key that is not quoted
@@ -50,87 +51,78 @@ _RULES = {
 """Type of a pydantic error -> what is said of the value."""
 
 
-def apply(files: Mapping[str, Any], overrides: Mapping[str, object]) -> dict[str, Any]:
-    """Return the keys of a scene's files with dotted keys changed.
-
-    Exudyn's step and tolerance in a file are meant for the file's formulation. They have another meaning in
-    another formulation chosen here: a step for the five bodies makes the tree take a hundred times its steps.
-    """
-    exudyn, wanted = _at(files, "solver.exudyn"), overrides.get(_FORMULATION)
-    if isinstance(exudyn, Mapping) and wanted not in (None, exudyn.get("formulation", "auto")):
-        kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
-        files = {**files, "solver": {**files["solver"], "exudyn": kept}}
-    given = dict(files)
-    for dotted, value in overrides.items():
-        below: Any = value
-        for step in reversed(dotted.split(".")):
-            below = {step: below}
-        given = merged(given, below)
-    return given
+def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return the values of all single keys below by their dotted keys; an empty section is a value itself."""
+    keys: dict[str, Any] = {}
+    for key, value in section.items():
+        is_section = isinstance(value, Mapping) and value
+        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": value}
+    return keys
 
 
-def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "") -> dict[str, Any]:
-    """Merge ``changes`` into ``base``, section by section.
-
-    One partner's number over that of both leaves the other's as it is.
-    """
-    result = dict(base)
-    for key, value in changes.items():
-        below, dotted = result.get(key), f"{section}{key}"
-        if dotted in MATERIALS and value and not isinstance(below, dict | None):
-            below = dict.fromkeys(PARTNERS, below)
-        both_sections = isinstance(below, dict) and isinstance(value, dict)
-        result[key] = merged(below or {}, value, f"{dotted}.") if both_sections else value
+def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the sections of `flat` keys; of a value and a section in one place the later stays."""
+    result: dict[str, Any] = {}
+    for key, value in keys.items():
+        *sections, last = key.split(".")
+        below = result
+        for section in sections:
+            if not isinstance(below.get(section), dict):
+                below[section] = {}
+            below = below[section]
+        if value != {}:
+            below[last] = value
+        elif not isinstance(below.get(last), dict):
+            below[last] = {}
     return result
 
 
-def combine(
-    files: Mapping[str, Any], overrides: Mapping[str, object], values: Mapping[str, object]
-) -> dict[str, object]:
-    """Return the overrides of a scene when dotted keys, of sections too, are changed once more.
-
-    These are the single keys that then differ from its files.
-    """
-    values = _single("", values)
-    formulation = overrides.get(_FORMULATION, _at(files, _FORMULATION) or "auto")
-    result = dict(overrides)
-    if values.get(_FORMULATION, formulation) != formulation:
-        for key in ("solver.exudyn.step", "solver.exudyn.tolerance"):
-            result.pop(key, None)
-    for key, value in values.items():
-        material = key.rpartition(".")[0]
-        if key in MATERIALS:  # of both partners: replaces that of each
-            result = {other: kept for other, kept in result.items() if not other.startswith(f"{key}.")}
-        elif material in MATERIALS and material in result:
-            result |= dict.fromkeys((f"{material}.{partner}" for partner in PARTNERS), result.pop(material))
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Change keys: one partner's number over that of both leaves the other's, that of both replaces each."""
+    result = dict(base)
+    for key, value in changes.items():
+        for material in MATERIALS:
+            if key.startswith(f"{material}.") and material in result:
+                both = result.pop(material)
+                result |= {f"{material}.{partner}": both for partner in PARTNERS}
+            elif key == material and value != {}:
+                result = {k: v for k, v in result.items() if not k.startswith(f"{material}.")}
         result[key] = value
-    base = apply(files, {key: result[key] for key in (_FORMULATION,) if key in result})
-    return {
-        key: value
-        for key, value in result.items()
-        if not _same(value, _at(files if key == _FORMULATION else base, key))
-    }
+    return result
 
 
-def _single(section: str, values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values of single keys; an empty section is one itself."""
-    single: dict[str, object] = {}
-    for key, value in values.items():
-        dotted = f"{section}.{key}" if section else key
-        single |= _single(dotted, value) if isinstance(value, Mapping) and value else {dotted: value}
-    return single
+def apply(files: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of a scene's files with overrides.
+
+    Exudyn's step and tolerance in a file are meant for the file's formulation: a step for the five bodies
+    makes the tree take a hundred times its steps.
+    """
+    written = files.get(_FORMULATION, "auto")
+    if overrides.get(_FORMULATION, written) not in (None, written):
+        files = {key: value for key, value in files.items() if key not in _SETTINGS}
+    return merged(files, overrides)
 
 
-def _at(keys: Mapping[str, Any], dotted: str) -> object:
-    """Return the value of a dotted key, of a partner's that of both; None where there is none."""
-    value: Any = keys
-    for step in dotted.split("."):
-        value = value.get(step) if isinstance(value, Mapping) else None
-    material, _, partner = dotted.rpartition(".")
-    if value is None and material in MATERIALS and partner in PARTNERS:
-        both = _at(keys, material)
-        return None if isinstance(both, Mapping) else both
-    return value
+def combine(
+    files: Mapping[str, Any], overrides: Mapping[str, Any], values: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the overrides of a scene when keys are changed once more: those that differ from its files."""
+    values = flat(values)
+    formulation = overrides.get(_FORMULATION, files.get(_FORMULATION, "auto"))
+    if values.get(_FORMULATION, formulation) != formulation:
+        overrides = {key: value for key, value in overrides.items() if key not in _SETTINGS}
+    changes = merged(overrides, values)
+    base = apply(files, {key: changes[key] for key in (_FORMULATION,) if key in changes})
+    base[_FORMULATION] = files.get(_FORMULATION)
+    return {key: value for key, value in changes.items() if not _same(value, _at(base, key))}
+
+
+def _at(keys: Mapping[str, Any], key: str) -> object:
+    """Return the value of a key, of a partner's that of both, {} for a section; None where there is none."""
+    both, _, partner = key.rpartition(".")
+    if both in MATERIALS and partner in PARTNERS:
+        return keys.get(key, keys.get(both))
+    return keys.get(key, {} if any(other.startswith(f"{key}.") for other in keys) else None)
 
 
 def _same(value: object, before: object) -> bool:
@@ -173,17 +165,11 @@ def _text(value: object) -> str:
 
 
 def _toml(value: object) -> str:
-    """Return a value as TOML."""
-    if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{json.dumps(key)} = {_toml(part)}' for key, part in value.items())}}}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, float):
-        return repr(float(value))  # numpy's are floats too, and say so
-    if type(value) is int:
-        return hex(value) if abs(value) > 10**100 else str(value)  # Python does not print thousands of digits
-    # A string of JSON is one of TOML too, but for one character.
-    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
+    """Return a value as TOML: JSON with another sign behind keys, and one more character escaped."""
+    if type(value) is int and abs(value) > 10**100:
+        return hex(value)  # Python does not print thousands of digits
+    text = json.dumps(value, ensure_ascii=False, separators=(", ", " = "), default=str)
+    return text.replace("\x7f", "\\u007f")
 
 
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
@@ -196,14 +182,14 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     steps = [str(step) for step in first["loc"]]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
-    if "key" in context:  # of `schema.rule`
+    if "key" in context:  # of a rule of the schema
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
     key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
+    section, unit = _place(steps, schema)
     if kind == "missing":
         hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
         return f"{key} {text}{hint}"
-    section, unit = _place(steps, schema)
     if kind in ("extra_forbidden", "not_installed"):
         close = difflib.get_close_matches(steps[-1], section.model_fields if section else (), n=1)
         hint = f"; did you mean {'.'.join([*steps[:-1], *close])}?" if close else ""

@@ -5,6 +5,7 @@ The numbers of the mechanism, with their sources, are in ``shipped/paper.toml``,
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
@@ -26,14 +27,9 @@ Number = TypeVar("Number")
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit of a key, for messages."""
+    """Unit of a key and of those below it, for messages."""
 
     symbol: str
-
-
-def rule(key: str, value: object, text: str) -> PydanticCustomError:
-    """Return the error of a violated rule; the key is relative to the section that raises it."""
-    return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
 
 
 def integer(value: object) -> object:
@@ -107,14 +103,6 @@ class Drive(Section):
     speed_rpm: Annotated[Real, Unit("rpm")]
     cycles: Positive
 
-    @model_validator(mode="after")
-    def _rotates(self) -> Self:
-        if self.speed_rpm == 0:
-            raise rule("speed_rpm", self.speed_rpm, "must not be zero")
-        if not isfinite(60.0 / self.speed_rpm * self.cycles):
-            raise rule("cycles", self.cycles, f"last for ever at speed_rpm = {self.speed_rpm:g}")
-        return self
-
 
 class Initial(Section):
     """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
@@ -147,8 +135,8 @@ class Partners(Section, Generic[Number]):
     guide: Number
 
 
-def _number_or_partners(value: object) -> str:
-    return "partners" if isinstance(value, dict | Section) else "number"
+ONE, EACH = Tag("number"), Tag("partners")
+CHOICE = Discriminator(lambda value: "partners" if isinstance(value, dict | Section) else "number")
 
 
 class Contact(Section):
@@ -162,14 +150,9 @@ class Contact(Section):
     law: Literal["hertz-corners", "paper-switching", "foundation"]
     impact_speed: Literal["frozen", "current"] = "frozen"
     youngs_modulus: Annotated[
-        Annotated[Positive, Tag("number")] | Annotated[Partners[Positive], Tag("partners")],
-        Discriminator(_number_or_partners),
-        Unit("Pa"),
+        Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa")
     ]
-    poisson: Annotated[
-        Annotated[Poisson, Tag("number")] | Annotated[Partners[Poisson], Tag("partners")],
-        Discriminator(_number_or_partners),
-    ]
+    poisson: Annotated[Annotated[Poisson, ONE] | Annotated[Partners[Poisson], EACH], CHOICE]
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
     corner_radius: Annotated[Positive, M]
@@ -183,13 +166,6 @@ class Friction(Section):
     static_speed: Annotated[NotNegative, M_S]
     transition_speed: Annotated[Positive, M_S]
 
-    @model_validator(mode="after")
-    def _rises(self) -> Self:
-        if self.transition_speed <= self.static_speed:
-            bound = f"must be > friction.static_speed = {self.static_speed:g} m/s"
-            raise rule("transition_speed", self.transition_speed, bound)
-        return self
-
 
 class Environment(Section):
     """Gravity along -y."""
@@ -202,12 +178,6 @@ class Output(Section):
 
     groups: list[Literal["accelerations", "corners", "joints", "energy"]] = ["accelerations", "corners"]
     samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] = 1000
-
-    @model_validator(mode="after")
-    def _distinct(self) -> Self:
-        if len(set(self.groups)) < len(self.groups):
-            raise rule("groups", self.groups, "must not contain a group twice")
-        return self
 
 
 class ReferenceSolver(Section):
@@ -243,18 +213,6 @@ class Solver(Section):
     reference: ReferenceSolver = ReferenceSolver()
     exudyn: ExudynSolver = ExudynSolver()
 
-    @model_validator(mode="after")
-    def _of_installed_models(self) -> Self:
-        for name, settings in (self.model_extra or {}).items():
-            if name not in engine_names():
-                raise PydanticCustomError("not_installed", "", {"key": name})
-            if not isinstance(settings, dict):
-                raise rule(name, settings, "must be a section with keys of its own")
-            for key, value in settings.items():
-                if not is_setting(value):
-                    raise rule(f"{name}.{key}", value, "must be a string, a boolean or a finite number")
-        return self
-
 
 class Compare(Section):
     """Rules for two tables without uncertainties, for every channel.
@@ -274,32 +232,23 @@ class Limits(Section):
     lower: Real = 0.0
     upper: Positive
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.lower >= self.upper:
-            raise rule("lower", self.lower, f"must be < upper = {self.upper:g}")
-        return self
-
 
 class DisplacementLimits(Limits):
     """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
 
-    lower: Annotated[Real, M] = 0.0
-    upper: Annotated[Positive, M] = 2e-4
+    upper: Positive = 2e-4
 
 
 class VelocityLimits(Limits):
     """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
 
-    lower: Annotated[Real, M_S] = 0.0
-    upper: Annotated[Positive, M_S] = 0.02
+    upper: Positive = 0.02
 
 
 class AccelerationLimits(Limits):
     """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
 
-    lower: Annotated[Real, M_S2] = 0.0
-    upper: Annotated[Positive, M_S2] = 150.0
+    upper: Positive = 150.0
 
 
 class Reliability(Section):
@@ -310,9 +259,9 @@ class Reliability(Section):
 
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     errors: Literal["signed", "absolute"] = "absolute"
-    displacement: DisplacementLimits = DisplacementLimits()
-    velocity: VelocityLimits = VelocityLimits()
-    acceleration: AccelerationLimits = AccelerationLimits()
+    displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
+    velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
+    acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
 
 
 class RandomInput(Section):
@@ -364,12 +313,40 @@ class SceneKeys(Section):
 
     @model_validator(mode="after")
     def _together(self) -> Self:
+        for key, value, text in self._broken():
+            raise PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
+        return self
+
+    def _broken(self) -> Iterator[tuple[str, object, str]]:
+        """Yield key, value and rule where values exclude each other that are valid by themselves."""
+        speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
+        if speed == 0:
+            yield "drive.speed_rpm", speed, "must not be zero"
+        elif not isfinite(60.0 / speed * cycles):
+            yield "drive.cycles", cycles, f"last for ever at speed_rpm = {speed:g}"
+        if friction.transition_speed <= friction.static_speed:
+            bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
+            yield "friction.transition_speed", friction.transition_speed, bound
+        if len(set(self.output.groups)) < len(self.output.groups):
+            yield "output.groups", self.output.groups, "must not contain a group twice"
+        for name, settings in (self.solver.model_extra or {}).items():
+            if name not in engine_names():
+                raise PydanticCustomError("not_installed", "", {"key": f"solver.{name}"})
+            if not isinstance(settings, dict):
+                yield f"solver.{name}", settings, "must be a section with keys of its own"
+                continue
+            for key, value in settings.items():
+                if not is_setting(value):
+                    allowed = "must be a string, a boolean or a finite number"
+                    yield f"solver.{name}.{key}", value, allowed
+        for name in ("displacement", "velocity", "acceleration"):
+            limits = getattr(self.reliability, name)
+            if limits.lower >= limits.upper:
+                yield f"reliability.{name}.lower", limits.lower, f"must be < upper = {limits.upper:g}"
         for joint in ("slider", "crank_pin"):
             if getattr(self.joints, joint) == "clearance" and getattr(self.clearance, joint) == 0:
-                bound = f"must be > 0 where joints.{joint} = 'clearance'"
-                raise rule(f"clearance.{joint}", 0.0, bound)
-        samples = self.drive.cycles * self.output.samples_per_cycle
+                yield f"clearance.{joint}", 0.0, f"must be > 0 where joints.{joint} = 'clearance'"
+        samples = cycles * self.output.samples_per_cycle
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
-            raise rule("drive.cycles", self.drive.cycles, bound)
-        return self
+            yield "drive.cycles", cycles, bound
