@@ -11,7 +11,7 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -145,19 +145,14 @@ def _move(part: Path, folder: Path) -> None:
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
     old = Path(tempfile.mkdtemp(dir=part))
-    undo: list[tuple[Path, Path]] = []
-    try:
+    with ExitStack() as undo:
         for number, (path, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.exists():
-                target.replace(old / str(number))
-                undo.append((old / str(number), target))
-            path.replace(target)
-            undo.append((target, path))
-    except BaseException:
-        for now, before in reversed(undo):
-            now.replace(before)
-        raise
+                kept = target.replace(old / str(number))
+                undo.callback(kept.replace, target)
+            undo.callback(path.replace(target).replace, path)
+        undo.pop_all()  # of the callbacks none is called
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:

@@ -147,12 +147,9 @@ def declared(name: str) -> dict[str, Any]:
 
     None of a model that cannot be imported, since its run reports why.
     """
-    if name in OWN:
-        return {}
-    try:
-        settings = getattr(load(name), "settings", {})
-    except EngineError:
-        return {}
+    settings: Any = {}
+    with suppress(EngineError):
+        settings = {} if name in OWN else getattr(load(name), "settings", {})
     if not isinstance(settings, Mapping):
         raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
     for key, value in settings.items():
@@ -175,37 +172,43 @@ def fingerprint(name: str) -> str:
     """
     point = find(name)
     total = hashlib.sha256(point.value.encode())
-    package = point.module.partition(".")[0]
-    for path in _files(package):
-        # Its place in the package, wherever that is installed.
-        place = str(path).rpartition(f"{os.sep}{package}{os.sep}")[2]
-        total.update(f"{place if package in path.parts else path.name}\0{file_hash(path)}\0".encode())
+    for place, path in sorted(_files(point.module.partition(".")[0]).items()):
+        total.update(f"{place}\0{file_hash(path)}\0".encode())
     if name in OWN:
         lines = [f"{library} {_version(library)}" for library in _LIBRARIES]
     else:
         lines = sorted({f"{installed.name} {installed.version}" for installed in distributions()})
-    for line in lines:
-        total.update(f"{line}\n".encode())
+    total.update("".join(f"{line}\n" for line in lines).encode())
     return total.hexdigest()
 
 
+def _files(package: str) -> dict[Path, Path]:
+    """Return the files of a package, compiled modules and data included, by their places in it."""
+    spec = find_spec(package)
+    if spec is None:
+        return {}
+    if spec.submodule_search_locations is None:  # a single module
+        return {Path(Path(spec.origin).name): Path(spec.origin)} if spec.origin else {}
+    return {
+        path.relative_to(folder): path
+        for folder in spec.submodule_search_locations
+        for path in Path(folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
 @cache
-def code_hash(*modules: str) -> str:
+def code_hash(*modules: str, root: Path = ROOT) -> str:
     """Return the hash of the code and data that modules of this package depend on."""
-    return hash_of(tuple(sorted({path for module in modules for path in closure(module)})))
-
-
-def hash_of(files: tuple[Path, ...], root: Path = ROOT) -> str:
-    """Return the hash of files and of their paths below the root; modules count by their code."""
     total = hashlib.sha256()
-    for path in files:
+    for path in sorted({path for module in modules for path in closure(module, root)}):
         total.update(f"{path.relative_to(root)}\0{file_hash(path)}\0".encode())
     return total.hexdigest()
 
 
 @cache
-def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
-    """Return the files that a module depends on, itself included, sorted; the root contains its package.
+def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
+    """Return the files that a module depends on, itself included; the root contains its package.
 
     They are those of all modules of its package that it imports, directly or not, and the data that one of
     these reads by ``importlib.resources.files("a.package")``.
@@ -231,39 +234,26 @@ def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
                 case ast.Call(func=ast.Name(id="files"), args=[ast.Constant(value=str(folder))]):
                     data = root.joinpath(*folder.split(".")).glob("*")
                     paths.update(path for path in data if path.suffix in (".toml", ".csv"))
-    return tuple(sorted(paths))
+    return frozenset(paths)
 
 
 def file_hash(path: Path) -> str:
     """Return the hash of a file; for Python files that of the code without comments and docstrings."""
     content = path.read_bytes()
-    return _source_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
-
-
-class _WithoutTexts(ast.NodeTransformer):
-    """Drops statements that are strings, such as docstrings."""
-
-    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
-        is_text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
-        return None if is_text else node
+    return _code_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
 
 
 @cache
-def _source_hash(source: bytes) -> str:
+def _code_hash(source: bytes) -> str:
     with suppress(SyntaxError, ValueError):  # why it cannot be run its import says
         source = ast.dump(_WithoutTexts().visit(ast.parse(source))).encode()
     return hashlib.sha256(source).hexdigest()
 
 
-def _files(package: str) -> list[Path]:
-    """List the files of a package, compiled modules and data included, or the single one of a module."""
-    spec = find_spec(package)
-    if spec is None:
-        return []
-    if spec.submodule_search_locations is None:
-        return [Path(spec.origin)] if spec.origin and Path(spec.origin).is_file() else []
-    files = [path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*")]
-    return sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts)
+class _WithoutTexts(ast.NodeTransformer):
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        is_text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        return None if is_text else node
 
 
 def _version(package: str) -> str:
@@ -293,10 +283,8 @@ def _processor(cpuinfo: Path) -> str:
         lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return platform.processor()
-    first: dict[str, str] = {}
-    for line in lines:
-        key, _, value = line.partition(":")
-        first.setdefault(key.strip(), value.strip())
+    pairs = [line.partition(":") for line in reversed(lines)]  # of a key the first counts
+    first = {key.strip(): value.strip() for key, _, value in pairs}
     flags = first.get("flags", first.get("Features", "")).split()
     numbers = "/".join(first[key] for key in ("cpu family", "model") if key in first)
     parts = (first.get("model name", ""), numbers, *(name for name in _FEATURES if name in flags))

@@ -50,6 +50,37 @@ class Late:
     share: float
 
 
+class _Worker:
+    """A spawned process, our end of its pipe, its task, and the time at which that is terminated."""
+
+    task: str
+    share: float
+    end: float
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.environment = environment
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        with _inherited(environment):
+            self.process.start()
+        theirs.close()  # so that the end of the process ends the connection
+
+    def event(self) -> Any:
+        """Wait for what it has to say of its task, or how it died."""
+        try:
+            return self.connection.recv()
+        except (EOFError, OSError):
+            self.process.join()
+        code = self.process.exitcode or 0
+        ended = f"ended with code {code}" if code >= 0 else f"was killed by {signal.Signals(-code).name}"
+        return Died(f"its process {ended}")
+
+
+_idle: list[_Worker] = []
+_kept = False
+
+
 def cpus() -> int:
     """Return the number of CPUs available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -75,15 +106,13 @@ def work(
     processes alone, for what a library reads only while its process starts.
     """
     waiting = deque(tasks)
-    variables = dict(environment or {})
-    idle = _take_kept(variables)
     busy: dict[Any, _Worker] = {}  # by connection
     try:
         while waiting or busy:
             if time.monotonic() >= until:
                 waiting.clear()
             while waiting and len(busy) < n_workers:
-                worker = idle.pop() if idle else _Worker(variables)
+                worker = _take(environment or {})
                 worker.share, (worker.task, task) = 0.0, waiting.popleft()
                 worker.end = min(until, time.monotonic() + READY * limit)
                 busy[worker.connection] = worker
@@ -99,11 +128,7 @@ def work(
                 yield worker.task, Late(worker.share)
             for connection in ready:
                 worker = busy[connection]
-                try:
-                    event = worker.connection.recv()
-                except (EOFError, OSError):
-                    worker.process.join()
-                    event = Died(_end_of(worker.process.exitcode))
+                event = worker.event()
                 if isinstance(event, Share):
                     worker.share = event.value
                     if event.value == 0.0:
@@ -111,34 +136,12 @@ def work(
                 else:
                     del busy[connection]
                     if not isinstance(event, Died):
-                        idle.append(worker)
+                        _idle.append(worker)
                 yield worker.task, event
     finally:
         _end(busy.values())
-        if _kept is None:
-            _end(idle)
-        else:
-            _kept.extend(idle)
-
-
-class _Worker:
-    """A spawned process, our end of its pipe, its task, and the time at which that is terminated."""
-
-    task: str
-    share: float
-    end: float
-
-    def __init__(self, environment: Mapping[str, str]) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.environment = environment
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _inherited(environment):
-            self.process.start()
-        theirs.close()  # so that the end of the process ends the connection
-
-
-_kept: list[_Worker] | None = None
+        if not _kept:
+            _end_idle()
 
 
 @contextmanager
@@ -149,25 +152,22 @@ def kept_workers() -> Iterator[None]:
     process, after it was started.
     """
     global _kept
-    if _kept is not None:
-        yield
-        return
-    _kept = []
+    before, _kept = _kept, True
     try:
         yield
     finally:
-        workers, _kept = _kept, None
-        _end(workers)
+        _kept = before
+        if not _kept:
+            _end_idle()
 
 
-def _take_kept(environment: Mapping[str, str]) -> list[_Worker]:
-    """Take those of the kept workers that have this environment; the others end."""
-    if _kept is None:
-        return []
-    workers, _kept[:] = list(_kept), []
-    fit = [w for w in workers if w.environment == environment and w.process.is_alive()]
-    _end([worker for worker in workers if worker not in fit])
-    return fit
+def _take(environment: Mapping[str, str]) -> _Worker:
+    """Take an idle worker with this environment, else start one."""
+    for worker in _idle:
+        if worker.environment == environment and worker.process.is_alive():
+            _idle.remove(worker)
+            return worker
+    return _Worker(environment)
 
 
 def _end(workers: Iterable[_Worker]) -> None:
@@ -178,6 +178,11 @@ def _end(workers: Iterable[_Worker]) -> None:
         worker.process.join()
 
 
+def _end_idle() -> None:
+    _end(_idle)
+    _idle.clear()
+
+
 @contextmanager
 def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
     """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
@@ -186,30 +191,21 @@ def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
     the very start: while Python starts, it would end in a traceback.
     """
     one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    variables = {**environment, **one_thread}
-    before = {name: os.environ.get(name) for name in variables}
-    can_mask = hasattr(signal, "pthread_sigmask")
-    if can_mask:
+    before = dict(os.environ)
+    mask = None
+    if hasattr(signal, "pthread_sigmask"):
         # multiprocessing's own process first: whoever starts it has its mask cleared.
         resource_tracker.ensure_running()
-    os.environ.update(variables)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if can_mask else set()
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
+        os.environ.update({**environment, **one_thread})
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-        if can_mask:
+        for name in os.environ.keys() - before.keys():
+            del os.environ[name]
+        os.environ.update(before)
+        if mask is not None:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-
-
-def _end_of(code: int | None) -> str:
-    if code is not None and code < 0:
-        return f"its process was killed by {signal.Signals(-code).name}"
-    return f"its process ended with code {code}"
 
 
 def _serve(connection: Connection) -> None:

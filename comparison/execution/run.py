@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import traceback
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass, replace
@@ -34,14 +34,13 @@ class Job:
     @property
     def cost(self) -> float:
         """Expected time, s, roughly: it orders the runs and weighs their progress."""
-        cycles, solver = float(self.scene.data["drive"]["cycles"]), self.scene.data["solver"]
-        if self.model == "exudyn" and solver["exudyn"].get("formulation") == "tree":
-            return float(cycles * 10 ** (-log10(solver["exudyn"]["tolerance"]) / 6 - 2.3))
-        if self.model == "exudyn":
-            return float(1.4e-5 * self.scene.duration / solver["exudyn"]["step"])
+        cycles = float(self.scene.data["drive"]["cycles"])
+        own = self.scene.data["solver"][self.model] if self.model in OWN else {}
         if self.model == "reference":
-            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 3))
-        return cycles
+            return float(cycles * 10 ** (-log10(own["tolerance"]) / 8 - 3))
+        if own.get("formulation") == "tree":
+            return float(cycles * 10 ** (-log10(own["tolerance"]) / 6 - 2.3))
+        return float(1.4e-5 * self.scene.duration / own["step"]) if own else cycles
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,7 @@ def failure(model: str, outcome: Outcome) -> str:
     """Return the same without the scene."""
     if outcome.status == "bad input":
         return outcome.message
-    message = f"; {outcome.message}" if outcome.message else ""
-    return f"the {model} run did not succeed: {outcome.status}{message}"
+    return "; ".join(filter(None, (f"the {model} run did not succeed: {outcome.status}", outcome.message)))
 
 
 def successful(outcome: Outcome, job: Job) -> Table:
@@ -106,41 +104,28 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
     The reference has no code of its own that could end its process, and runs sooner than an interpreter
     starts.
     """
-
-    def report(_key: str, share: float) -> None:
-        if on_progress:
-            on_progress(share)
-
-    with closing(_outcomes([("", job)], 0 if job.model == "reference" else 1, report)) as outcomes:
-        ((_, outcome),) = outcomes
+    report = on_progress or (lambda _share: None)
+    n_jobs = 0 if job.model == "reference" else 1
+    ((_, outcome),) = _outcomes([("", job)], n_jobs, lambda _key, share: report(share))
     return _with_scene(outcome, job.scene)
 
 
 def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = None) -> list[Outcome]:
     """Run many scenes, equal ones once; stored runs are used, and each successful one is stored as it ends.
 
-    Parameters
-    ----------
-    jobs
-        What to run; outcomes are in this order.
-    n_jobs
-        Number of parallel worker processes; 0: all in this process, for the reference, see `run_uncached`.
-        Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
-    on_progress
-        Called with the finished share of the expected work, 0 to 1.
-
-    Raises
-    ------
-    EngineError
-        If a model is unknown. One that cannot be imported is "bad input".
+    Outcomes are in the order of the jobs. ``n_jobs`` is the number of worker processes; 0: all in this
+    process, for the reference, see `run_uncached`. Workers are spawned: a script that calls this needs the
+    usual ``if __name__ == "__main__":``. Progress is called with the finished share of the expected work. An
+    unknown model is an `EngineError`; one that cannot be imported is "bad input".
     """
     prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
     by_key = dict(zip(keys, jobs, strict=True))
-    outcomes: dict[str, Outcome] = {}
-    for key, job in by_key.items():
-        if (table := fetch(key, *_demands(job))) is not None:
-            outcomes[key] = Outcome("success", table=table)
+    outcomes = {
+        key: Outcome("success", table=table)
+        for key, job in by_key.items()
+        if (table := fetch(key, *_demands(job.scene))) is not None
+    }
     shares = {key: float(key in outcomes) for key in by_key}
     total = sum(job.cost for job in by_key.values())
 
@@ -149,7 +134,7 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
         if on_progress:
             on_progress(sum(by_key[key].cost * share for key, share in shares.items()) / total)
 
-    waiting = _in_order((key, job) for key, job in by_key.items() if key not in outcomes)
+    waiting = _in_order({key: job for key, job in by_key.items() if key not in outcomes})
     with closing(_outcomes(waiting, n_jobs, report)) as finished:
         for key, outcome in finished:
             outcomes[key] = outcome
@@ -180,18 +165,18 @@ def run_key(scene: Scene, model: str, fingerprint: str) -> str:
     )
 
 
-def _in_order(jobs: Iterable[tuple[str, Job]]) -> list[tuple[str, Job]]:
+def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
     """Order jobs: one of each formulation first, then the longest, so that no worker is idle at the end.
 
     Two workers that begin with the same formulation compile the same code, which takes longer than most runs.
     """
-    longest = sorted(jobs, key=lambda item: (-item[1].cost, item[0]))
-    by_formulation = {
-        (job.model, job.scene.data["solver"].get(job.model, {}).get("formulation")): key
-        for key, job in reversed(longest)
-    }
-    ahead = set(by_formulation.values())
-    return sorted(longest, key=lambda item: item[0] not in ahead)
+    ahead: dict[tuple[str, str | None], str] = {}
+    longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
+    for key in longest:
+        own = jobs[key].scene.data["solver"].get(jobs[key].model, {})
+        ahead.setdefault((jobs[key].model, own.get("formulation")), key)
+    first = list(ahead.values())
+    return [(key, jobs[key]) for key in (*first, *(key for key in longest if key not in first))]
 
 
 def _outcomes(
@@ -199,8 +184,7 @@ def _outcomes(
 ) -> Generator[tuple[str, Outcome]]:
     """Run jobs by so many workers, or in this process if none, and yield each outcome as it comes."""
     if not n_jobs:
-        for key, job in jobs:
-            yield key, _attempt(job, partial(on_share, key))
+        yield from ((key, _attempt(job, partial(on_share, key))) for key, job in jobs)
         return
     with closing(work(_attempt, jobs, n_jobs)) as events:
         for key, event in events:
@@ -218,7 +202,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         table = Table.from_result(result)
         if result.status != "success":
             return Outcome(result.status, result.remedy, partial=table)
-        check(table, *_demands(job), name=f"the {job.model} run")
+        check(table, *_demands(job.scene), name=f"the {job.model} run")
     except TableError as error:
         return Outcome("unusable", str(error))
     except ValueError as error:
@@ -229,15 +213,15 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
     return Outcome("success", table=table)
 
 
-def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:
-    return expected(job.scene.data), (0.0, job.scene.duration)
+def _demands(scene: Scene) -> tuple[list[str], tuple[float, float]]:
+    return expected(scene.data), (0.0, scene.duration)
 
 
 def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
     """Record the complete scene in the tables, so that `sixbar compare` finds it beside them."""
     record = {"scene_hash": scene.hash, "scene": scene.data}
-    table, partial_table = (
+    whole, part = (
         table and replace(table, provenance={**table.provenance, **record})
         for table in (outcome.table, outcome.partial)
     )
-    return replace(outcome, table=table, partial=partial_table)
+    return replace(outcome, table=whole, partial=part)

@@ -90,23 +90,25 @@ def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | N
     folders = list(_cache_folders())
     with suppress(FolderError):
         folders = folders[: folders.index(cache_folder()) + 1]
-    for folder in folders:
-        path = folder / RUNS / key
+    for path in (folder / RUNS / key for folder in folders):
         try:
-            if not path.is_dir():
-                continue
-            if _sums(path) == json.loads((path / SUMS).read_text("utf-8")):
-                table = read(path / TABLE)
+            if path.is_dir():
+                table = _sound_run(path)
                 check(table, channels, span)
                 with suppress(OSError):  # it is not unused; the folder may be read-only
                     os.utime(path)
                 return table
-            reason = "its files are not as they were stored"
         except (OSError, ValueError) as error:  # of JSON and of tables: ValueErrors
             reason = " ".join(str(error).split())
-        _LOG.warning("the cached run %s is damaged and is run again: %s", path, reason)
-        shutil.rmtree(path, ignore_errors=True)
+            _LOG.warning("the cached run %s is damaged and is run again: %s", path, reason)
+            shutil.rmtree(path, ignore_errors=True)
     return None
+
+
+def _sound_run(folder: Path) -> Table:
+    if _sums(folder) != json.loads((folder / SUMS).read_text("utf-8")):
+        raise ValueError("its files are not as they were stored")
+    return read(folder / TABLE)
 
 
 def keep(key: str, table: Table) -> None:
@@ -138,32 +140,27 @@ def read_rows(ledger: Path) -> dict[str, Row]:
     try:
         check_size(ledger, LARGEST_LEDGER)
         lines = ledger.read_bytes().split(b"\n")
+        with suppress(OSError):  # it is not unused
+            os.utime(ledger)
     except FileNotFoundError:
         return {}
     except OSError as error:
         raise LedgerError(f"{ledger}: {error.strerror or error}") from error
-    with suppress(OSError):  # it is not unused
-        os.utime(ledger)
     rows, damaged = {}, 0
     for line in lines:
-        if entry := _sound(line):
-            rows[entry[0]] = entry[1]
+        try:
+            entry = json.loads(line)
+            key, row = entry["key"], entry["row"]
+            sound = entry["sha256"] == _row_sum(key, row) and isinstance(row, dict) and isinstance(key, str)
+        except (ValueError, KeyError, TypeError, RecursionError):
+            sound = False
+        if sound:
+            rows[key] = row
         else:  # a line that does not end like one was cut off when its writer was killed
             damaged += line.endswith(b"}")
     if damaged:
         _LOG.warning("%s: %d lines are damaged or of another version: measured again", ledger, damaged)
     return rows
-
-
-def _sound(line: bytes) -> tuple[str, Row] | None:
-    """Return key and row of a line; None if it is not as it was stored."""
-    try:
-        entry = json.loads(line)
-        key, row = entry["key"], entry["row"]
-        sound = entry["sha256"] == _row_sum(key, row) and isinstance(row, dict) and isinstance(key, str)
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return None
-    return (key, row) if sound else None
 
 
 def append_row(ledger: Path, key: str, row: Mapping[str, Any]) -> Row:
@@ -184,16 +181,13 @@ def append_row(ledger: Path, key: str, row: Mapping[str, Any]) -> Row:
 
 def _append(path: Path, line: bytes) -> None:
     """Append a line in one write: those of two processes do not mix."""
-    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-    try:
-        if size := os.fstat(handle).st_size:
-            os.lseek(handle, size - 1, os.SEEK_SET)
-            if os.read(handle, 1) != b"\n":  # its last writer was killed
+    with path.open("ab+", buffering=0) as file:
+        if file.tell():
+            file.seek(-1, os.SEEK_END)
+            if file.read(1) != b"\n":  # its last writer was killed
                 line = b"\n" + line
-        if os.write(handle, line) < len(line):
+        if file.write(line) < len(line):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    finally:
-        os.close(handle)
 
 
 def _row_sum(key: str, row: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from functools import partial
 from importlib.metadata import version
 from math import inf
@@ -36,10 +36,9 @@ class Task(ABC):
     """Additional environment variables of the process that measures it."""
 
     @property
-    def identity(self) -> Mapping[str, Any]:
-        """What distinguishes it from other tasks of its measure, as JSON holds it: all fields."""
-        identity: Mapping[str, Any] = _plain(self)
-        return identity
+    def identity(self) -> dict[str, Any]:
+        """What distinguishes it from other tasks of its measure: its fields."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
 
     @property
     @abstractmethod
@@ -52,24 +51,9 @@ class Task(ABC):
         return 1.0
 
 
-def _plain(value: Any) -> Any:
-    """Return a value as JSON holds it: records by their fields, a scene by its hash."""
-    if isinstance(value, Scene):
-        return value.hash
-    if isinstance(value, BaseModel):
-        return value.model_dump()
-    if is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
-
-
 T = TypeVar("T", bound=Task)
 Measure = Callable[[T, Progress], Row]
 """Measures a task; reports a share of 0 to it when what precedes the work (compiling) is over."""
-
-
 Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
 """Processes tasks of one environment by their keys and yields each row on completion."""
@@ -96,7 +80,8 @@ def measure_all(
     if ledger is None:
         code = code_hash(measure.__module__)
         ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
-    keys = _keys(measure, tasks)
+    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
+    keys = [_key(measure, task, {name: prints[name] for name in task.models}) for task in tasks]
     by_key = dict(zip(keys, tasks, strict=True))
     stored = read_rows(ledger)
     rows = {key: stored[key] for key in by_key if key in stored}
@@ -118,11 +103,7 @@ def measure_all(
 
 
 def on_processes(n_jobs: int, limit: float = inf) -> Spread:
-    """Return a `Spread` over local processes.
-
-    A task that takes longer than the limit, s, is stopped (`comparison.execution.pool.work`), and its row
-    says so.
-    """
+    """Return a `Spread` over local processes; a task that takes longer than the limit, s, is stopped."""
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         environment = dict(next(iter(tasks.values())).environment)
@@ -136,22 +117,28 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
     return spread
 
 
-def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
-    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
-    common = {"machine": platform_name(), "versions": versions() | {"pandas": version("pandas")}}
-    return [
-        digest(
-            {
-                "task": dict(task.identity),
-                # The work of a task may be defined in its class.
-                "code": code_hash(measure.__module__, type(task).__module__),
-                "models": {name: prints[name] for name in task.models},
-                "environment": dict(task.environment),
-            }
-            | common
-        )
-        for task in tasks
-    ]
+def _key(measure: Measure[T], task: T, prints: Mapping[str, str]) -> str:
+    return digest(
+        {
+            "task": task.identity,
+            # The work of a task may be defined in its class.
+            "code": code_hash(measure.__module__, type(task).__module__),
+            "models": prints,
+            "environment": dict(task.environment),
+            "machine": platform_name(),
+            "versions": versions() | {"pandas": version("pandas")},
+        },
+        default=_plain,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON does not hold as what it holds: records by their fields, a scene by its hash."""
+    if isinstance(value, Scene):
+        return value.hash
+    if isinstance(value, BaseModel):
+        return value.model_dump()
+    return {field.name: getattr(value, field.name) for field in fields(value)}
 
 
 def _attempt(measure: Measure[T], task: T, progress: Progress) -> Row:

@@ -6,7 +6,7 @@ import difflib
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
@@ -168,9 +168,9 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
     return values
 
 
-def digest(value: object) -> str:
-    """SHA-256 (hex) of a value's canonical JSON."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+def digest(value: object, default: Callable[[Any], Any] | None = None) -> str:
+    """SHA-256 (hex) of a value's canonical JSON; of what that does not hold, of what ``default`` returns."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, default=default)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
