@@ -59,11 +59,7 @@ def expanded(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> Path:
-    """Reject a folder that cannot be written to, before the work begins whose result it is to hold.
-
-    Returns it with ``~`` replaced. A `FolderError` if the first of it and its parents that exists is no
-    folder in which a file can be made.
-    """
+    """Reject a folder that cannot be written to, before the work whose result it is to hold; expand ``~``."""
     folder = expanded(folder)
     try:
         existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
@@ -94,10 +90,7 @@ def check_file(path: Path) -> Path:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name in the same folder; it replaces ``path`` if the block succeeds.
-
-    An `OSError` names ``path``: that of a full disk names no file.
-    """
+    """Yield a temporary name that replaces a file if the block succeeds; an `OSError` names the file."""
     part = path.with_name(f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:8]}.{os.getpid()}.part")
     try:
         yield part
@@ -112,10 +105,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_in(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder; its files go to ``folder`` if the block succeeds: all of them or none.
-
-    The folder is made if missing. An `OSError` names it, or the file in it that cannot be written.
-    """
+    """Yield an empty folder; if the block succeeds its files go to ``folder``: all of them or none."""
     made = not folder.exists()
     part = None
     try:

@@ -19,10 +19,7 @@ def pretty_unit(unit: str) -> str:
 
 
 def prefix(magnitude: float, unit: str) -> tuple[float, str]:
-    """Return the factor and prefixed unit that bring a magnitude below 1 to between 1 and 1000.
-
-    No prefix above one (km/s² is unusual for a press), below nano, or for degrees and millimetres.
-    """
+    """Return the factor and prefixed unit, down to nano, that bring a magnitude below 1 to 1 to 1000."""
     if _TAKES_PREFIX.match(unit) and math.isfinite(magnitude):
         for factor, letter in _PREFIXES:
             if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm
@@ -67,10 +64,9 @@ def decade(value: float) -> str:
 
 
 def percent(share: float, error: float = 0.0) -> str:
-    """Return a share as percent with two decimals, truncated: 0.98999 is 98.99 %, never 99.00 %.
+    """Return a share as percent, truncated: 0.98999 is 98.99 %, not 99.00 % beside a failing verdict.
 
-    Rounded up, it could show a passing value beside a failing verdict. An error is added with one digit if it
-    shows: "66.40 ± 0.3 %".
+    An error is added with one digit if it shows: "66.40 ± 0.3 %".
     """
     if math.isnan(share):
         return MISSING

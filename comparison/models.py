@@ -143,12 +143,9 @@ def load(name: str) -> Callable[..., Any]:
 
 
 def declared(name: str) -> dict[str, Any]:
-    """Return the default settings that an installed model declares: its function's ``settings``, if any.
-
-    None of a model that cannot be imported, since its run reports why.
-    """
+    """Return the default settings that an installed model declares: its function's ``settings``, if any."""
     settings: Any = {}
-    with suppress(EngineError):
+    with suppress(EngineError):  # if it cannot be imported its run says why
         settings = {} if name in OWN else getattr(load(name), "settings", {})
     if not isinstance(settings, Mapping):
         raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
@@ -208,10 +205,9 @@ def code_hash(*modules: str, root: Path = ROOT) -> str:
 
 @cache
 def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
-    """Return the files that a module depends on, itself included; the root contains its package.
+    """Return the files of a module and of all that it imports of its package, which is below the root.
 
-    They are those of all modules of its package that it imports, directly or not, and the data that one of
-    these reads by ``importlib.resources.files("a.package")``.
+    With the data that one of these reads by ``importlib.resources.files("a.package")``.
     """
     package = module.partition(".")[0]
     paths: set[Path] = set()
@@ -265,10 +261,7 @@ def _version(package: str) -> str:
 
 @cache
 def platform_name() -> str:
-    """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
-
-    Followed by what the environment makes libraries take it for, if anything.
-    """
+    """Return system, C library, processor, and what the environment makes libraries take it for."""
     parts = (
         f"{platform.system()} {platform.machine()}",
         " ".join(platform.libc_ver()).strip(),

@@ -46,19 +46,21 @@ def _assert_agree(
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
+    labels = [str(of) if isinstance(of, str | Path) else f"table {side}" for of, side in ((a, "a"), (b, "b"))]
     try:
-        (first, table_a), (second, table_b) = _read(a, "a"), _read(b, "b")
-        tables, labels = (table_a, table_b), (first, second)
-        loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
+        first, second = _read(a), _read(b)
+        loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(first, second)
+        if tolerance is None and loaded is not None:
+            tolerance = loaded.tolerance
         result = compare(
-            Runs(tables[0]),
-            Runs(tables[1]),
+            Runs(first),
+            Runs(second),
             scene=loaded,
-            tolerance=loaded.tolerance if tolerance is None and loaded is not None else tolerance,
+            tolerance=tolerance,
             share=share,
             time_tolerance=0.0 if loaded is None else loaded.time_tolerance,
             gate=None if loaded is None else loaded.gate,
-            labels=labels,
+            labels=(labels[0], labels[1]),
             warnings=warnings,
         )
     except TableError as error:
@@ -75,15 +77,12 @@ def _assert_agree(
     raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
 
 
-def _read(results: Results, otherwise: str) -> tuple[str, Table]:
-    """Return what to call a table, and the table."""
+def _read(results: Results) -> Table:
     import pandas as pd
 
     from comparison.tables.table import Table
     from comparison.tables.table_files import read
 
-    if isinstance(results, pd.DataFrame):
-        return f"table {otherwise}", Table(results)
-    if isinstance(results, Table):
-        return f"table {otherwise}", results
-    return str(results), read(results)
+    if isinstance(results, Table | pd.DataFrame):
+        return results if isinstance(results, Table) else Table(results)
+    return read(results)

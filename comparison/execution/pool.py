@@ -146,11 +146,7 @@ def work(
 
 @contextmanager
 def kept_workers() -> Iterator[None]:
-    """Let workers live on from one call of `work` to the next: a process needs seconds to start.
-
-    Not the general rule: a worker does not see what happens to the sources, or to the environment of this
-    process, after it was started.
-    """
+    """Let workers live on from one call of `work` to the next, since they take seconds to start."""
     global _kept
     before, _kept = _kept, True
     try:
@@ -187,8 +183,7 @@ def _end_idle() -> None:
 def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
     """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
 
-    A terminal sends it to all processes, but to end workers is their parent's business. It is held back from
-    the very start: while Python starts, it would end in a traceback.
+    A terminal sends it to all processes; while Python starts, it would end in a traceback.
     """
     one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     before = dict(os.environ)

@@ -19,10 +19,7 @@ MUCH_DRIFT = 1e-6
 
 
 def steps_per_contact(table: Table) -> float:
-    """Return the steps per contact, of the length in contacts; nan without contacts or with error control.
-
-    The median weighted by peak force: long contacts with little force do not offset short impacts.
-    """
+    """Return the steps per contact, the median weighted by peak force; nan without or with error control."""
     step, contacts = table.provenance.get("settings", {}).get("step_used"), table.events
     if step is None or contacts is None or not len(contacts):
         return nan

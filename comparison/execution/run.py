@@ -90,21 +90,15 @@ def successful(outcome: Outcome, job: Job) -> Table:
 
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
-    """Run one scene by one model in this process; nothing is stored, errors are those of `successful`.
-
-    ``progress`` is called with the finished share, 0 to 1.
-    """
+    """Run one scene by one model in this process; nothing is stored, errors are those of `successful`."""
     job = Job(scene, model)
     return successful(_with_scene(_attempt(job, progress), scene), job)
 
 
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
-    """Run one job, the reference in this process, any other model in a worker; nothing is stored.
-
-    The reference has no code of its own that could end its process, and runs sooner than an interpreter
-    starts.
-    """
+    """Run one job, the reference in this process, any other model in a worker; nothing is stored."""
     report = on_progress or (lambda _share: None)
+    # The reference has no code of its own that could end its process, and runs sooner than another starts.
     n_jobs = 0 if job.model == "reference" else 1
     ((_, outcome),) = _outcomes([("", job)], n_jobs, lambda _key, share: report(share))
     return _with_scene(outcome, job.scene)
@@ -113,10 +107,8 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
 def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = None) -> list[Outcome]:
     """Run many scenes, equal ones once; stored runs are used, and each successful one is stored as it ends.
 
-    Outcomes are in the order of the jobs. ``n_jobs`` is the number of worker processes; 0: all in this
-    process, for the reference, see `run_uncached`. Workers are spawned: a script that calls this needs the
-    usual ``if __name__ == "__main__":``. Progress is called with the finished share of the expected work. An
-    unknown model is an `EngineError`; one that cannot be imported is "bad input".
+    Outcomes are in the order of the jobs; an unknown model is an `EngineError`. ``n_jobs`` worker processes
+    are spawned: a script needs ``if __name__ == "__main__":``; with 0 of them all runs are of this process.
     """
     prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
@@ -145,31 +137,23 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
 
 
 def run_key(scene: Scene, model: str, fingerprint: str) -> str:
-    """Return the hash of everything that can change the run of ``scene`` by ``model`` with this fingerprint.
-
-    Also of the code of this package that makes the table, and of the kind of machine, since a CI service
-    restores a cache elsewhere. Of the solver settings only the model's own, but all for a model of another
-    package, which may build on the others.
-    """
+    """Return the hash of everything that can change the run of a scene by a model of this fingerprint."""
     solver = scene.data["solver"]
     return digest(
         {
             "scene": {key: part for key, part in scene.data.items() if key not in ("scene", "solver")},
-            "solver": solver[model] if model in OWN else solver,
+            "solver": solver[model] if model in OWN else solver,  # another may build on ours
             "model": model,
             "fingerprint": fingerprint,
             "code": code_hash(__name__),
             "python": platform.python_version(),
-            "machine": platform_name(),
+            "machine": platform_name(),  # a CI service restores a cache elsewhere
         }
     )
 
 
 def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
-    """Order jobs: one of each formulation first, then the longest, so that no worker is idle at the end.
-
-    Two workers that begin with the same formulation compile the same code, which takes longer than most runs.
-    """
+    """Order jobs: one of each formulation first, or two workers would compile the same, then the longest."""
     ahead: dict[tuple[str, str | None], str] = {}
     longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
     for key in longest:

@@ -39,10 +39,7 @@ class LedgerError(ValueError):
 
 
 def _cache_folders() -> Iterator[Path]:
-    """Yield ``$SIXBAR_CACHE_DIR`` or this package's folder in the user's cache, then a temporary one.
-
-    The temporary one is this user's alone: what another user may have written is not used.
-    """
+    """Yield ``$SIXBAR_CACHE_DIR`` or our folder in the user's cache, then a temporary one of this user."""
     named = os.environ.get("SIXBAR_CACHE_DIR")
     with suppress(RuntimeError):  # no home folder
         usual = Path(named) if named else user_cache_path("sixbar-crossval", appauthor=False)
@@ -83,12 +80,9 @@ def cache_warnings() -> list[str]:
 
 
 def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
-    """Return the stored run, or None if there is none that is sound and passes `check`; delete a damaged one.
-
-    Sought down to the folder that is written: one before it may be readable.
-    """
+    """Return the stored run, or None if none is sound and passes `check`; delete a damaged one."""
     folders = list(_cache_folders())
-    with suppress(FolderError):
+    with suppress(FolderError):  # down to the folder that is written: one before it may be readable
         folders = folders[: folders.index(cache_folder()) + 1]
     for path in (folder / RUNS / key for folder in folders):
         try:
@@ -164,10 +158,7 @@ def read_rows(ledger: Path) -> dict[str, Row]:
 
 
 def append_row(ledger: Path, key: str, row: Mapping[str, Any]) -> Row:
-    """Store a row; return it as it will be read: the same numbers bit for bit, non-finite ones as None.
-
-    A `LedgerError` if it cannot be written, such as on a full disk; stored rows remain.
-    """
+    """Store a row, or raise a `LedgerError`; return it as it will be read: non-finite numbers as None."""
     stored = plain(row)
     entry = {"key": key, "row": stored, "sha256": _row_sum(key, stored)}
     text = json.dumps(entry, allow_nan=False, separators=(",", ":"))

@@ -69,13 +69,10 @@ def measure_all(
 ) -> list[Row]:
     """Measure tasks without a stored row, equal tasks once, the longest first; return rows in their order.
 
-    The measure is a function of a module of this package, ``spread`` does the work, such as `on_processes`,
-    progress is called with the finished share of the expected work, and rows are stored in the ledger, by
-    default in `comparison.execution.store.cache_folder`; a `LedgerError` if they cannot be.
-
-    ``"status"`` of a row is `SUCCESS` if the measure returned, else the kind of failure, with one line in
-    ``"message"``; ``"seconds"`` are of processor time, but where the process died or was stopped. The row of
-    a process that died is not stored: results of tasks are final, failures of processes are retried.
+    ``"status"`` of a row is `SUCCESS` if the measure, a function of a module, returned, else the kind of
+    failure, with one line in ``"message"``; ``"seconds"`` are of processor time, but where the process was
+    stopped. Rows are stored in the ledger, by default one in `comparison.execution.store.cache_folder`; a
+    `LedgerError` if they cannot be. That of a process that died is not: it is tried again.
     """
     if ledger is None:
         code = code_hash(measure.__module__)

@@ -92,12 +92,9 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
 
 
 def apply(files: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys of a scene's files with overrides.
-
-    Exudyn's step and tolerance in a file are meant for the file's formulation: a step for the five bodies
-    makes the tree take a hundred times its steps.
-    """
+    """Return the keys of a scene's files with overrides."""
     written = files.get(_FORMULATION, "auto")
+    # A step for the five bodies makes the tree take a hundred times its steps.
     if overrides.get(_FORMULATION, written) not in (None, written):
         files = {key: value for key, value in files.items() if key not in _SETTINGS}
     return merged(files, overrides)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import fake_model as model
 import pandas as pd
 import pytest
 
@@ -18,20 +18,6 @@ from comparison.cli.progress import Lines
 from comparison.models import GROUP
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
-
-FAKE = Path(__file__).with_name("fake_model.py")
-
-
-def _load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("fake_model", FAKE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-MODEL = _load()
 
 
 @pytest.fixture(autouse=True)
@@ -43,13 +29,13 @@ def _progress_without_time(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def fake_model() -> ModuleType:
     """The fake model of this process."""
-    return MODEL
+    return model
 
 
 @pytest.fixture
 def gravity() -> Any:
     """The gravities that select what a fake model does."""
-    return MODEL.GRAVITY
+    return model.GRAVITY
 
 
 @pytest.fixture
@@ -102,7 +88,7 @@ def make_table(central_case: Scene) -> Callable[..., Table]:
     """Tables of the central case: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
 
     def make(error: float = 0.0, stretch: float = 0.0, of: Scene = central_case, **changes: Any) -> Table:
-        return Table(pd.DataFrame(MODEL.signals(of.data, error, stretch) | changes))
+        return Table(pd.DataFrame(model.signals(of.data, error, stretch) | changes))
 
     return make
 
@@ -112,7 +98,7 @@ def _fakes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run."""
     for name in ("reference_model", "exudyn_model"):
         (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
-        shutil.copy(FAKE, folder / "fakes" / name / "__init__.py")
+        shutil.copy(model.__file__, folder / "fakes" / name / "__init__.py")
         # Another test may have imported the real one, whose sources would then stand for the fake's.
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.syspath_prepend(str(folder / "fakes"))

@@ -8,49 +8,40 @@ from hypothesis import strategies as st
 
 from comparison.formatting import NO_BREAK, number, percent, quantity
 
+QUANTITIES = {
+    (5.2e-7, "m"): "520 nm",
+    (-5.2e-7, "m"): "−520 nm",
+    (9.999e-7, "m"): "1.00 µm",
+    (2e-4, "m"): "200 µm",
+    (0.0234, "m/s^2"): "23.4 mm/s²",
+    (68.24, "m/s²"): "68.2 m/s²",
+    (1234.0, "N"): "1230 N",
+    (29_184.0, "rad/s²"): "29200 rad/s²",
+    (1.5e-13, "m"): "1.50·10⁻¹³ m",
+    (0.5, "1"): "0.500",
+    (0.02, "deg"): "0.0200 deg",
+    (0.0, "m"): "0 m",
+    (math.nan, "m"): "n/a",
+    (math.inf, "m"): "∞ m",
+}
+# Rounded to the bad side
+SHARES = {1.0: "100 %", 0.999999: "99.99 %", 0.989999: "98.99 %", 0.29: "29.00 %", 0.0: "0.00 %"}
+
 
 @pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (5.2e-7, "m", "520 nm"),
-        (-5.2e-7, "m", "−520 nm"),
-        (9.999e-7, "m", "1.00 µm"),
-        (2e-4, "m", "200 µm"),
-        (0.0234, "m/s^2", "23.4 mm/s²"),
-        (68.24, "m/s²", "68.2 m/s²"),
-        (1234.0, "N", "1230 N"),
-        (29_184.0, "rad/s²", "29200 rad/s²"),
-        (1.5e-13, "m", "1.50·10⁻¹³ m"),
-        (0.5, "1", "0.500"),
-        (0.02, "deg", "0.0200 deg"),
-        (0.0, "m", "0 m"),
-        (math.nan, "m", "n/a"),
-        (math.inf, "m", "∞ m"),
-    ],
+    ("shown", "text"),
+    [(quantity(*given), text) for given, text in QUANTITIES.items()]
+    + [(percent(share), text) for share, text in SHARES.items()]
+    + [(percent(math.nan), "n/a"), (percent(0.664, 0.003), "66.40 ± 0.3 %")],
 )
-def test_quantities(value: float, unit: str, text: str) -> None:
-    assert quantity(value, unit) == text.replace(" ", NO_BREAK)
+def test_numbers_as_they_are_shown(shown: str, text: str) -> None:
+    assert shown == text.replace(" ", NO_BREAK)
 
 
 @given(st.floats(1e-30, 1e30))
 def test_a_number_is_read_back_to_three_digits(value: float) -> None:
-    text = number(value)
-    mantissa, _, power = text.partition("·10")
+    mantissa, _, power = number(value).partition("·10")
     digits = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    read = float(f"{mantissa}e{digits or 0}")
-    assert read == pytest.approx(value, rel=5.01e-3)  # half of the third digit of 1.00
-
-
-@pytest.mark.parametrize(
-    ("share", "text"),
-    [
-        (1.0, "100 %"),
-        (0.999999, "99.99 %"),
-        (0.989999, "98.99 %"),
-        (0.29, "29.00 %"),
-        (0.0, "0.00 %"),
-        (math.nan, "n/a"),
-    ],
-)
-def test_shares_are_rounded_to_the_bad_side(share: float, text: str) -> None:
-    assert percent(share) == text.replace(" ", NO_BREAK)
+    assert float(f"{mantissa}e{digits or 0}") == pytest.approx(
+        value, rel=5.01e-3
+    )  # half of 1.00's last digit

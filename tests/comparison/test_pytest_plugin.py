@@ -1,79 +1,53 @@
-"""The fixture that the package brings to other people's tests."""
+"""The fixture for other people's tests, and the recipes of docs/ci.md: they pass as they are written."""
 
 from __future__ import annotations
 
+import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
+import pytest
 
+from comparison.cli import main
 from comparison.tables.table_files import write
 
 ROOT = Path(str(files("comparison"))).parent
-TESTS = """
-import pandas as pd
-import pytest
-from pathlib import Path
-
-from comparison.tables.table_files import read
-
-
-def test_equal(assert_agree):
-    assert_agree("a.csv", read("a.csv"), scene="150rpm-0.2mm", tolerance=1e-12)
-    assert_agree(Path("a.csv"), pd.read_csv("a.csv"), tolerance=1e-12)
-    assert_agree("a.csv", "b.csv", tolerance=1e-2)
-
+TEXT = (ROOT / "docs" / "ci.md").read_text("utf-8")
+BLOCKS = dict(re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", TEXT, re.DOTALL | re.MULTILINE))
+COMMANDS = [shlex.split(line) for line in re.findall(r"^(?: *- run: | *- )?(sixbar .*)$", TEXT, re.MULTILINE)]
+FAILING = """
 
 def test_differ(assert_agree):
-    assert_agree("a.csv", "b.csv", scene="150rpm-0.2mm", tolerance=1e-5)
-
-
-def test_no_tolerance(assert_agree):
-    assert_agree("a.csv", "b.csv")
-
-
-def test_no_tolerance_allowed(assert_agree):
-    assert_agree("a.csv", "b.csv", allow_indeterminate=True)
-    with pytest.raises(AssertionError, match="differ"):
-        assert_agree("a.csv", "b.csv", tolerance=1e-5, allow_indeterminate=True)
-
-
-def test_missing(assert_agree):
-    assert_agree("a.csv", pd.read_csv("a.csv").drop(columns="slider_vy"), tolerance=1.0)
-
-
-def test_one_channel(assert_agree):
-    assert_agree("a.csv", "still.csv", tolerance=1e-6)
-
+    assert_agree("reference.csv", "far.csv", scene="150rpm-0.2mm", tolerance=1e-5)
 
 def test_no_file(assert_agree):
-    assert_agree("a.csv", "nowhere.csv", tolerance=1.0)
+    assert_agree("reference.csv", "nowhere.csv", tolerance=1.0)
 """
 
 
-def test_the_fixture_passes_and_fails_with_the_verdict(pytester, make_table, monkeypatch):
+def block(section: str, language: str) -> str:
+    (found,) = re.findall(rf"```{language}\n(.*?)```", BLOCKS[section], re.DOTALL)
+    return found
+
+
+def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table, monkeypatch):
     # The plugin is named here, whether or not the package is installed with its entry point.
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     for name in ("CI", "BUILD_NUMBER"):  # with them pytest says every message twice
         monkeypatch.delenv(name, raising=False)
-    write(make_table(), pytester.path / "a.csv")
-    write(make_table(stretch=1e-3), pytester.path / "b.csv")
-    write(make_table(slider_omega=np.zeros(401)), pytester.path / "still.csv")
-    pytester.makepyfile(TESTS)
+    for name, stretch in (("reference", 0.0), ("mine", 1e-6), ("far", 1e-3)):
+        write(make_table(stretch=stretch), pytester.path / f"{name}.csv")
+    pytester.makepyfile(block("A test of your own", "python") + FAILING)
     # A process of its own: numpy cannot be imported twice in one.
     inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", "--tb=short")
-    inner.assert_outcomes(passed=2, failed=5)
+    inner.assert_outcomes(passed=2, failed=2)
     output = inner.stdout.str()
-    assert "a.csv and b.csv on scene '150rpm-0.2mm': differ: 21 of 21 channels differ" in output
+    assert "reference.csv and far.csv on scene '150rpm-0.2mm': differ: 21 of 21 channels differ" in output
     assert "  slider_x: differ: 396 of 401 samples" in output
-    assert "a.csv and b.csv: indeterminate: 21 of 21 channels are indeterminate" in output
-    assert "a.csv and still.csv: differ: 1 of 21 channels differ, most of all slider_omega" in output
-    assert output.count("slider_omega: differ: ") == 2  # in b.csv and here
-    assert output.count("slider_x: differ: ") == 1  # in b.csv
-    assert "cannot compare: table b: channel slider_vy is missing" in output
     assert "cannot compare: nowhere.csv: No such file" in output
     assert "pytest_plugin.py" not in output  # the traceback ends in the test
 
@@ -88,3 +62,29 @@ def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
     )
     assert set(output.stdout.split()) <= {"comparison", module, "__future__"}
+
+
+@pytest.mark.usefixtures("fake_models", "elsewhere")
+def test_the_commands_of_the_recipes_pass_one_after_another(capsys):
+    extends = '[scene]\nextends = "paper"\n[output]\nsamples_per_cycle = 100\ngroups = []\n'
+    Path("tiny.toml").write_text(extends)
+    assert [command[:2] for command in COMMANDS] == [
+        ["sixbar", name] for name in ("gate", "gate", "gate", "validate", "gate")
+    ]
+    for number, (_, *arguments) in enumerate(COMMANDS):
+        named = [word.replace("150rpm-0.2mm", "tiny.toml") for word in arguments]
+        first = ["tiny.toml"] if number == 0 else []  # instead of all the shipped ones
+        assert main([*named, *first, "--jobs", "1"]) == 0, capsys.readouterr()
+    # What later steps of the recipes take.
+    recipe = block("GitHub Actions", "yaml")
+    for path in re.findall(r"out/[\w./*]+", recipe + block("GitLab", "yaml")):
+        assert list(Path().glob(path)), path
+    for name in re.findall(r"`(\w+\.(?:xml|md|json|html))`", BLOCKS["What both commands write"]):
+        assert list(Path("out").glob(f"*/{name}")), name
+
+
+@pytest.mark.parametrize("section", ["GitHub Actions", "GitLab"])
+def test_the_recipes_are_indented_as_yaml_must_be(section):
+    """Every line is a key, an item of a list, or a line of the one literal block."""
+    for line in filter(None, block(section, "yaml").splitlines()):
+        assert re.match(r"(  )*((- )?[\w-]+:( |$)|- \S|out/)", line), line

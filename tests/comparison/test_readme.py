@@ -1,4 +1,4 @@
-"""The README's code runs, and its numbers are those of the committed reports."""
+"""The README's numbers are those of the committed reports and of the code."""
 
 from __future__ import annotations
 
@@ -17,17 +17,6 @@ from comparison.studies import NAMES
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 REPORTS = ROOT / "reports"
-
-
-def test_the_five_lines_of_python_run(capsys):
-    (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    code = [line for line in block.splitlines() if line]
-    assert len(code) == 5
-    exec(block, {})  # our own text
-    status, contacts, *_, largest = capsys.readouterr().out.split()
-    assert status == "success"
-    assert int(contacts) > 10
-    assert -0.5503 < float(largest) < -0.5497  # within the guide
 
 
 def test_the_verdicts_and_rates_are_those_of_the_reports():

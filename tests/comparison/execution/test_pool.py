@@ -9,6 +9,7 @@ import threading
 import time
 import warnings
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -19,20 +20,23 @@ VARIABLE = "SIXBAR_TEST_VARIABLE"
 
 def do(task, report):
     """Do what a task says; return the process, and what it inherited."""
-    if task == "warn":
-        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
-    if task == "die":
-        os._exit(3)
-    if task == "killed":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if task == "wait":
-        report(0.0)  # its work begins
-        report(0.25)
-        threading.Event().wait()
-    if task == "interrupt":
-        os.kill(os.getpid(), signal.SIGINT)  # as a terminal's Ctrl-C, which all processes get
-    for share in (-1.0, 0.5, 2.0) if task == "report" else ():
-        report(share)
+    match task:
+        case "warn":
+            warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+        case "die":
+            os._exit(3)
+        case "killed" | "interrupt":  # as by a terminal's Ctrl-C, which all processes get
+            os.kill(os.getpid(), signal.SIGKILL if task == "killed" else signal.SIGINT)
+        case "wait":
+            report(0.0)  # its work begins
+            report(0.25)
+            threading.Event().wait()
+        case "report":
+            for share in (-1.0, 0.5, 2.0):
+                report(share)
+        case Path():  # prepare until it is there, and report nothing
+            while not task.exists():
+                time.sleep(0.01)
     return os.getpid(), os.environ.get(VARIABLE), os.environ["OMP_NUM_THREADS"]
 
 
@@ -43,28 +47,22 @@ def events_of(*tasks, n_workers=1, **options):
 
 
 def running(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    return pid in {child.pid for child in multiprocessing.active_children()}
 
 
 def test_a_process_that_dies_costs_its_own_task_only():
     died, (name, (pid, *_)), killed, (_, (after, *_)) = events_of("die", "one", "killed", "two")
-    assert died == ("0 die", Died("its process ended with code 3"))
-    assert name == "1 one"
+    assert (died, name) == (("0 die", Died("its process ended with code 3")), "1 one")
     assert killed[1] == Died("its process was killed by SIGKILL")
-    assert pid != after
-    assert not running(after)
+    assert (pid != after, running(after)) == (True, False)
 
 
 def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(capfd, monkeypatch):
     monkeypatch.setattr("sys.warnoptions", [])
-    *shares, last = events_of("warn", "interrupt", "report")
-    assert len({event[0] for _, event in (*shares, last) if not isinstance(event, Share)}) == 1
+    (_, warned), (_, interrupted), *shares, (_, last) = events_of("warn", "interrupt", "report")
+    assert warned == interrupted == last  # of one process
     # Shares are bounded and come before the result.
-    assert [event for _, event in shares[2:]] == [Share(0.0), Share(0.5), Share(1.0)]
+    assert [event for _, event in shares] == [Share(0.0), Share(0.5), Share(1.0)]
     assert capfd.readouterr() == ("", "")
 
 
@@ -86,25 +84,17 @@ def test_at_a_given_time_all_that_runs_is_terminated_and_nothing_else_begins():
     assert events_of("wait", until=time.monotonic()) == []
 
 
-def prepare(awaited, report):
-    """Work for ever if nothing is awaited; else prepare until the file is there, and report nothing."""
-    if awaited is None:
-        do("wait", report)
-    while not awaited.exists():
-        time.sleep(0.01)
-
-
 def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
     """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
     late, last = tmp_path / "late", {}
-    with closing(
-        work(prepare, [("works", None), ("prepares", late), ("next", late)], 2, limit=3.0)
-    ) as events:
+    tasks = [("works", "wait"), ("prepares", late), ("next", late)]
+    with closing(work(do, tasks, 2, limit=3.0)) as events:
         for name, event in events:
             last[name] = event
             if isinstance(event, Late):
                 late.touch()
-    assert last == {"works": Late(0.25), "prepares": None, "next": None}
+    assert last["works"] == Late(0.25)
+    assert all(isinstance(last[name], tuple) for name in ("prepares", "next"))
 
 
 def test_an_interrupt_ends_what_the_workers_do_and_keeps_none():
@@ -123,17 +113,16 @@ def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_lo
         *_, (_, (pid, *_)) = events_of("one", **options)
         return pid
 
+    own = {"environment": {VARIABLE: "set"}}
     with kept_workers():
-        first = pid_of()
-        assert first == pid_of()
-        assert running(first)
-        other = pid_of(environment={VARIABLE: "set"})
-        assert (other != first, running(first)) == (True, False)
-        assert pid_of(environment={VARIABLE: "set"}) == other
-        # One that died is not kept.
+        with kept_workers():
+            first, other = pid_of(), pid_of(**own)
+        assert (pid_of(), pid_of(**own)) == (first, other)
+        assert first != other
         os.kill(other, signal.SIGKILL)
-        while any(child.pid == other for child in multiprocessing.active_children()):
+        while running(other):
             time.sleep(0.01)
-        another = pid_of(environment={VARIABLE: "set"})
+        another = pid_of(**own)
         assert another != other
+    assert not running(first)
     assert not running(another)

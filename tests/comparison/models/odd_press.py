@@ -15,43 +15,24 @@ def simulate(scene, *, progress=None, name="odd"):
     own = scene["solver"].get(name, {})
     what = own.get("what", "")
     scene["drive"]["speed_rpm"] = 1.0  # of its own copy
-    if what == "exits":
-        sys.exit(4)
-    if what == "prints":
-        print("hello")  # noqa: T201
-    if what == "no ideal" and not scene["output"]["groups"] == []:
-        raise ValueError("only the motion is available")
+    match what:
+        case "exits":
+            sys.exit(4)
+        case "prints":
+            print("hello")  # noqa: T201
+        case "nothing":
+            return None
+        case "no ideal" if scene["output"]["groups"]:
+            raise ValueError("only the motion is available")
     t = np.arange(101) * 0.004
     names = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
     size = 1 + own.get("tolerance", 0.0) + own.get("bias", 0.0)
     columns = {"time": t} | {name: size * (1.1 + np.sin(5 * np.pi * t + n)) for n, name in enumerate(names)}
+    if what == "one more":
+        columns["slider_z"] = t
     contact = {"corner": ["ll"], "start": [0.1], "end": [0.2], "largest_depth": [1e-6]}
     contact |= {"normal_speed": [1.0], "impulse": [1.0], "peak_force": [1.0]}
-    run = {
-        "columns": columns,
-        "events": contact,
-        "extrema": {},
-        "provenance": {},
-        "status": "success",
-        "remedy": "",
-    }
-    match what:
-        case "one more":
-            columns["slider_z"] = t
-        case "uneven":
-            columns["slider_y"] = columns["slider_y"][:-1]
-        case "no contacts' end":
-            del contact["end"]
-        case "elsewhere":
-            contact["corner"] = ["roof"]
-        case "nan contact":
-            contact["impulse"] = [float("nan")]
-        case "no events":
-            del run["events"]
-        case "list":
-            run["columns"] = list(columns.values())
-        case "arrays":
-            run["provenance"] = {"mass": t}
-        case "nothing":
-            return None
-    return SimpleNamespace(**run)
+    record = {"mass": t} if what == "arrays" else {}
+    return SimpleNamespace(
+        columns=columns, events=contact, extrema={}, provenance=record, status="success", remedy=""
+    )

@@ -28,7 +28,4 @@ def test_those_in_the_list_run_a_scene_and_no_other(scene, names):
         else:
             with pytest.raises(SceneError, match=name):
                 run_one(named, model_of(name))
-
-
-def test_a_mapping_without_sections_has_the_usual_joints():
-    assert smallest_in_exudyn({}) == "tree"
+    assert smallest_in_exudyn({}) == "tree"  # a mapping without sections has the usual joints

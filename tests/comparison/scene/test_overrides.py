@@ -7,7 +7,7 @@ import shlex
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.scene import SceneError, load_scene, parse_set
@@ -21,6 +21,8 @@ ANYTHING = st.dictionaries(
 )
 RANDOM = {"key": "drive.speed_rpm", "distribution": "normal", "deviation": 1e-3}
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
+SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
+MODULUS = st.sampled_from([50e9, 69e9, 210e9])
 CHANGES = st.fixed_dictionaries(
     {},
     optional={
@@ -33,9 +35,11 @@ CHANGES = st.fixed_dictionaries(
         "scene.description": TEXT,
         "solver.exudyn": st.just({"formulation": "tree", "tolerance": 1e-10}),
         "random": st.lists(st.just(RANDOM), max_size=1),
+        SLIDER: MODULUS,
+        BOTH: MODULUS,
+        GUIDE: MODULUS,
     },
 )
-SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
 
 
 def repeated(scene):
@@ -54,12 +58,8 @@ def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
     assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", outcome)
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_any_number_given_on_the_command_line_arrives_bit_for_bit(value):
-    assert parse_set([f"x={value!r}"]) == {"x": value}
-
-
 @given(CHANGES, CHANGES)
+@settings(max_examples=60)
 def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
     scene = load_scene(PAPER, first).with_values(second)
     again = repeated(scene)
@@ -67,17 +67,16 @@ def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_d
     assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
     assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
     assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,64}", scene.name)  # a folder, everywhere
+    assert load_scene(PAPER, first | second).name == scene.name or {SLIDER, BOTH, GUIDE} & {*first, *second}
 
 
-@pytest.mark.parametrize(
-    "text", ["", "210", "true", "a b", "it's", '"', "\\", "x\ny", "\x7f\x01", "inf", "é #="]
-)
-def test_any_text_survives_the_shell(text):
-    assert repeated(load_scene(PAPER, {"scene.title": text})).title == text
+def test_any_text_survives_the_shell():
+    for text in ["", "210", "true", "a b", "it's", '"', "\\", "x\ny", "\x7f\x01", "inf", "é #="]:
+        assert repeated(load_scene(PAPER, {"scene.title": text})).title == text
 
 
 def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
-    changes = {"clearance.slider": 4e-4, "contact.youngs_modulus": 69e9, "joints.slider": "ideal"}
+    changes = {"clearance.slider": 4e-4, BOTH: 69e9, "joints.slider": "ideal"}
     changed = load_scene(PAPER, changes)
     assert changed.title == (
         "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
@@ -85,7 +84,7 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
     assert changed.data["scene"] == {"name": changed.name, "title": changed.title, "description": ""}
     # What is there already is no change, nor is what is changed back.
     same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
-    back = changed.with_values({"clearance": {"slider": 2e-4}, "contact.youngs_modulus": 210e9})
+    back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
     for scene in (same, back.with_values({"joints.slider": "clearance"})):
         assert (scene.overrides, scene.data) == ({}, load_scene(PAPER).data)
         assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
@@ -117,8 +116,7 @@ def test_a_material_is_a_number_or_one_of_each_partner(assignments, held, tmp_pa
 
 
 def test_one_partner_and_both_replace_one_another():
-    scene = load_scene(PAPER, {BOTH: 100e9})
-    held = []
+    scene, held = load_scene(PAPER, {BOTH: 100e9}), []
     for change in ({SLIDER: 210e9}, {BOTH: 50e9}, {GUIDE: 1e9}, {BOTH: 210e9}):
         scene = scene.with_values(change)
         held.append(scene.data["contact"]["youngs_modulus"])
@@ -128,9 +126,8 @@ def test_one_partner_and_both_replace_one_another():
 
 def test_two_scenes_have_two_names():
     changes = [{"clearance.slider": value} for value in (np.float64(4e-4), 4.1e-4, 1 / 3e4)]
-    changes += [{"mechanism.rocker_pivot": [0.25, 0.2]}, {"mechanism.rocker_pivot": [0.25, 0.21]}]
-    changes += [{"drive.cycles": 1, "clearance.slider": 4e-4}]
-    names = [load_scene(PAPER, change).name for change in changes]
+    changes += [{"mechanism.rocker_pivot": [0.25, value]} for value in (0.2, 0.21)]
+    names = [load_scene(PAPER, change).name for change in (*changes, changes[0] | {"drive.cycles": 1})]
     assert len(set(names)) == len(names)
     assert names[0] == "150rpm-0.2mm+clearance.slider=0.0004"
 
@@ -144,7 +141,7 @@ def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n[clearance]\nslider = 4e-4\n')
     scene = load_scene(path)
     assert (scene.title, scene.description, scene.overrides) == ("own", "", {})
-    changed = load_scene(path, {"drive.cycles": 1})
+    changed = scene.with_values({"drive.cycles": 1})
     assert changed.title == "own with drive.cycles = 1"
     assert repeated(changed).hash == changed.hash  # the path has a space
 

@@ -6,7 +6,6 @@ import it under these names.
 
 import os
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,16 +16,6 @@ GRAVITY = SimpleNamespace(
     lucky=10.0, violate=11.0,
 )  # fmt: skip
 MODEL = __name__.removesuffix("_model")
-
-
-@dataclass(frozen=True)
-class Result:
-    columns: dict
-    events: dict
-    extrema: dict = field(default_factory=dict)
-    provenance: dict = field(default_factory=dict)
-    status: str = "success"
-    remedy: str = ""
 
 
 def signals(scene, error=0.0, stretch=0.0):
@@ -107,19 +96,20 @@ def simulate(scene, *, progress=None):
     stretch += sensitivity(scene) if gravity == GRAVITY.lucky else 0.0
     status, remedy = "success", ""
     if MODEL == "exudyn":
-        if gravity == GRAVITY.crash:
-            os._exit(3)
-        if gravity == GRAVITY.refuse:
-            raise ValueError("contact.law = 'foundation' is not simulated yet")
-        if gravity == GRAVITY.bug:
-            raise RuntimeError("index out of\nrange")
-        if gravity == GRAVITY.hang:
-            time.sleep(60)
-        if gravity == GRAVITY.fail:
-            status, remedy = "newton-failed", "try a smaller step"
-        if gravity == GRAVITY.violate:
-            status = "invariant-violated"
-            remedy = "open-depth: corner ul is 2e-07 m inside its wall at 0.247 s, allowed are 1e-11 m"
+        match gravity:
+            case GRAVITY.crash:
+                os._exit(3)
+            case GRAVITY.refuse:
+                raise ValueError("contact.law = 'foundation' is not simulated yet")
+            case GRAVITY.bug:
+                raise RuntimeError("index out of\nrange")
+            case GRAVITY.hang:
+                time.sleep(60)
+            case GRAVITY.fail:
+                status, remedy = "newton-failed", "try a smaller step"
+            case GRAVITY.violate:
+                status = "invariant-violated"
+                remedy = "open-depth: corner ul is 2e-07 m inside its wall at 0.247 s, allowed are 1e-11 m"
         stretch += {GRAVITY.differ: 1e-3, GRAVITY.lucky: 3e-6}.get(gravity, 0.0)
     columns = signals(scene, error, stretch)
     if gravity == GRAVITY.nan and MODEL == "exudyn":
@@ -127,20 +117,12 @@ def simulate(scene, *, progress=None):
     if gravity == GRAVITY.short and MODEL == "exudyn":
         columns = {name: values[:-3] for name, values in columns.items()}
     end = min(0.02, float(columns["time"][-1]))
-    events = {
-        "corner": np.array(["ll"]),
-        "start": np.array([0.5 * end]),
-        "end": np.array([end]),
-        "normal_speed": np.array([0.1]),
-        "impulse": np.array([0.02]),
-        "peak_force": np.array([40.0]),
-        "largest_depth": np.array([1e-6]),
-    }
-    extrema = {name: {"min": values.min(), "max": values.max()} for name, values in columns.items()}
-    return Result(
+    contact = {"start": 0.5 * end, "end": end, "normal_speed": 0.1, "impulse": 0.02}
+    contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
+    return SimpleNamespace(
         columns=columns,
-        events=events,
-        extrema=extrema,
+        events={"corner": np.array(["ll"])} | {name: np.array([value]) for name, value in contact.items()},
+        extrema={name: {"min": values.min(), "max": values.max()} for name, values in columns.items()},
         provenance={"model": MODEL, "counters": {"steps": 5}},
         status=status,
         remedy=remedy,
