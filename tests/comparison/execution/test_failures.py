@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from comparison.cli import main
 from comparison.execution.run import Job, run_all, run_uncached
 from comparison.scene import load_scene
 
@@ -65,14 +62,3 @@ def test_an_iteration_that_does_not_converge_is_a_status_and_keeps_what_was_comp
     # It stops in the first contact, before which there is no friction.
     assert np.array_equal(outcome.partial.values("slider_x"), sound.table.values("slider_x")[:until])
     assert outcome.partial.provenance["scene"]["drive"]["cycles"] == 0.1
-
-
-@pytest.mark.usefixtures("elsewhere")
-@pytest.mark.parametrize(("model", "scene"), [("reference", "150rpm-0.2mm"), ("exudyn", "crank-pin")])
-def test_a_model_prints_nothing_of_its_own(model, scene, capfd):
-    assert main(["run", scene, "--model", model, "--out", "a.csv", "--set=drive.cycles=0.02", "-q"]) == 0
-    out, err = capfd.readouterr()
-    # Forces of contacts only where something touches by then
-    files = ["a.events.csv", "a.pulses.csv", "a.extrema.csv", "a.json", "a.csv"]
-    assert (out.splitlines(), err) == ([name for name in files if Path(name).exists()], "")
-    assert {"a.events.csv", "a.json", "a.csv"} <= set(out.splitlines())

@@ -144,6 +144,8 @@ def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp
     changed = scene.with_values({"drive.cycles": 1})
     assert changed.title == "own with drive.cycles = 1"
     assert repeated(changed).hash == changed.hash  # the path has a space
+    with pytest.raises(SceneError, match="scene = 3 must be a section"):
+        changed.with_values({"scene": 3})
 
 
 def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
