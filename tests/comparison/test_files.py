@@ -57,7 +57,7 @@ def test_an_error_of_writing_names_the_file():
 
 @pytest.mark.parametrize("failing", ["b", "sub/c"])
 def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
-    """Moving the second, to a folder with content or below a file, fails after the first has moved."""
+    """Moving the last, to a folder with content or below a file, fails after the others have moved."""
     folder = Path("folder")
     (folder / "a").write_text("old")
     (folder / "b" / "c").mkdir(parents=True)
@@ -71,7 +71,7 @@ def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
                 (part / name).write_text("new")
 
     with pytest.raises(OSError, match="folder") as refused:
-        write("a", failing)
+        write("0", "a", failing)
     assert str(refused.value.filename).startswith("folder/")
     assert {path: path.read_text() for path in folder.rglob("*") if path.is_file()} == before
     write("a", "other/c")

@@ -105,7 +105,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(here, monkeyp
     task = Square(2.0)
     assert count(task) == 1
     for part in (
-        Part(PAPER.with_values({"drive.speed_rpm": 100.0})),
+        Part(PAPER.variant({"drive.speed_rpm": 100.0})),
         Part(sizes=(1.0, 3.0)),
         Part(input=INPUT.model_copy(update={"deviation": 2e-6})),
     ):
