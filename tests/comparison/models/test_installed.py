@@ -46,6 +46,9 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
     odd("simulate.settings = even.settings = {'tolerance': 1e-8}\n")
     same = compared()
     assert same.comparison.verdict == "agree"
+    # There is no reliability of a model that has no ideal run, or not the accelerations that this is to hold.
+    assert same.comparison.reliability is None
+    assert compared({"solver.odd.what": "no ideal"}).comparison.reliability is None
     runs = same.runs["odd"]
     used = [
         of.provenance["scene"]["solver"]["odd"]["tolerance"] for of in (runs.base, runs.finer, runs.coarser)
@@ -64,12 +67,6 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
         odd(f"simulate.settings = {faulty}\n")
         with pytest.raises(EngineError, match=rule):
             declared("odd")
-
-
-@pytest.mark.parametrize("what", ["", "no ideal"])
-def test_there_is_no_reliability_of_a_model_that_has_no_ideal_run(what):
-    """It never has the accelerations that an ideal run is to hold."""
-    assert compared({"solver.odd.what": what}).comparison.reliability is None
 
 
 @pytest.mark.parametrize(
