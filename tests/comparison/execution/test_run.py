@@ -51,6 +51,9 @@ def test_one_of_each_formulation_starts_first_then_the_longest_and_workers_are_k
     first = sorted((23.0, 33.0, 43.0), key=costs.get, reverse=True)
     assert gravities == first + sorted(costs.keys() - first, key=costs.get, reverse=True)
     assert len({process for *_, process in log}) == 1
+    # The tree has no fixed step, and takes less time.
+    finer = tree.with_values({"solver.exudyn.step": 1e-7})
+    assert Job(finer, "exudyn").cost == Job(tree, "exudyn").cost < Job(scene, "exudyn").cost
 
 
 def test_each_failure_takes_its_own_run_only_and_is_not_stored(scene, gravity, fake_models):
