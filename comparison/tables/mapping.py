@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Pairs
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
@@ -18,6 +18,7 @@ from comparison.scene.schema import Positive, Real, Section, integer
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 from comparison.tables.table import TableError
+from comparison.tables.table_files import readable
 from comparison.tables.units import parse, same_dimension
 
 TIME = "time"
@@ -81,53 +82,41 @@ class Mapping(Section):
 
 def load_mapping(path: Path) -> Mapping:
     """Read a mapping file; a `TableError` tells key, value and violated rule."""
-    try:
-        mapping = Mapping.model_validate(tomllib.loads(contents(path)))
-        _check(mapping)
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: is nested too deeply") from error
-    except ValidationError as error:  # before its base class ValueError
-        raise TableError(f"{path}: {explain(error, Mapping)}") from error
-    except TableError as error:  # as well
-        raise TableError(f"{path}: {error}") from None
-    except ValueError as error:  # TOML's and UnicodeDecodeError
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    with readable(path):
+        content = tomllib.loads(contents(path))
+        try:
+            mapping = Mapping.model_validate(content)
+        except ValidationError as error:
+            raise TableError(explain(error, Mapping)) from error
+        if fault := next(_faults(mapping), ""):
+            raise TableError(fault)
     mapping._file = str(path)
     return mapping
 
 
-def _check(mapping: Mapping) -> None:
-    """Reject rules that contradict each other or name unknown channels or units."""
+def _faults(mapping: Mapping) -> Iterator[str]:
+    """Yield rules that contradict each other or name unknown channels or units."""
     every = {*channels(), *mapping.channels}
-    for name, quantity in mapping.channels.items():
-        where = f"channels.{name!r}"
-        if name == TIME:
-            raise TableError(f"{where}: time is no channel; its unit is that of a column")
-        if name in channels() and (keys := sorted(quantity.model_fields_set - {"scale"})):
-            fixed = "is fixed for a channel of the press; only a scale can be given"
-            raise TableError(f"{where}: {keys[0]} {fixed}")
-        _check_conversion(where, quantity, "columns")
-        if quantity.rate is not None and (quantity.rate == name or quantity.rate not in every):
-            known = "another channel of the press or of [channels]"
-            raise TableError(f"{where}: rate = {quantity.rate!r} is not {known}")
-    for part in ("columns", "a", "b"):
-        for column, rule in getattr(mapping, part).items():
-            where = f"{part}.{column!r}"
-            if rule.channel not in {TIME, *every}:
-                known = "a channel of the press or of [channels]"
-                raise TableError(f"{where}: channel = {rule.channel!r} is not {known}")
-            _check_conversion(where, rule, "column")
+    for part in ("channels", "columns", "a", "b"):
+        for name, given in getattr(mapping, part).items():
+            where = f"{part}.{name!r}"
+            if part != "channels":
+                if given.channel not in {TIME, *every}:
+                    known = "a channel of the press or of [channels]"
+                    yield f"{where}: channel = {given.channel!r} is not {known}"
+            elif name == TIME:
+                yield f"{where}: time is no channel; its unit is that of a column"
+            elif name in channels() and (keys := sorted(given.model_fields_set - {"scale"})):
+                yield f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
+            elif given.rate is not None and (given.rate == name or given.rate not in every):
+                known = "another channel of the press or of [channels]"
+                yield f"{where}: rate = {given.rate!r} is not {known}"
+            if given.unit is not None and parse(given.unit) is None:
+                yield f"{where}: unit = {given.unit!r} is not known"
+            if given.factor == 0:
+                yield f"{where}: factor = 0 leaves nothing of the column"
     if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
-        raise TableError("names no column")
-
-
-def _check_conversion(where: str, given: Rule | Quantity, what: str) -> None:
-    if given.unit is not None and parse(given.unit) is None:
-        raise TableError(f"{where}: unit = {given.unit!r} is not known")
-    if given.factor == 0:
-        raise TableError(f"{where}: factor = 0 leaves nothing of the {what}")
+        yield "names no column"
 
 
 class Stated(NamedTuple):
@@ -141,8 +130,8 @@ class Stated(NamedTuple):
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
     """Return the definition of a channel that is not the press's.
 
-    Its unit is the given one, else the tables': of two that differ but measure the same the first table's. If
-    these exclude each other, or one table states a unit and the other none, it is a `TableError`.
+    Its unit is the given one, else the tables': of two that measure the same the first table's. If these
+    exclude each other, or one table states a unit and the other none, it is a `TableError`.
     """
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
@@ -169,18 +158,15 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: s
     )
 
 
-def check_rates(defined: Iterable[Channel], file: str) -> None:
+def check_rates(defined: dict[str, Channel], file: str) -> None:
     """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong."""
-    own = {channel.name: channel for channel in defined}
-    second = parse("s")
-    for channel in own.values():
-        rate = own.get(channel.rate or "") or channels().get(channel.rate or "")
+    known, second = channels() | defined, parse("s")
+    for channel in defined.values():
+        rate = known.get(channel.rate or "")
         unit, of_rate = parse(channel.unit), parse(rate.unit) if rate else None
         if rate and unit and of_rate and second and of_rate.times(second) != unit:
-            raise TableError(
-                f"{file}: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
-                f"which is not {channel.unit} per second"
-            )
+            units = f"is in {rate.unit}, which is not {channel.unit} per second"
+            raise TableError(f"{file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
 
 
 def is_prose(unit: str) -> bool:

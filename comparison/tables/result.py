@@ -1,4 +1,4 @@
-"""The result of a model, and checks of its parts; each fault is one line.
+"""The result of a model, and what is wrong with its parts: each fault is one line, of which the first counts.
 
 Pulses are the normal forces of the contacts in time: columns ``row`` (in the events), ``time`` (s) and
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
@@ -6,7 +6,7 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,10 +17,9 @@ from comparison.tables.arrays import BoolArray
 
 Columns = dict[str, NDArray[Any]]
 
-_PARTS = dict.fromkeys(("columns", "events", "extrema", "provenance"), dict) | {
-    "status": str,
-    "remedy": str,
-}
+_PARTS: dict[str, type] = dict.fromkeys(("columns", "events", "extrema", "provenance"), dict)
+_PARTS |= {"status": str, "remedy": str}
+_PULSES = {"row": "iu", "time": "f", "force": "f"}
 _KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
 _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
 _DEEPEST = 50
@@ -37,89 +36,62 @@ class Result(Protocol):
     remedy: str
 
 
-def reject(bad: BoolArray, fault: Callable[[int], str]) -> None:
-    """Raise a ValueError with what is said of the first place that is bad, if one is."""
-    if bad.any():
-        raise ValueError(fault(int(bad.argmax())))
+def first(bad: BoolArray) -> list[int]:
+    """Return the first place that is bad, if one is."""
+    return [int(n) for n in np.flatnonzero(bad)[:1]]
 
 
-def check_result(result: Result) -> None:
-    """Reject, by a TypeError or ValueError, what lacks a part of a `Result` or has another in its place."""
+def result_faults(result: Result) -> Iterator[str]:
+    """Yield which parts of a `Result` are missing or something else."""
     for name, kind in _PARTS.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):
-            raise TypeError(f"result: {name} must be a {kind.__name__}, not {type(part).__name__}")
-    for name, check in (("pulses", check_pulses), ("cycle_extrema", check_cycle_extrema)):
+            yield f"result: {name} must be a {kind.__name__}, not {type(part).__name__}"
+    for name, faults in (("pulses", pulse_faults), ("cycle_extrema", cycle_faults)):
         part = getattr(result, name, None)
         if part is not None and not isinstance(part, dict):
-            raise TypeError(f"result: {name} must be a dict or None, not {type(part).__name__}")
-        if part:
-            check(part)
+            yield f"result: {name} must be a dict or None, not {type(part).__name__}"
+        yield from faults(part) if part else ()
     record = {**result.provenance, "extrema": result.extrema}
+    for fault in record_faults(record):
+        yield f"extrema or provenance: {fault}"
     try:
-        check_record(record)
         json_text(record)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"extrema or provenance: {error}") from error
+        yield f"extrema or provenance: {error}"
 
 
-def check_cycle_extrema(columns: Mapping[str, Any]) -> None:
-    """Reject, by a ValueError, what are no columns of real numbers of one length."""
-    _check_columns("cycle_extrema", columns, dict.fromkeys(columns, "f"))
+def cycle_faults(columns: Mapping[str, Any]) -> Iterator[str]:
+    """Yield why these are no columns of real numbers of one length."""
+    return _column_faults("cycle_extrema", columns, dict.fromkeys(columns, "f"))
 
 
-def check_pulses(pulses: Mapping[str, Any]) -> None:
-    """Reject, by a ValueError, what are no columns of pulses."""
-    _check_columns("pulses", pulses, {"row": "iu", "time": "f", "force": "f"})
+def pulse_faults(pulses: Mapping[str, Any]) -> Iterator[str]:
+    """Yield why these are no columns of pulses."""
+    yield from _column_faults("pulses", pulses, _PULSES)
     for name in ("time", "force"):
-        values = pulses[name]
-        reject(~np.isfinite(values), lambda n: f"pulses: {name} is {values[n]} in sample {n + 1}")  # noqa: B023
+        for n in first(~np.isfinite(pulses[name])):
+            yield f"pulses: {name} is {pulses[name][n]} in sample {n + 1}"
     step = np.diff(pulses["row"].astype(np.int64))
-    unsorted = (step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))
-    reject(unsorted, lambda n: f"pulses: not sorted by row and time at sample {n + 2}")
+    for n in first((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))):
+        yield f"pulses: not sorted by row and time at sample {n + 2}"
 
 
-def _check_columns(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> None:
+def _column_faults(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> Iterator[str]:
     for name, kind in kinds.items():
         column = columns.get(name)
         if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in kind:
             what = "real numbers" if kind == "f" else "integers"
-            raise ValueError(f"{part}: {name} must be an array of {what}, shape (n,)")
+            yield f"{part}: {name} must be an array of {what}, shape (n,)"
     if len({columns[name].size for name in kinds}) > 1:
-        raise ValueError(f"{part}: columns differ in length")
+        yield f"{part}: columns differ in length"
 
 
-def thinned(pulses: Columns) -> Columns:
-    """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
-
-    All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
-    """
-    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
-    begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
-    counts = np.diff(begun, append=row.size)
-    parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))
-    count = np.repeat(counts, counts)
-    place = np.arange(row.size) - np.repeat(begun, counts)
-    part = place * np.repeat(parts, counts) // count
-    kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
-    edges = np.flatnonzero((place == 0) | (np.diff(part, prepend=-1) != 0))
-    number = np.repeat(np.arange(edges.size), np.diff(edges, append=row.size))
-    for extreme in (np.minimum, np.maximum):
-        reached = np.flatnonzero(force == extreme.reduceat(force, edges)[number])
-        kept[reached[np.flatnonzero(np.diff(number[reached], prepend=-1))]] = True
-    return {"row": row[kept], "time": pulses["time"][kept].astype(np.float64), "force": force[kept]}
-
-
-def check_record(record: object) -> None:
-    """Reject, by a ValueError, what is no record of a run, such as another program's file of its name.
+def record_faults(record: object) -> Iterator[str]:
+    """Yield why this is no record of a run, such as another program's file of its name.
 
     Entries that are read must have the expected type; all others may be anything.
     """
-    if fault := next(_faults(record), ""):
-        raise ValueError(fault)
-
-
-def _faults(record: object) -> Iterator[str]:
     if not isinstance(record, Mapping):
         yield "must contain one JSON object"
         return
@@ -148,3 +120,24 @@ def _is_deeper(value: object, left: int) -> bool:
         return False
     parts = list(value.values()) if isinstance(value, Mapping) else value
     return left == 0 or any(_is_deeper(part, left - 1) for part in parts)
+
+
+def thinned(pulses: Columns) -> Columns:
+    """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
+
+    All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
+    """
+    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
+    begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
+    counts = np.diff(begun, append=row.size)
+    parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))
+    count = np.repeat(counts, counts)
+    place = np.arange(row.size) - np.repeat(begun, counts)
+    part = place * np.repeat(parts, counts) // count
+    kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
+    edges = np.flatnonzero((place == 0) | (np.diff(part, prepend=-1) != 0))
+    number = np.repeat(np.arange(edges.size), np.diff(edges, append=row.size))
+    for extreme in (np.minimum, np.maximum):
+        reached = np.flatnonzero(force == extreme.reduceat(force, edges)[number])
+        kept[reached[np.flatnonzero(np.diff(number[reached], prepend=-1))]] = True
+    return {"row": row[kept], "time": pulses["time"][kept].astype(np.float64), "force": force[kept]}

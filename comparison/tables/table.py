@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -15,15 +15,14 @@ from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertain
 from comparison.tables.result import (
     Columns,
     Result,
-    check_cycle_extrema,
-    check_pulses,
-    check_result,
-    reject,
+    cycle_faults,
+    first,
+    pulse_faults,
+    result_faults,
     thinned,
 )
 
-LARGEST_NUMBER = 1e30
-"""No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
+_LARGEST = 1e30  # no quantity is larger in its unit; its square overflows not even in single precision
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
@@ -54,10 +53,8 @@ class Table:
     @classmethod
     def from_result(cls, result: Result) -> Self:
         """Convert the result of a model's ``simulate``, whatever its status; a `TableError` if it is none."""
-        try:
-            check_result(result)
-        except (TypeError, ValueError) as error:
-            raise TableError(f"the model's {error}") from error
+        if fault := next(result_faults(result), ""):
+            raise TableError(f"the model's {fault}")
         try:
             frame = pd.DataFrame(result.columns)
             events = pd.DataFrame(result.events) if result.events else None
@@ -113,102 +110,85 @@ def check(
     time of ``span`` (s) within half a sample. A `TableError` calls it ``name`` and tells channel and data row
     (from 1, without the header), or contact.
     """
-    try:
-        _check_names(table, channels)
-        # All at once, where it is sound: a look at each column alone takes as long as a short run.
-        frame = table.frame if all(kind.kind in "fiu" for kind in table.frame.dtypes) else None
-        if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= LARGEST_NUMBER).all():
-            for channel in ("time", *channels):
-                _check_numbers(channel, table.frame[channel])
-        _check_time(table.time, span)
-        events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
-        if len(events):
-            _check_events(events, table.time)
-    except ValueError as error:
-        raise TableError(f"{name}: {error}") from None
-    try:
-        if table.pulses is not None:
-            _check_pulses(table.pulses, events)
-        if table.cycle_extrema is not None:
-            check_cycle_extrema(table.cycle_extrema)
-    except ValueError as error:
-        raise TableError(f"{name}: its {error}") from None
+    if fault := next(_faults(table, channels, span), ""):
+        raise TableError(f"{name}: {fault}")
 
 
-def _check_names(table: Table, channels: Sequence[str]) -> None:
+def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
     missing = [channel for channel in ("time", *channels) if channel not in table.names]
     unexpected = [channel for channel in table.channels if channel not in channels]
     for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
         if names:
-            raise ValueError(f"channel {names[0]} is {fault}{_and_more(names)}")
+            yield f"channel {names[0]} is {fault}{_and_more(names)}"
+    # All at once, where it is sound: a look at each column alone takes as long as a short run.
+    frame = table.frame if all(kind.kind in "fiu" for kind in table.frame.dtypes) else None
+    if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= _LARGEST).all():
+        for channel in ("time", *channels):
+            yield from _number_faults(channel, table.frame[channel])
+    time = table.time
+    if time.size < 2:
+        yield f"{time.size} data rows; at least 2 are required"
+    steps = np.diff(time)
+    for n in first(steps <= 0):
+        yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
+    slack = 0.5 * float(np.median(steps))
+    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
+        yield (
+            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
+            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
+        )
+    events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
+    if len(events):
+        yield from _event_faults(events, time[0], time[-1], slack)
+    if table.pulses is not None:
+        yield from (f"its {fault}" for fault in pulse_faults(table.pulses))
+        yield from (f"its pulses: {fault}" for fault in _faults_beside(events, table.pulses))
+    yield from (f"its {fault}" for fault in cycle_faults(table.cycle_extrema or {}))
 
 
-def _check_numbers(channel: str, column: pd.Series) -> None:
+def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
     values = _numbers(column)
     bad = ~np.isfinite(values)
     if column.dtype.kind not in "fiu":
         row = int(bad.argmax()) if bad.size else 0
         text = str(column.iloc[row]) if len(column) else ""
-        raise ValueError(f"{channel} is not a number in data row {row + 1}: {text!r}")
-    reject(bad, lambda n: f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)")
-    limit = f"must be at most {LARGEST_NUMBER:g} in size"
-    large = np.abs(values) > LARGEST_NUMBER
-    reject(large, lambda n: f"{channel} = {values[n]:g} in data row {n + 1} {limit}")
+        yield f"{channel} is not a number in data row {row + 1}: {text!r}"
+    for n in first(bad):
+        yield f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)"
+    for n in first(np.abs(values) > _LARGEST):
+        yield f"{channel} = {values[n]:g} in data row {n + 1} must be at most {_LARGEST:g} in size"
 
 
-def _check_time(time: Array, span: tuple[float, float] | None) -> None:
-    if time.size < 2:
-        raise ValueError(f"{time.size} data rows; at least 2 are required")
-    steps = np.diff(time)
-    fault = "time does not increase in data row"
-    reject(steps <= 0, lambda n: f"{fault} {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s")
-    slack = 0.5 * float(np.median(steps))
-    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
-        raise ValueError(
-            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
-            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
-        )
-
-
-def _check_events(events: pd.DataFrame, time: Array) -> None:
+def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
-        raise ValueError(f"its events have no column {missing[0]}{_and_more(missing)}")
-    if unknown := [place for place in dict.fromkeys(events["corner"].tolist()) if place not in CONTACTS]:
-        raise ValueError(f"contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
+        yield f"its events have no column {missing[0]}{_and_more(missing)}"
+    for n in first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
+        yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
-        bad, negative = ~np.isfinite(values), (values < 0.0) & (name in _MEASURES)
-        if bad.any():
-            entry = events[name][bad].iloc[0]
-            raise ValueError(f"{name} of contact {bad.argmax() + 1} is not a number: {entry}")
-        if negative.any():
-            least = values[negative][0]
-            raise ValueError(f"{name} = {least:g} of contact {negative.argmax() + 1} must be >= 0")
+        for n in first(~np.isfinite(values)):
+            yield f"{name} of contact {n + 1} is not a number: {events[name].iloc[n]}"
+        for n in first((values < 0.0) & (name in _MEASURES)):
+            yield f"{name} = {values[n]:g} of contact {n + 1} must be >= 0"
     start, end = columns["start"], columns["end"]
-    before = "before its start at"
-    reject(end < start, lambda n: f"contact {n + 1} ends at {end[n]!s} s, {before} {start[n]!s} s")
-    slack, first, last = 0.5 * float(np.median(np.diff(time))), time[0], time[-1]
-    reject(
-        (start < first - slack) | (end > last + slack),
-        lambda n: (
-            f"contact {n + 1}, {instant(start[n], first)} to {instant(end[n], last)} s, is outside the times "
-            f"of the table, {instant(first, start[n])} to {instant(last, end[n])} s"
-        ),
-    )
+    for n in first(end < start):
+        yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
+    for n in first((start < begin - slack) | (end > stop + slack)):
+        contact = f"contact {n + 1}, {instant(start[n], begin)} to {instant(end[n], stop)} s,"
+        times = f"{instant(begin, start[n])} to {instant(stop, end[n])} s"
+        yield f"{contact} is outside the times of the table, {times}"
 
 
-def _check_pulses(pulses: Columns, events: pd.DataFrame) -> None:
-    check_pulses(pulses)
+def _faults_beside(events: pd.DataFrame, pulses: Columns) -> Iterator[str]:
+    """Yield what is wrong with sound pulses beside these events."""
     row, time = pulses["row"], pulses["time"]
     start, end = _numbers(events["start"]), _numbers(events["end"])
-    none_of = (row < 0) | (row >= start.size)
-    reject(none_of, lambda n: f"pulses: row {row[n]} is none of {start.size} events")
+    for n in first((row < 0) | (row >= start.size)):
+        yield f"row {row[n]} is none of {start.size} events"
     start, end = start[row], end[row]
     slack = _LONGER * (end - start)
-    reject(
-        (time < start - slack) | (time > end + slack),
-        lambda n: f"pulses: {time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s",
-    )
+    for n in first((time < start - slack) | (time > end + slack)):
+        yield f"{time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s"
 
 
 def _numbers(column: pd.Series) -> Array:

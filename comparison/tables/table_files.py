@@ -20,7 +20,7 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from comparison.files import check_size, contents, replacing_in, write_json
-from comparison.tables.result import Columns, check_record
+from comparison.tables.result import Columns, record_faults
 from comparison.tables.table import Table, TableError
 
 LARGEST = 2_000_000_000
@@ -39,16 +39,16 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = _columns(_beside(path, "pulses"), "row"), _columns(_beside(path, "cycle_extrema"))
+    pulses, by_cycle = _columns(path, "pulses"), _columns(path, "cycle_extrema")
     return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
 def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
     """Read the columns of one file: Parquet, or text as we write it."""
-    with _readable(path), warnings.catch_warnings():
+    with readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
         if parquet:
-            return _read_parquet(path)
+            return read_parquet(path)
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
@@ -63,6 +63,21 @@ def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
         return frame.set_axis(names, axis=1)
 
 
+def read_parquet(path: Path) -> pd.DataFrame:
+    """Read a Parquet file; what is none, or damaged, is a `ValueError`."""
+    try:
+        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
+    except OSError:
+        raise
+    except Exception as error:  # pandas and pyarrow trust what a file says of itself
+        raise ValueError(f"is no readable Parquet file: {error}") from error
+    finally:
+        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
+    if not frame.columns.is_unique:
+        raise ValueError("has two columns of one name")
+    return frame
+
+
 def read_events(path: Path) -> pd.DataFrame | None:
     """Read the contacts beside a table; None where there are none."""
     events = _beside(path, "events")
@@ -72,9 +87,10 @@ def read_events(path: Path) -> pd.DataFrame | None:
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the record beside a table: the extrema, and all else; both empty if there is none."""
     beside = _beside(path, "record")
-    with _readable(beside):
+    with readable(beside):
         record = json.loads(contents(beside)) if beside.is_file() else {}
-        check_record(record)
+        if fault := next(record_faults(record), ""):
+            raise ValueError(fault)
     return record.pop("extrema", None) or {}, record
 
 
@@ -117,21 +133,35 @@ def check_format(path: Path) -> None:
         raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
 
 
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Convert errors of reading a file to `TableError` of one line."""
+    try:
+        yield
+    except TableError as error:
+        raise TableError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
+    # pandas' parser errors, pyarrow's, JSON's, TOML's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+
+
 def _beside(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_BESIDE[name]}")
 
 
-def _columns(path: Path, integers: str = "") -> Columns | None:
-    """Read columns of real numbers, but for one of integers; None where there is no file."""
-    if not path.is_file():
+def _columns(path: Path, name: str) -> Columns | None:
+    """Read columns of real numbers and, of pulses, their rows; None where there is no file."""
+    if not (beside := _beside(path, name)).is_file():
         return None
-    frame = read_frame(path)
-    if any(kind.kind not in "iuf" for kind in frame.dtypes):  # what it is for will refuse it
-        return {str(name): column.to_numpy() for name, column in frame.items()}
-    # A force of whole numbers is no column of integers.
-    numbers = np.ascontiguousarray(frame.to_numpy(dtype=np.float64).T)
-    columns: Columns = dict(zip(map(str, frame), numbers, strict=True))
-    return columns | ({integers: frame[integers].to_numpy()} if integers in frame else {})
+    frame = read_frame(beside)
+    # A force of whole numbers is no column of integers; what is no number will be refused.
+    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]
+    columns = frame.astype(dict.fromkeys(whole, np.float64))
+    return {str(name): column.to_numpy() for name, column in columns.items()}
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
@@ -140,34 +170,6 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
         file.write(frame.iloc[:0].to_csv(index=False).encode())
         rows = pa.Table.from_pandas(frame, preserve_index=False)
         csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
-
-
-@contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Convert errors of reading a file to one-line messages."""
-    try:
-        yield
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
-    # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
-    except ValueError as error:
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-
-
-def _read_parquet(path: Path) -> pd.DataFrame:
-    try:
-        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
-    except OSError:
-        raise
-    except Exception as error:  # pandas and pyarrow trust what a file says of itself
-        raise ValueError(f"is no readable Parquet file: {error}") from error
-    finally:
-        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
-    if not frame.columns.is_unique:
-        raise ValueError("has two columns of one name")
-    return frame
 
 
 def _texts(path: Path) -> list[str]:

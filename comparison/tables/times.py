@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 
-# Two grids are equal if their times differ by less than this share of a sample interval: a thousand rows
-# written with 13 digits are, with 10 they are not. At 2 m/s and 0.4 ms samples it is 1e-12 m.
 SAME_GRID = 1e-9
+"""Share of a sample interval by which equal times differ at most: a thousand rows written with 13 digits do
+less, with 10 they do more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 
 _BLOCKS = 20
 _WINDOW = 2048  # largest number of samples of each block
@@ -45,9 +45,8 @@ class Hole(NamedTuple):
 def holes(time: Array) -> list[Hole]:
     """Find the holes in a table's increasing times, two at least.
 
-    Of equidistant times (nine tenths of the steps but one are equal to 10 %, and make up a part of the span)
-    every step of two intervals or more is one. Where a program chooses its steps, a hole is ten times as long
-    as every step that is not, and there are few of them; a shorter one looks like a long step.
+    Of equidistant times every step of two intervals or more is one. Where a program chooses its steps, a hole
+    is ten times as long as every step that is not, and there are few of them.
     """
     steps = np.diff(time)
     usual = float(np.median(steps))
@@ -69,10 +68,7 @@ def holes(time: Array) -> list[Hole]:
 
 
 def isolated(time: Array, values: Array, allowed: float) -> Array:
-    """Return each sample's distance from the line through its neighbours where above a limit, else 0.
-
-    Of two neighbouring samples both can be above it.
-    """
+    """Return each sample's distance from the line through its neighbours where above a limit, else 0."""
     distance = np.zeros(time.shape)
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
     line = values[:-2] + share * (values[2:] - values[:-2])
@@ -84,9 +80,9 @@ def isolated(time: Array, values: Array, allowed: float) -> Array:
 class Shift:
     """Estimated time shift ``s`` between two tables, ``b(t) = a(t - s)``."""
 
-    value: float
+    value: float = float("nan")
     """s; positive: b is later. nan if it cannot be estimated."""
-    uncertainty: float
+    uncertainty: float = float("nan")
     """s, half of the 95 % interval; at least the difference of times that is regarded as zero."""
     reason: str = ""
     """Why it cannot be estimated; else empty."""
@@ -100,19 +96,16 @@ class Shift:
 def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
-    A search over integer lags finds the lag with the least variance of the difference; of several (periodic
-    motion), the one nearest to zero. From there Gauss-Newton steps minimise
+    From the lag with the least variance of the difference (of several, as in periodic motion, the one nearest
+    to zero) Gauss-Newton steps minimise
 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
-    with a free offset :math:`o_c` of each channel: for a channel with a constant rate, offset and shift are
-    not separable. Only positions are used (velocities where there are none), since forces jump, of other
-    mechanisms all channels; each is weighted by the inverse variance of its residual, so that the channel
-    with the best agreement dominates. Between its samples ``a`` is the cubic Hermite polynomial of the
-    channel and its rate (or its differences). For long results 20 windows are used.
-
-    The uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
-    which requires no assumption on the correlation of the differences within a block.
+    with a free offset :math:`o_c` of each channel and as its weight the inverse variance of its residual.
+    Only positions are used (velocities where there are none), since forces jump, of other mechanisms all
+    channels. Between its samples ``a`` is a cubic. For long results 20 windows are used. The uncertainty is
+    two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989), which requires no
+    assumption on the correlation of the differences within a block.
     """
     known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
@@ -121,13 +114,13 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     # Velocities almost jump at impacts; positions only have kinks.
     names = [name for name in moving if known[name].rate is not None] or moving
     if not names:
-        return _cannot_tell("no channel of motion is excited in both")
+        return Shift(reason="no channel of motion is excited in both")
     if time.size < 2 * _BLOCKS:
-        return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
+        return Shift(reason=f"{time.size} common samples; required: at least {2 * _BLOCKS}")
     scales = {name: float(max(ranges[name])) for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
-        return _cannot_tell("the two are not correlated closely enough at any lag")
+        return Shift(reason="the two are not correlated closely enough at any lag")
     edges = (np.arange(_BLOCKS + 1) * time.size // _BLOCKS).tolist()
     blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
@@ -145,15 +138,15 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(lag) or not uncertainty < 0.05 * span:
-        return _cannot_tell("the motion is too uniform, or the difference too irregular")
+        return Shift(reason="the motion is too uniform, or the difference too irregular")
     return Shift(float(lag), uncertainty)
 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
     """Return the piecewise cubic with these values and slopes at its nodes, and its derivative.
 
-    Equal to `scipy.interpolate.CubicHermiteSpline` (verified by a test), without its coefficients, which take
-    four times the memory of the table, and without its import, which takes longer than most comparisons.
+    As `scipy.interpolate.CubicHermiteSpline`, without its coefficients, which take four times the memory of
+    the table, and its import, which takes longer than most comparisons.
     """
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]
@@ -166,10 +159,6 @@ def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array
     value = values[left] + width * s * (slopes[left] + s * (second + s * third))
     value = np.where(at == time[-1], values[-1], value)
     return value, slopes[left] + s * (2 * second + 3 * s * third)
-
-
-def _cannot_tell(reason: str) -> Shift:
-    return Shift(float("nan"), float("nan"), reason)
 
 
 def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float | None:

@@ -19,7 +19,7 @@ from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
 from comparison.tables.units import parse
 
-EXAMPLES = int(os.environ.get("DIALECTS", "150"))
+EXAMPLES = int(os.environ.get("DIALECTS", "100"))
 many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 TIMES = st.sampled_from(["time", "Time", "TIME", "t"])
 VALUES = st.one_of(
