@@ -34,11 +34,9 @@ class Aligned:
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
     """Align two tables that passed `comparison.tables.table.check` for these channels.
 
-    Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
-    within the common span (if that has fewer than two times: a `TableError`), and the other table is
-    interpolated (`resample`), piecewise between its own contact events, or the other table's if it has none.
-    Angles are unwrapped first, and whole revolutions between the two are removed at every sample, as the
-    table with more samples turns.
+    Of two grids that of the table with the longer mean interval counts, within the common span; the other one
+    is interpolated between its own contacts, or the other table's if it has none. Whole revolutions between
+    two angles are removed at every sample.
     """
     known, tables = a.known | b.known, {"a": a, "b": b}
     sides = {
@@ -80,10 +78,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
 
 
 def unwound(table: Table, like: Table) -> Table:
-    """Return a table whose angles are continuous and start within half a revolution of another table's.
-
-    One whose angles are so already, or are no numbers, is returned unchanged.
-    """
+    """Return a table whose angles are continuous and start within half a revolution of another table's."""
     changed = {}
     for name in table.channels:
         channel = table.known.get(name)
@@ -124,13 +119,11 @@ def resample(
     events: pd.DataFrame | None,
     known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
-    """Interpolate channels at other times inside their span; contacts have ``corner``, ``start`` and ``end``.
+    """Interpolate channels at other times inside their span, and tell where no two samples determine them.
 
-    Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
-    h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
-    a contact: each interval between two such instants, which belong to the following one, is interpolated
-    separately, if it holds two samples, with linear extrapolation to its ends. Also returned is where an
-    interval has fewer than two: the values there, interpolated across the event, serve plotting only.
+    Positions whose velocity is among the channels use the cubic of both (error of order h^4), all others
+    lines (h^2). Forces and accelerations jump at the start and end of a contact: each interval between two
+    such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
     known = channels() if known is None else known
     pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval

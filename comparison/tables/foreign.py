@@ -44,22 +44,10 @@ Assigned = dict[str, tuple[Column, Rule]]
 def read_tables(
     paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None = None, at_events: str | None = None
 ) -> tuple[list[Table], tuple[str, ...]]:
-    """Read the runs of two programs, native or not, as tables that are not yet checked.
+    """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
-    Parameters
-    ----------
-    paths, sides
-        Files of any kind that `comparison.tables.formats` knows; "a" or "b" for each, whose rules hold.
-    mapping
-        Assigns columns to channels. Without one they have the name of a channel, or the same in all tables.
-    at_events
-        Which of several rows at one time are compared (`AT_EVENTS`); with "both" the last one is moved to the
-        next larger double. None: there must be none.
-
-    Returns
-    -------
-    tables, warnings
-        In SI units; what was left out or assumed.
+    The rules of a mapping hold for the side, "a" or "b", of each file; what it does not assign has the name
+    of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
     """
     mapping = mapping or Mapping()
     sources = [open_source(path) for path in paths]

@@ -19,7 +19,7 @@ import numpy as np
 from comparison.files import check_size
 from comparison.tables.dialect import NUMBER, Column, Source, column, decoded, parse_text
 from comparison.tables.table import TableError
-from comparison.tables.table_files import LARGEST, read_events, read_parquet, read_record, readable
+from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
 
 _HEAD = 1024  # bytes in which text has no zero byte
 _REFUSED = {
@@ -39,7 +39,7 @@ def open_source(path: Path) -> Source:
         with path.open("rb") as file:
             head = file.read(_HEAD)
         source = _source(path, head)
-    source = replace(source, events=read_events(path))
+    source = replace(source, events=read_beside(path, "events"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
         extrema, record = read_record(path)
         source = replace(source, extrema=extrema, record=record)

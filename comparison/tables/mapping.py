@@ -128,11 +128,7 @@ class Stated(NamedTuple):
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
-    """Return the definition of a channel that is not the press's.
-
-    Its unit is the given one, else the tables': of two that measure the same the first table's. If these
-    exclude each other, or one table states a unit and the other none, it is a `TableError`.
-    """
+    """Return the definition of a channel that is not the press's, in the given unit, else the tables'."""
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
     if quantity.angle:

@@ -104,11 +104,10 @@ class Table:
 def check(
     table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
 ) -> None:
-    """Reject a table that does not permit a meaningful comparison.
+    """Reject a table that does not permit a meaningful comparison, by a `TableError` that calls it ``name``.
 
     It must hold these channels (in any order, without ``time``) and no others, and reach the first and last
-    time of ``span`` (s) within half a sample. A `TableError` calls it ``name`` and tells channel and data row
-    (from 1, without the header), or contact.
+    time of ``span`` (s) within half a sample.
     """
     if fault := next(_faults(table, channels, span), ""):
         raise TableError(f"{name}: {fault}")

@@ -25,7 +25,7 @@ from comparison.tables.table import Table, TableError
 
 LARGEST = 2_000_000_000
 """Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
-FORMATS = (".csv", ".parquet")
+_FORMATS = (".csv", ".parquet")
 _BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
 
@@ -34,33 +34,31 @@ def read(path: str | Path) -> Table:
     """Read a table with its companions, or raise a `TableError`; what it holds is not yet checked."""
     path = Path(path)
     check_format(path)
-    frame = read_frame(path, parquet=path.suffix.lower() == ".parquet")
-    extrema, record = read_record(path)
-    if "time" not in frame:
-        raise TableError(f"{path}: channel time is missing")
-    frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = _columns(path, "pulses"), _columns(path, "cycle_extrema")
-    return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
-
-
-def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
-    """Read the columns of one file: Parquet, or text as we write it."""
-    with readable(path), warnings.catch_warnings():
+    with readable(path):
         check_size(path, LARGEST)
-        if parquet:
-            return read_parquet(path)
+        frame = read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
+        if "time" not in frame:
+            raise TableError("channel time is missing")
+    frame.insert(0, "time", frame.pop("time"))
+    pulses, by_cycle = _numbers(read_beside(path, "pulses")), _numbers(read_beside(path, "cycle_extrema"))
+    events, (extrema, record) = read_beside(path, "events"), read_record(path)
+    return Table(frame, events, extrema, record, pulses=pulses, cycle_extrema=by_cycle)
+
+
+def _read_csv(path: Path) -> pd.DataFrame:
+    with warnings.catch_warnings():
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
             frame = pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-        names = pd.Index([str(name).strip() for name in frame])
-        if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
-            frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
-        if not names.is_unique:
-            raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
-        return frame.set_axis(names, axis=1)
+    names = pd.Index([str(name).strip() for name in frame])
+    if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
+        frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
+    if not names.is_unique:
+        raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
+    return frame.set_axis(names, axis=1)
 
 
 def read_parquet(path: Path) -> pd.DataFrame:
@@ -78,10 +76,25 @@ def read_parquet(path: Path) -> pd.DataFrame:
     return frame
 
 
-def read_events(path: Path) -> pd.DataFrame | None:
-    """Read the contacts beside a table; None where there are none."""
-    events = _beside(path, "events")
-    return read_frame(events) if events.is_file() else None
+def _texts(path: Path) -> list[str]:
+    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
+    with parquet.ParquetFile(path) as file:
+        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
+    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
+    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
+    if size > LARGEST:  # the file is compressed, and may be small
+        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
+    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})
+
+
+def read_beside(path: Path, name: str) -> pd.DataFrame | None:
+    """Read the events, pulses or cycle_extrema beside a table; None where there are none."""
+    beside = _beside(path, name)
+    with readable(beside):
+        if not beside.is_file():
+            return None
+        check_size(beside, LARGEST)
+        return _read_csv(beside)
 
 
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -97,9 +110,8 @@ def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 def write(table: Table, path: str | Path) -> Path:
     """Write a table with all that belongs to it: all or, with a `TableError`, none.
 
-    Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
-    in a column of integers. Missing folders are created. What an earlier table of this name has
-    beside it is deleted where the new one has none.
+    Reading it back gives the same bits, but for the sign of zeros in a column of integers. What an earlier
+    table of this name has beside it is deleted where the new one has none.
     """
     path = Path(path)
     check_format(path)
@@ -129,8 +141,8 @@ def companions(table: Table, path: Path) -> list[Path]:
 
 def check_format(path: Path) -> None:
     """Reject, by a `TableError`, a file name that ends neither in ``.csv`` nor in ``.parquet``."""
-    if path.suffix.lower() not in FORMATS:
-        raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
+    if path.suffix.lower() not in _FORMATS:
+        raise TableError(f"{path}: the name must end in {' or '.join(_FORMATS)}")
 
 
 @contextmanager
@@ -153,13 +165,11 @@ def _beside(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_BESIDE[name]}")
 
 
-def _columns(path: Path, name: str) -> Columns | None:
-    """Read columns of real numbers and, of pulses, their rows; None where there is no file."""
-    if not (beside := _beside(path, name)).is_file():
+def _numbers(frame: pd.DataFrame | None) -> Columns | None:
+    """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
+    if frame is None:
         return None
-    frame = read_frame(beside)
-    # A force of whole numbers is no column of integers; what is no number will be refused.
-    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]
+    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]  # such as a force
     columns = frame.astype(dict.fromkeys(whole, np.float64))
     return {str(name): column.to_numpy() for name, column in columns.items()}
 
@@ -170,14 +180,3 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
         file.write(frame.iloc[:0].to_csv(index=False).encode())
         rows = pa.Table.from_pandas(frame, preserve_index=False)
         csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
-
-
-def _texts(path: Path) -> list[str]:
-    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
-    with parquet.ParquetFile(path) as file:
-        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
-    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
-    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
-    if size > LARGEST:  # the file is compressed, and may be small
-        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
-    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})

@@ -43,11 +43,7 @@ class Hole(NamedTuple):
 
 
 def holes(time: Array) -> list[Hole]:
-    """Find the holes in a table's increasing times, two at least.
-
-    Of equidistant times every step of two intervals or more is one. Where a program chooses its steps, a hole
-    is ten times as long as every step that is not, and there are few of them.
-    """
+    """Find the holes in increasing times, two at least; where steps vary, long and rare ones alone."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     equal = np.abs(steps - usual) <= _EQUAL * usual
@@ -96,16 +92,14 @@ class Shift:
 def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
-    From the lag with the least variance of the difference (of several, as in periodic motion, the one nearest
-    to zero) Gauss-Newton steps minimise
+    From the lag with the least variance of the difference Gauss-Newton steps minimise
 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
-    with a free offset :math:`o_c` of each channel and as its weight the inverse variance of its residual.
-    Only positions are used (velocities where there are none), since forces jump, of other mechanisms all
-    channels. Between its samples ``a`` is a cubic. For long results 20 windows are used. The uncertainty is
-    two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989), which requires no
-    assumption on the correlation of the differences within a block.
+    with a free offset :math:`o_c` and, as weight, the inverse variance of the residual of each channel. These
+    are positions (velocities where there are none), since forces jump; of other mechanisms all channels. The
+    uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
+    whatever the correlation of the differences within a block.
     """
     known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
@@ -145,14 +139,12 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
     """Return the piecewise cubic with these values and slopes at its nodes, and its derivative.
 
-    As `scipy.interpolate.CubicHermiteSpline`, without its coefficients, which take four times the memory of
-    the table, and its import, which takes longer than most comparisons.
+    As `scipy.interpolate.CubicHermiteSpline`, whose import takes longer than most comparisons.
     """
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]
     s = (at - time[left]) / width
-    # In the form v0 + s (...), so that the values at nodes are reproduced exactly; the last node is set
-    # separately.
+    # In the form v0 + s (...), so that the values at nodes are reproduced exactly.
     rise = (values[left + 1] - values[left]) / width
     second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
     third = slopes[left] + slopes[left + 1] - 2 * rise

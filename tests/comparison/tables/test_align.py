@@ -115,43 +115,26 @@ def test_the_finer_table_tells_how_often_an_angle_has_turned_and_the_first_one_h
             assert a[0] == pytest.approx(pair[0].values("slider_angle")[0], abs=1e-12)
 
 
-def pressed(time: np.ndarray, *spans: tuple[float, float], events: bool = True) -> Table:
+def pressed(time: np.ndarray, *spans: tuple[float, float]) -> Table:
     """A force that is zero, and within contacts a line from 50 N down: it jumps at both ends of a contact."""
     held = [np.where((time >= start) & (time < end), 50 - 10 * (time - start), 0.0) for start, end in spans]
     frame = pd.DataFrame({"time": time, FORCE: np.sum(held, axis=0)})
-    return Table(frame, contacts(*(("ll", *span) for span in spans)) if events else None)
+    return Table(frame, contacts(*(("ll", *span) for span in spans)))
 
 
 @pytest.mark.parametrize("spans", [[(0.4912, 1.013), (1.7, 2.61)], [(COARSE[10], COARSE[20])]])
-def test_a_force_keeps_its_left_and_right_limits_at_a_contact(spans):
+def test_a_force_keeps_its_left_and_right_limits_at_a_contact_of_either_table(spans):
     coarse, fine = pressed(COARSE, *spans), pressed(FINE, *spans)
-    exact, without = coarse.values(FORCE), pressed(FINE, *spans, events=False)
+    without = Table(fine.frame)
     for a, b, side in ((coarse, fine, "b"), (fine, coarse, "a"), (coarse, without, "b")):
-        aligned = align(a, b, [FORCE])  # of one without events by the other's
+        aligned = align(a, b, [FORCE])
         assert (aligned.interpolated, aligned.unknown) == (side, {})
         # 50 N round at 7e-15, twice over a line that is continued.
-        np.testing.assert_allclose(getattr(aligned, side)[FORCE], exact, rtol=0, atol=1e-13)
-    # Without any events lines are drawn across: what this is about.
-    smeared = align(pressed(COARSE, *spans, events=False), without, [FORCE])
-    assert np.abs(smeared.b[FORCE] - exact).max() > 10
+        np.testing.assert_allclose(getattr(aligned, side)[FORCE], coarse.values(FORCE), rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("length", [0.2 * FINE[1], 1.1 * FINE[1]])
-def test_what_lies_in_a_contact_that_has_no_two_samples_is_unknown(length):
-    span = COARSE[10] - length / 2, COARSE[10] + length / 2  # 1.0, between two of the fine samples
-    aligned = align(pressed(COARSE, span), pressed(FINE, span), [FORCE])
-    (where,) = aligned.unknown.values()
-    np.testing.assert_array_equal(np.flatnonzero(where), [10])
-    np.testing.assert_array_equal(aligned.b[FORCE][~where], 0.0)
-
-
-def test_a_tables_own_events_count_and_of_a_corner_only_its_own():
+def test_a_table_that_says_that_nothing_touches_is_not_asked_again():
     coarse, fine = pressed(COARSE, (0.5, 1.5)), pressed(FINE, (0.5, 1.5)).frame
-    for events in (contacts(), contacts(("ur", 0.5, 1.5))):  # it says that nothing touches, or elsewhere
-        aligned = align(coarse, Table(fine, events), [FORCE])
-        np.testing.assert_array_equal(aligned.b[FORCE], np.interp(COARSE, FINE, fine[FORCE]))
-        assert not aligned.unknown
-    # A journal moves without a jump at its own contacts.
-    sampled, unknown = resample(FINE, {"journal_x": FINE**2}, COARSE, contacts(("pin", 1.0, 1.01)))
-    np.testing.assert_array_equal(sampled["journal_x"], np.interp(COARSE, FINE, FINE**2))
-    assert not unknown
+    aligned = align(coarse, Table(fine, contacts()), [FORCE])
+    np.testing.assert_array_equal(aligned.b[FORCE], np.interp(COARSE, FINE, fine[FORCE]))
+    assert not aligned.unknown

@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 from pyarrow import csv, parquet
 
 from comparison.tables.table import Table, TableError, check
-from comparison.tables.table_files import companions, read, read_frame, write
+from comparison.tables.table_files import companions, read, read_parquet, write
 
 PARTS = {
     "events": pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]}),
@@ -117,19 +117,15 @@ def test_files_that_are_no_tables_and_companions_that_are_none_are_one_line(
     assert "\n" not in str(refused.value)
 
 
-def test_unknown_endings_and_missing_files(tmp_path, make_table):
+def test_unknown_endings_and_missing_files_and_odd_headers(tmp_path, make_table):
     with pytest.raises(TableError, match=r"must end in \.csv or \.parquet"):
         write(make_table(), tmp_path / "a.txt")
     with pytest.raises(TableError, match="No such file"):
-        read(tmp_path / "none.csv")
-
-
-@pytest.mark.parametrize(("last", "names"), [("2", ["Unnamed: 2"]), ("", [])])
-def test_spaces_a_byte_order_mark_and_a_column_without_a_name_are_read(tmp_path, last, names):
-    path = tmp_path / "a.csv"
-    path.write_text(f"slider_x, time,\r\n1, 0, {last}\r\n2, 1, {last}\r\n", encoding="utf-8-sig")
-    assert read(path).names == ["time", "slider_x", *names]
-    assert read(path).values("slider_x").tolist() == [1.0, 2.0]
+        read(path := tmp_path / "a.csv")
+    for last, names in (("2", ["Unnamed: 2"]), ("", [])):
+        path.write_text(f"slider_x, time,\r\n1, 0, {last}\r\n2, 1, {last}\r\n", encoding="utf-8-sig")
+        assert read(path).names == ["time", "slider_x", *names]
+        assert read(path).values("slider_x").tolist() == [1.0, 2.0]
 
 
 def test_a_small_parquet_file_of_too_many_numbers_is_refused_before_they_are_decoded(tmp_path, monkeypatch):
@@ -149,22 +145,19 @@ def test_a_text_that_is_repeated_takes_no_memory_but_once(tmp_path):
     path = tmp_path / "own.parquet"
     note = pa.DictionaryArray.from_arrays(np.zeros(100_000, np.int32), ["a" * 100_000])  # 10 GB, repeated
     parquet.write_table(pa.table({"time": np.arange(1e5), "note": note}), path, store_schema=False)
-    frame = read_frame(path, parquet=True)
+    frame = read_parquet(path)
     assert len(frame) == 100_000
     assert frame.memory_usage(deep=True).sum() < 10_000_000
 
 
-@pytest.mark.parametrize(
-    "note", ["{}", '{"index_columns": 5, "columns": 3, "column_indexes": []}', "[", '{"columns": [{}]}', None]
-)
-def test_damaged_metadata_of_parquet_and_two_columns_of_one_name_are_one_line(tmp_path, note):
+def test_damaged_metadata_of_parquet_and_two_columns_of_one_name_are_one_line(tmp_path):
     """What pandas notes about its index, and trusts."""
-    path = tmp_path / "own.parquet"
-    column = pa.array([0.0, 1.0])
-    table = pa.Table.from_arrays([column, column], names=["time", "time"])
-    if note is not None:
-        table = pa.table({"time": column}).replace_schema_metadata({"pandas": note})
-    parquet.write_table(table, path)
-    with pytest.raises(TableError, match="cannot be read: ") as refused:
-        read(path)
-    assert "\n" not in str(refused.value)
+    path, column = tmp_path / "own.parquet", pa.array([0.0, 1.0])
+    tables = [pa.Table.from_arrays([column, column], names=["time", "time"])]
+    for note in ("{}", '{"index_columns": 5, "columns": 3, "column_indexes": []}', "[", '{"columns": [{}]}'):
+        tables.append(pa.table({"time": column}).replace_schema_metadata({"pandas": note}))
+    for table in tables:
+        parquet.write_table(table, path)
+        with pytest.raises(TableError, match="cannot be read: ") as refused:
+            read(path)
+        assert "\n" not in str(refused.value)

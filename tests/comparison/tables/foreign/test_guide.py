@@ -7,18 +7,19 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 from foreign_tables import FRAME, put, text
 from scipy.io import savemat
 
 from comparison.cli import main
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table_files import write
 
 GUIDE = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
-ADAMS, MAPPING, _ = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
+ADAMS, OWN, _ = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
 
 
 def test_the_guide_works(make_table, capsys):
+    load_mapping(put("own.toml", OWN))
     put("adams.toml", ADAMS)
     write(make_table(), Path("ours.csv"))
     frame = make_table().frame
@@ -55,20 +56,3 @@ def test_two_foreign_tables_make_a_report_and_names_of_another_program_are_escap
     assert "taken from two.mat" in html
     assert "&lt;b&gt;y&lt;/b&gt;" in html
     assert "<b>y</b>" not in html
-
-
-def test_the_channels_of_the_guide_compare(capsys):
-    put("map.toml", MAPPING)
-    time = np.linspace(0, 1, 101)
-    knee, speed, moment = 30 * np.sin(6 * time), 180 * np.cos(6 * time), 0.1 * np.cos(time)
-    # One states the moment as a pure number, the other states nothing: the factor has the unit.
-    for name, header, columns in (
-        ("a", "time,knee_angle_r,knee_speed,hip_moment\ns,deg,deg/s,-", [time, knee, speed, moment]),
-        ("b", "time,knee_speed,hip_moment,q7", [time, speed, moment, np.radians(knee)]),
-    ):
-        np.savetxt(f"{name}.csv", np.column_stack(columns), "%.15g", ",", header=header, comments="")
-    command = ["compare", "a.csv", "b.csv", "--mapping", "map.toml", "--tolerance", "1e-9", "--json"]
-    assert main(command) == 0
-    numbers = json.loads(capsys.readouterr().out)["channels"]
-    assert (numbers["knee"]["unit"], numbers["knee"]["scale"]) == ("deg", 60.0)
-    assert numbers["hip_moment"]["scale"] == pytest.approx(736 * np.ptp(moment), rel=1e-12)
