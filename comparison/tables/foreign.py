@@ -53,7 +53,7 @@ def read_tables(
     sources = [open_source(path) for path in paths]
     _refuse_missing(sources, sides, mapping)
     assigned = [
-        _by_rules(source, {**mapping.columns, **mapping.only(side)}, mapping)
+        _by_rules(source, {**mapping.columns, **getattr(mapping, side)}, mapping)
         for source, side in zip(sources, sides, strict=True)
     ]
     ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
@@ -84,7 +84,7 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
     every = [name for source in sources for name in source.names]
     most = max(len(source.columns) for source in sources)
     checks = [
-        (str(source.path), mapping.only(side), source.names, len(source.columns))
+        (str(source.path), getattr(mapping, side), source.names, len(source.columns))
         for source, side in zip(sources, sides, strict=True)
     ]
     for where, rules, shown, count in [*checks, ("either table", mapping.columns, every, most)]:

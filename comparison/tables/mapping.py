@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Sequence
-from collections.abc import Mapping as Pairs
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -74,10 +73,6 @@ class Mapping(Section):
     def file(self) -> str:
         """Its file, for messages; "mapping" of one that was made in Python."""
         return self._file
-
-    def only(self, side: str) -> Pairs[str, Rule]:
-        """Return the rules for this one of the tables, "a" or "b", alone."""
-        return self.a if side == "a" else self.b
 
 
 def load_mapping(path: Path) -> Mapping:

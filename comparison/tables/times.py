@@ -121,8 +121,26 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     weights = np.ones(len(names))
     span = float(time[-1] - time[0])
     interval = span / (time.size - 1)
+
+    def sums_of(block: slice, lag: float) -> Array:
+        """Sum 1, r, g, r g, g^2, r^2 over a block: residual and rate over scale; shape (channels, 6)."""
+        at = time[block] - lag
+        inside = (at >= time[0]) & (at <= time[-1])
+        at = at[inside]
+        if at.size < 2:
+            return np.zeros((len(scales), 6))
+        first, last = np.searchsorted(time, at[[0, -1]])
+        near, rows = slice(max(0, first - 2), last + 3), []
+        for name, scale in scales.items():
+            rate, values = known[name].rate, a[name][near]
+            slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
+            value, slope = hermite(time[near], values, slopes, at)
+            r, g = (b[name][block][inside] - value) / scale, slope / scale
+            rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
+        return np.array(rows)
+
     for _ in range(_ROUNDS):
-        sums = np.array([_sums(time, a, b, scales, known, block, lag) for block in blocks])
+        sums = np.array([sums_of(block, lag) for block in blocks])
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
@@ -188,32 +206,6 @@ def _overlap(values: Array, lags: NDArray[np.int_]) -> Array:
     n = values.size
     overlap: Array = np.where(lags >= 0, sums[n - np.maximum(lags, 0)], sums[n] - sums[np.maximum(-lags, 0)])
     return overlap
-
-
-def _sums(
-    time: Array,
-    a: Side,
-    b: Side,
-    scales: Mapping[str, float],
-    known: Mapping[str, Channel],
-    block: slice,
-    lag: float,
-) -> Array:
-    """Return n, sums of r, g, r g, g^2, r^2 over one block: residual and rate over scale; (channels, 6)."""
-    at = time[block] - lag
-    inside = (at >= time[0]) & (at <= time[-1])
-    at = at[inside]
-    if at.size < 2:
-        return np.zeros((len(scales), 6))
-    first, last = np.searchsorted(time, at[[0, -1]])
-    near, rows = slice(max(0, first - 2), last + 3), []
-    for name, scale in scales.items():
-        rate, values = known[name].rate, a[name][near]
-        slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
-        value, slope = hermite(time[near], values, slopes, at)
-        r, g = (b[name][block][inside] - value) / scale, slope / scale
-        rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
-    return np.array(rows)
 
 
 def _solve(sums: Array, weights: Array) -> tuple[float, Array]:
