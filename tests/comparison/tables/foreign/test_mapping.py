@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 from comparison.tables.units import parse
@@ -73,6 +75,12 @@ ANGLES = "time,slider_y,slider_angle\n"
 )
 def test_tables_that_do_not_fit_are_refused_in_one_line(a, b, mapping, rule):
     refused(rule, put("a.csv", a), put("b.csv", b) if b else None, mapping)
+
+
+def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
+    guide = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
+    _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    assert load_mapping(put("map.toml", own)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
 
 
 X = '[columns.x]\nchannel = "slider_x"\n'

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from foreign_tables import put, read_pair, refused
+from foreign_tables import put, read_pair, refused, text
 
 from comparison.cli import main
 
@@ -50,7 +50,7 @@ def test_the_cases(a, b, code, words, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "names"),
+    ("content", "names"),
     [
         ("% time; x\n0;1\n1;2\n", "x"),
         ("# time, x\n0 1\n1 2\n", "x"),  # numpy's savetxt with a header of one's own
@@ -72,16 +72,16 @@ def test_the_cases(a, b, code, words, capsys):
         ("time,ratio\ns,1\n0,5\n1,6\n", "ratio"),
     ],
 )
-def test_a_table_as_programs_write_it_is_read_in_any_encoding(text, names):
-    path = put("a.csv", text)
+def test_a_table_as_programs_write_it_is_read_in_any_encoding(content, names):
+    path = put("a.csv", content)
     for encoding in ("utf-16", "utf-8-sig"):
-        a, b, _ = read_pair(path, put("b.csv", text, encoding))
+        a, b, _ = read_pair(path, put("b.csv", content, encoding))
         assert a.frame.equals(b.frame)
         assert (" ".join(a.channels), len(a.frame)) == (names, 2)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("content", "words"),
     [
         ("time;x\n0;1.500\n1;2.500\n", "decimal sign is not clear from '1.500'"),
         ("time;x\n0;1,500\n1;2,500\n", "decimal sign is not clear from '1,500'"),
@@ -97,7 +97,7 @@ def test_a_table_as_programs_write_it_is_read_in_any_encoding(text, names):
         ("12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
         ("time,x\n12:00,1\n12:01,2\n", "'time' is not a number in data row 1: '12:00'"),
         ("0,1,false\n1,2,5\n2,3,6\n", "line 1 begins like a row of numbers, but is none"),
-        ("0\t1 2\n1\t2 3\n", "line 1 has tabs and spaces between its numbers"),
+        ("0\t5 2\n1\t2 3\n", "line 1 has tabs and spaces between its numbers"),
         ("time,slider_y [mm each]\n0,1\n1,2\n", "'slider_y': unit 'mm each' is not known"),
         (",\n0,\n1,\n", "channel time is missing"),
         ("time x\n² ³\n0 1\n", "unit '²' is not known"),
@@ -105,8 +105,8 @@ def test_a_table_as_programs_write_it_is_read_in_any_encoding(text, names):
         ("x;y\nms;mm\n20,5;1.2345,5\n30,5;1.2345,5\n", "columns: x, y; a mapping"),
     ],
 )
-def test_what_is_not_clear_is_one_line(text, words):
-    refused(words, put("a.csv", text))
+def test_what_is_not_clear_is_one_line(content, words):
+    refused(words, put("a.csv", content))
 
 
 def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(capsys):
@@ -117,6 +117,17 @@ def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(cap
     section = re.search(r"with (\[channels\.\S+\]) and its (unit = )", said)
     put("map.toml", f'{section[1]}\n{section[2]}"N"\n')
     assert compared(capsys, "a.csv", "b.csv", "--mapping", "map.toml")[0] == 0
+
+
+def test_names_of_another_program_are_escaped_in_the_report(capsys):
+    put("one.csv", text("time [ms];<b>y</b> [mm];slider_angle [deg]", ";", ","))
+    put("two.csv", text("time,slider_y,slider_angle\nms,mm,deg"))
+    put("map.toml", '[a."<b>y</b>"]\nchannel = "slider_y"\n')
+    assert compared(capsys, "one.csv", "two.csv", "--mapping", "map.toml")[0] == 0
+    html = Path("out/report.html").read_text("utf-8")
+    assert "taken from two.csv" in html
+    assert "&lt;b&gt;y&lt;/b&gt;" in html
+    assert "<b>y</b>" not in html
 
 
 @pytest.mark.parametrize(
