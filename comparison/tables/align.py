@@ -23,12 +23,10 @@ class Aligned:
     time: Array
     a: dict[str, Array]
     b: dict[str, Array]
-    interpolated: str
-    """The interpolated table: ``""``, ``"a"`` or ``"b"``."""
+    interpolated: str  # the interpolated table: ``""``, ``"a"`` or ``"b"``
     unknown: dict[str, BoolArray]
     """Channel -> where no samples determine its value, if anywhere; that serves plotting only."""
-    shift: Shift
-    """Estimated time shift between the tables; not applied."""
+    shift: Shift  # estimated time shift between the tables; not applied
 
 
 def align(a: Table, b: Table, names: list[str]) -> Aligned:

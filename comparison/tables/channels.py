@@ -34,10 +34,8 @@ class Channel:
     rate: str | None = None
     follows: str | None = None
     angle: bool = False
-    turn: float = 2 * pi
-    """Of an angle: a revolution in its unit."""
-    given: float | None = None
-    """Scale that the user states, in the channel's unit; None: by ``scale``."""
+    turn: float = 2 * pi  # of an angle: a revolution in its unit
+    given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:
         """Return the scale in the channel's unit; without a scene or clearance the ``extent`` of the results.

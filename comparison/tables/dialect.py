@@ -47,13 +47,10 @@ _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*
 class Column(NamedTuple):
     """Unconverted column of another program's table."""
 
-    name: str
-    """Without quotes and brackets; of one without a name that of its place, ``#2``."""
+    name: str  # without quotes and brackets; of one without a name that of its place, ``#2``
     unit: str | None
-    numbers: Array
-    """nan where there is none."""
-    text: tuple[int, str] | None = None
-    """Row (from 1) and text of the first entry that is no number."""
+    numbers: Array  # nan where there is none
+    text: tuple[int, str] | None = None  # row (from 1) and text of the first entry that is no number
 
 
 @dataclass(frozen=True)
@@ -61,18 +58,14 @@ class Source:
     """Unconverted table of any program."""
 
     path: Path
-    columns: list[Column]
-    """Without empty ones, and one that counts the rows, that have no name."""
-    others: list[str] = field(default_factory=list)
-    """Other contents of the file, which cannot be compared."""
-    nameless: bool = False
-    """Whether the first column has no name and must be the time."""
+    columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
+    others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
+    nameless: bool = False  # whether the first column has no name and must be the time
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
     events: pd.DataFrame | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
-    record: dict[str, Any] | None = None
-    """Of a table of this project; None: there is no record of its origin."""
+    record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin
 
     @property
     def names(self) -> list[str]:

@@ -29,28 +29,20 @@ class Rule(Section):
     """Conversion of a column: ``channel = (sign * factor * column + offset) * unit``."""
 
     channel: str
-    unit: str | None = None
-    """None: as stated in the table."""
+    unit: str | None = None  # None: as stated in the table
     sign: Annotated[Literal[-1, 1], BeforeValidator(integer)] = 1
-    offset: Real = 0.0
-    """In the column's unit."""
-    factor: Real | None = None
-    """Of the column, for one that is normalised; None: that of the channel."""
+    offset: Real = 0.0  # in the column's unit
+    factor: Real | None = None  # of the column, for one that is normalised; None: that of the channel
 
 
 class Quantity(Section):
     """Channel of one's own; of a channel of the press only the scale can be given."""
 
-    unit: str | None = None
-    """Of the comparison; None: that of the tables."""
-    scale: Positive | None = None
-    """In that unit; None: the range of the first table."""
-    angle: bool = False
-    """Whether whole revolutions do not matter."""
-    rate: str | None = None
-    """The channel that is its time derivative."""
-    factor: Real = 1.0
-    """Of its columns in both tables: what they are normalised by."""
+    unit: str | None = None  # of the comparison; None: that of the tables
+    scale: Positive | None = None  # in that unit; None: the range of the first table
+    angle: bool = False  # whether whole revolutions do not matter
+    rate: str | None = None  # the channel that is its time derivative
+    factor: Real = 1.0  # of its columns in both tables: what they are normalised by
 
 
 class Mapping(Section):
@@ -58,14 +50,12 @@ class Mapping(Section):
 
     compare: Annotated[list[str], Field(min_length=1)] | None = None
     """Channels to compare; None: all, and both tables must hold the same."""
-    columns: dict[str, Rule] = Field(default={})
-    """Column name -> rule, for either table."""
+    columns: dict[str, Rule] = Field(default={})  # column name -> rule, for either table
     channels: dict[str, Quantity] = Field(default={})
     a: dict[str, Rule] = Field(default={})
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
-    gate: dict[str, Real] = Field(default={})
-    """Metric -> its limit, for every channel."""
+    gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")
 

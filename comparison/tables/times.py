@@ -29,8 +29,7 @@ _EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times 
 _RATIO = 10.0  # of a hole to the longest other step, where steps vary
 _FEW = 0.01  # of the steps of such a table, at most, that can be holes
 
-Side = Mapping[str, Array]
-"""Channel -> values, shape (n,)."""
+Side = Mapping[str, Array]  # channel -> values, shape (n,)
 
 
 class Hole(NamedTuple):
@@ -38,8 +37,7 @@ class Hole(NamedTuple):
 
     start: float
     end: float
-    missing: int
-    """Rows that are missing, at the table's usual interval; 0 where that is unknown."""
+    missing: int  # rows that are missing, at the table's usual interval; 0 where that is unknown
 
 
 def holes(time: Array) -> list[Hole]:
@@ -76,12 +74,10 @@ def isolated(time: Array, values: Array, allowed: float) -> Array:
 class Shift:
     """Estimated time shift ``s`` between two tables, ``b(t) = a(t - s)``."""
 
-    value: float = float("nan")
-    """s; positive: b is later. nan if it cannot be estimated."""
+    value: float = float("nan")  # s; positive: b is later. nan if it cannot be estimated
     uncertainty: float = float("nan")
     """s, half of the 95 % interval; at least the difference of times that is regarded as zero."""
-    reason: str = ""
-    """Why it cannot be estimated; else empty."""
+    reason: str = ""  # why it cannot be estimated; else empty
 
     @property
     def seen(self) -> bool:
