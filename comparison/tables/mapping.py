@@ -81,25 +81,24 @@ def load_mapping(path: Path) -> Mapping:
 
 def _faults(mapping: Mapping) -> Iterator[str]:
     """Yield rules that contradict each other or name unknown channels or units."""
-    every = {*channels(), *mapping.channels}
+    every, known = {*channels(), *mapping.channels}, "channel of the press or of [channels]"
     for part in ("channels", "columns", "a", "b"):
         for name, given in getattr(mapping, part).items():
             where = f"{part}.{name!r}"
             if part != "channels":
                 if given.channel not in {TIME, *every}:
-                    known = "a channel of the press or of [channels]"
-                    yield f"{where}: channel = {given.channel!r} is not {known}"
+                    yield f"{where}: channel = {given.channel!r} is not a {known}"
             elif name == TIME:
                 yield f"{where}: time is no channel; its unit is that of a column"
             elif name in channels() and (keys := sorted(given.model_fields_set - {"scale"})):
                 yield f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
-            elif given.rate is not None and (given.rate == name or given.rate not in every):
-                known = "another channel of the press or of [channels]"
-                yield f"{where}: rate = {given.rate!r} is not {known}"
             if given.unit is not None and parse(given.unit) is None:
                 yield f"{where}: unit = {given.unit!r} is not known"
             if given.factor == 0:
                 yield f"{where}: factor = 0 leaves nothing of the column"
+            rate = getattr(given, "rate", None)
+            if rate is not None and (rate == name or rate not in every):
+                yield f"{where}: rate = {rate!r} is not another {known}"
     if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
         yield "names no column"
 

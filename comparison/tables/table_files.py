@@ -37,12 +37,12 @@ def read(path: str | Path) -> Table:
     with readable(path):
         check_size(path, LARGEST)
         frame = read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
-        if "time" not in frame:
-            raise TableError("channel time is missing")
+    extrema, record = read_record(path)
+    if "time" not in frame:
+        raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
     pulses, by_cycle = _numbers(read_beside(path, "pulses")), _numbers(read_beside(path, "cycle_extrema"))
-    events, (extrema, record) = read_beside(path, "events"), read_record(path)
-    return Table(frame, events, extrema, record, pulses=pulses, cycle_extrema=by_cycle)
+    return Table(frame, read_beside(path, "events"), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
