@@ -92,9 +92,13 @@ def test_equal_results_have_none_and_an_offset_is_none():
     assert abs(moved.value) < 1e-12
 
 
+HALF, NOISE = np.sin(np.linspace(0, 2, 60)), 0.2 * np.random.default_rng(3).normal(size=60)
+
+
 @pytest.mark.parametrize(
     ("a", "b", "reason"),
     [
+        ({"slider_y": HALF}, {"slider_y": HALF + NOISE}, "the difference too irregular"),
         ({"slider_angle": 5 * TIME}, {"slider_angle": 5 * TIME + 0.1}, "too uniform"),
         ({"slider_y": np.sin(50 * TIME)}, {"slider_y": np.cos(333 * TIME**2)}, "are not correlated"),
         ({"slider_x": 0 * TIME}, {"slider_x": np.sin(TIME)}, "no channel of motion"),
