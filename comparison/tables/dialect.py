@@ -44,6 +44,9 @@ _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
 
+Heading = list[tuple[str, str | None]]  # name and unit of each column
+
+
 class Column(NamedTuple):
     """Unconverted column of another program's table."""
 
@@ -104,14 +107,13 @@ def parse_text(
     heading = _heading(above, separator, row)
     if heading is None and not below_size:
         _check_nameless(first + 1, lines[first], above, separator, row)
-    names, units = heading or ([""] * len(row), [None] * len(row))
     text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
     text, separator = _rows(text, first + 1, separator)
     if decimal is None:
         decimal, text = _decimal_sign(text, separator)
     frame = _frame(text, first + 1, separator, decimal, len(row))
     columns: list[Column] = []
-    for n, (name, unit) in enumerate(zip(names, units, strict=True)):
+    for n, (name, unit) in enumerate(heading or [("", None)] * len(row)):
         made = column(name or position(len(columns)), unit, frame[n], decimal)
         counted = (np.arange(made.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
@@ -120,6 +122,7 @@ def parse_text(
     texts = {made.text[0] if made.text else 0 for made in columns}
     if len(texts) == 1 and (row_of_text := texts.pop()):
         raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
+    names = [name for name, _ in heading or ()]
     nameless = [made.name for made in columns[:1]] == [position(0)] and not any(map(_is_time, names))
     return Source(path, columns, nameless=nameless, plain="time" in names and above == [",".join(names)])
 
@@ -228,9 +231,7 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
 # What the columns are called
 
 
-def _heading(
-    above: Sequence[str], separator: str, row: Sequence[str]
-) -> tuple[list[str], list[str | None]] | None:
+def _heading(above: Sequence[str], separator: str, row: Sequence[str]) -> Heading | None:
     """Return the names and units in the lines above the first row of numbers; None if they name no columns.
 
     The names are in the line that names the time, with at most a line of units below it; else in the last
@@ -324,7 +325,7 @@ def _names_time(fields: Sequence[str]) -> bool:
     return any(_is_time(_name_and_unit(field)[0]) for field in fields)
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str | None]]:
+def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
     """Return names and units; brackets that tell apart what has one name are part of the name."""
     parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
@@ -335,7 +336,7 @@ def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[
     if twice := next((name for name in final if name and final.count(name) > 1), None):
         raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
     below = [_bare(field) for field in units] or [None] * len(parts)
-    return final, [unit or beside for unit, (_, beside) in zip(below, parts, strict=True)]
+    return [(name, unit or beside) for (name, beside), unit in zip(parts, below, strict=True)]
 
 
 def _bare(field: str) -> str | None:
