@@ -20,8 +20,7 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from comparison.files import check_size, contents, replacing_in, write_json
-from comparison.tables.result import Columns, record_faults
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Columns, Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
 """Bytes of a table, as a file and as numbers in memory: more than a command can work on."""

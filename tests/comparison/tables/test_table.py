@@ -17,8 +17,7 @@ import pytest
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.tables.channels import channels, expected
-from comparison.tables.result import thinned
-from comparison.tables.table import Table, TableError, check
+from comparison.tables.table import Table, TableError, check, thinned
 
 ROOT = Path(__file__).parents[3]
 TIME = np.linspace(-0.5, 1.5, 21)
