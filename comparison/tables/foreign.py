@@ -134,7 +134,7 @@ def _add_shared(
     wanted = shared & set(compare or ()) if any(ruled) else shared
     left_out = []
     for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
-        columns |= {column.name: (column, _NONE) for column in source.columns if column.name in wanted}
+        columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)
         lacking = [*(name for name in names if name not in wanted), *source.others]
         unknown = [name for name in lacking if name not in shared]
         if unknown and not by_rule and compare is None:
@@ -154,7 +154,7 @@ def _complete(
     for source, columns in zip(sources, assigned, strict=True):
         prescribed = _prescribed(source.record, columns[TIME][0].numbers)
         added = {c.name: (c, _NONE) for c in prescribed if c.name in wanted - columns.keys()}
-        columns |= added
+        columns.update(added)
         if added:
             yield f"{source.path.name}: as its scene prescribes: {', '.join(added)}"
 
