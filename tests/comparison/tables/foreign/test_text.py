@@ -70,6 +70,7 @@ def test_the_cases(a, b, code, words, capsys):
         ("sep=;\ntime;x\n0;1,5\n1;2\n", "x"),
         ("2 3\n0 1 2\n1 2 3\n", "#2 #3"),  # the number of rows and columns
         ("time,ratio\ns,1\n0,5\n1,6\n", "ratio"),
+        ("time x\n0 1\t# impact\n1 2\n", "x"),
     ],
 )
 def test_a_table_as_programs_write_it_is_read_in_any_encoding(content, names):
@@ -101,12 +102,18 @@ def test_a_table_as_programs_write_it_is_read_in_any_encoding(content, names):
         ("time,slider_y [mm each]\n0,1\n1,2\n", "'slider_y': unit 'mm each' is not known"),
         (",\n0,\n1,\n", "channel time is missing"),
         ("time x\n² ³\n0 1\n", "unit '²' is not known"),
+        ("time;x;y\n0; #N/A ;1\n1;2;2\n", "'x' is not a number in data row 1: '#N/A'"),
         ("time,slider_y\n0,1,2\n1,2,3\n", "line 2 holds 3 numbers, but line 1 names 2"),
         ("x;y\nms;mm\n20,5;1.2345,5\n30,5;1.2345,5\n", "columns: x, y; a mapping"),
     ],
 )
 def test_what_is_not_clear_is_one_line(content, words):
     refused(words, put("a.csv", content))
+
+
+def test_a_plus_beside_an_exponent_of_fortran_costs_no_digit():
+    table, _, _ = read_pair(put("a.txt", "time x\n0 +912.7555772777217\n1 1.5D0\n"))
+    assert table.values("x").tolist() == [912.7555772777217, 1.5]
 
 
 def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(capsys):
