@@ -77,6 +77,14 @@ def test_tables_that_do_not_fit_are_refused_in_one_line(a, b, mapping, rule):
     refused(rule, put("a.csv", a), put("b.csv", b) if b else None, mapping)
 
 
+def test_a_mapping_gives_the_scale_of_a_channel_of_the_press_and_the_unit_of_a_normalised_one():
+    path = put("a.csv", "time,slider_y,h\ns,m,-\n0,1,2\n1,1,1\n")
+    mapping = '[channels.slider_y]\nscale = 0.5\n[channels.h]\nunit = "N m"\nfactor = 736.0\n'
+    table = read_pair(path, mapping=mapping)[0]
+    assert table.own["slider_y"].given == 0.5
+    assert (table.own["h"].unit, table.values("h").tolist()) == ("N m", [1472.0, 736.0])
+
+
 def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
     guide = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
     _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
