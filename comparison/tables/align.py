@@ -23,22 +23,18 @@ class Aligned:
     time: Array
     a: dict[str, Array]
     b: dict[str, Array]
-    interpolated: str
-    """The interpolated table: ``""``, ``"a"`` or ``"b"``."""
+    interpolated: str  # the interpolated table: ``""``, ``"a"`` or ``"b"``
     unknown: dict[str, BoolArray]
     """Channel -> where no samples determine its value, if anywhere; that serves plotting only."""
-    shift: Shift
-    """Estimated time shift between the tables; not applied."""
+    shift: Shift  # estimated time shift between the tables; not applied
 
 
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
     """Align two tables that passed `comparison.tables.table.check` for these channels.
 
-    Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
-    within the common span (if that has fewer than two times: a `TableError`), and the other table is
-    interpolated (`resample`), piecewise between its own contact events, or the other table's if it has none.
-    Angles are unwrapped first, and whole revolutions between the two are removed at every sample, as the
-    table with more samples turns.
+    Of two grids that of the table with the longer mean interval counts, within the common span; the other one
+    is interpolated between its own contacts, or the other table's if it has none. Whole revolutions between
+    two angles are removed at every sample.
     """
     known, tables = a.known | b.known, {"a": a, "b": b}
     sides = {
@@ -50,9 +46,11 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     # Late times round coarsely: two programs that count them differently are a few last digits apart.
     slack = max(slack, 4 * float(np.spacing(np.abs(a.time).max())))
     if a.time.size == b.time.size and np.abs(a.time - b.time).max() <= slack:
-        time, fine = a.time, ""
+        time, fine, coarse = a.time, "", ""
     else:
-        fine, coarse = ("b", "a") if _is_coarser(a.time, b.time) else ("a", "b")
+        # Of equal intervals the one that is ahead is the coarser one, whichever is the first table.
+        order = {side: (_interval(table.time), (-table.time).tolist()) for side, table in tables.items()}
+        fine, coarse = sorted(order, key=lambda side: order[side])
         finer, coarser = tables[fine], tables[coarse]
         # An end outside the other's span by round-off is moved onto its end.
         first, last, slack = finer.time[0], finer.time[-1], SAME_GRID * _interval(coarser.time)
@@ -70,19 +68,15 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     # The side with more samples tells how often an angle has turned.
     turned, guide = ("a", "b") if fine == "b" else ("b", "a")
     for name in names:
-        channel = known[name]
-        if channel.angle:
-            sides["b"][name] = _turned(sides["b"][name], sides["a"][name], channel, at=0)
-            sides[turned][name] = _turned(sides[turned][name], sides[guide][name], channel)
+        if known[name].angle:
+            sides["b"][name] = _turned(sides["b"][name], sides["a"][name], known[name], at=0)
+            sides[turned][name] = _turned(sides[turned][name], sides[guide][name], known[name])
     shift = estimate(time, sides["a"], sides["b"], known)
     return Aligned(time, sides["a"], sides["b"], fine, unknown, shift)
 
 
 def unwound(table: Table, like: Table) -> Table:
-    """Return a table whose angles are continuous and start within half a revolution of another table's.
-
-    One whose angles are so already, or are no numbers, is returned unchanged.
-    """
+    """Return a table whose angles are continuous and start within half a revolution of another table's."""
     changed = {}
     for name in table.channels:
         channel = table.known.get(name)
@@ -116,15 +110,6 @@ def _interval(time: Array) -> float:
     return float(time[-1] - time[0]) / (time.size - 1)
 
 
-def _is_coarser(time: Array, other: Array) -> bool:
-    """Whether a grid has the longer mean interval; of equal ones, whether it starts earlier."""
-    if _interval(time) != _interval(other):
-        return _interval(time) > _interval(other)
-    common = min(time.size, other.size)
-    ahead = np.flatnonzero(time[:common] != other[:common])
-    return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
-
-
 def resample(
     time: Array,
     columns: dict[str, Array],
@@ -132,15 +117,11 @@ def resample(
     events: pd.DataFrame | None,
     known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
-    """Interpolate channels at other times inside their span; contacts have ``corner``, ``start`` and ``end``.
+    """Interpolate channels at other times inside their span, and tell where no two samples determine them.
 
-    Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
-    h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
-    a contact: each interval between two such instants, which belong to the following one, is interpolated
-    separately, if it holds two samples, with linear extrapolation to its ends.
-
-    Also returned is where no samples determine a channel, because its interval has fewer than two: the values
-    there, interpolated across the event, serve plotting only.
+    Positions whose velocity is among the channels use the cubic of both (error of order h^4), all others
+    lines (h^2). Forces and accelerations jump at the start and end of a contact: each interval between two
+    such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
     known = channels() if known is None else known
     pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval

@@ -34,17 +34,14 @@ class Channel:
     rate: str | None = None
     follows: str | None = None
     angle: bool = False
-    turn: float = 2 * pi
-    """Of an angle: a revolution in its unit."""
-    given: float | None = None
-    """Scale that the user states, in the channel's unit; None: by ``scale``."""
+    turn: float = 2 * pi  # of an angle: a revolution in its unit
+    given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:
         """Return the scale in the channel's unit; without a scene or clearance the ``extent`` of the results.
 
         Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well: the linkage
-        transmits a shift c of the pin to the slider as 0 to 2.83 c, c * tan_beta would be 13 times less. With
-        both clearances the guide's scales, the smaller ones, apply.
+        transmits a shift c of the pin to the slider as 0 to 2.83 c, c * tan_beta would be 13 times less.
         """
         if self.given is not None:
             return self.given
@@ -92,11 +89,7 @@ def is_uncertainty(column: str) -> bool:
 
 
 def expected(scene: Mapping[str, Any]) -> list[str]:
-    """Return the names of the channels that a scene requests, without ``time``.
-
-    Corners are those of a slider with clearance, guide reactions those of an ideal one; the journal moves in
-    its bearing where the crank pin has clearance.
-    """
+    """Return the names of the channels that a scene requests, without ``time``."""
     groups, joints = {"motion", *scene["output"]["groups"]}, scene["joints"]
     absent = ["corner_" if joints["slider"] == "ideal" else "guide_"]
     absent += ["journal_"] * (joints["crank_pin"] == "ideal")

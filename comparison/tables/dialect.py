@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,6 @@ from comparison.tables.units import parse, same_dimension
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
 _LONGEST_LINE = 100_000
 _LONGEST_NAME = 1_000
-_RECENT = 3  # names, units, a line below them
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
@@ -44,21 +43,17 @@ _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
 _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
-Names = tuple[list[str], list[str | None]]
-"""Of columns, and their units."""
+
+Heading = list[tuple[str, str | None]]  # name and unit of each column
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """Unconverted column of another program's table."""
 
-    name: str
-    """Without quotes and brackets; of one without a name that of its place, ``#2``."""
+    name: str  # without quotes and brackets; of one without a name that of its place, ``#2``
     unit: str | None
-    numbers: Array
-    """nan where there is none."""
-    text: tuple[int, str] | None = None
-    """Row (from 1) and text of the first entry that is no number."""
+    numbers: Array  # nan where there is none
+    text: tuple[int, str] | None = None  # row (from 1) and text of the first entry that is no number
 
 
 @dataclass(frozen=True)
@@ -66,18 +61,14 @@ class Source:
     """Unconverted table of any program."""
 
     path: Path
-    columns: list[Column]
-    """Without empty ones, and one that counts the rows, that have no name."""
-    others: list[str] = field(default_factory=list)
-    """Other contents of the file, which cannot be compared."""
-    nameless: bool = False
-    """Whether the first column has no name and must be the time."""
+    columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
+    others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
+    nameless: bool = False  # whether the first column has no name and must be the time
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
     events: pd.DataFrame | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
-    record: dict[str, Any] | None = None
-    """Of a table of this project; None: there is no record of its origin."""
+    record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin
 
     @property
     def names(self) -> list[str]:
@@ -113,17 +104,16 @@ def parse_text(
     below_size = _below_size(row, text, lines, first, separator)
     if below_size:
         first, row = below_size, _fields(lines[below_size], separator)
-    heading = _names_and_units(above, separator, row)
+    heading = _heading(above, separator, row)
     if heading is None and not below_size:
         _check_nameless(first + 1, lines[first], above, separator, row)
-    names, units = heading or ([""] * len(row), [None] * len(row))
     text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
     text, separator = _rows(text, first + 1, separator)
     if decimal is None:
         decimal, text = _decimal_sign(text, separator)
     frame = _frame(text, first + 1, separator, decimal, len(row))
     columns: list[Column] = []
-    for n, (name, unit) in enumerate(zip(names, units, strict=True)):
+    for n, (name, unit) in enumerate(heading or [("", None)] * len(row)):
         made = column(name or position(len(columns)), unit, frame[n], decimal)
         counted = (np.arange(made.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
@@ -132,6 +122,7 @@ def parse_text(
     texts = {made.text[0] if made.text else 0 for made in columns}
     if len(texts) == 1 and (row_of_text := texts.pop()):
         raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
+    names = [name for name, _ in heading or ()]
     nameless = [made.name for made in columns[:1]] == [position(0)] and not any(map(_is_time, names))
     return Source(path, columns, nameless=nameless, plain="time" in names and above == [",".join(names)])
 
@@ -163,10 +154,10 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _fields(line: str, separator: str) -> list[str]:
-    return _split(_uncommented(line, separator), separator)
+    return _split(_without_comments(line, separator), separator)
 
 
-def _uncommented(text: str, separator: str) -> str:
+def _without_comments(text: str, separator: str) -> str:
     """Return text without the comments after a space at the ends of lines."""
     if "#" not in text:
         return text
@@ -175,7 +166,7 @@ def _uncommented(text: str, separator: str) -> str:
 
 
 def _is_comment(line: str) -> bool:
-    return line.lstrip(" \t")[:1] in tuple(_COMMENT)
+    return line.lstrip(" \t").startswith(tuple(_COMMENT))
 
 
 def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
@@ -186,22 +177,21 @@ def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, st
     recent: list[str] = []
     for n, line in enumerate(lines):
         rows = {} if _is_comment(line) else {each: _fields(line, each) for each in separators}
+        rows = {each: row for each, row in rows.items() if len(row) > 1 and any(map(NUMBER.fullmatch, row))}
         fitting = [each for each, row in rows.items() if _is_below_time(row, recent, each)]
-        for each, row in rows.items():
-            if len(row) > 1 and any(row) and all(map(NUMBER.fullmatch, filter(None, row))):
-                fitting.append(each)
+        fitting += [each for each, row in rows.items() if all(map(NUMBER.fullmatch, filter(None, row)))]
         if fitting:
             return lines, n, fitting[0]
-        recent = [*recent, line][-_RECENT:] if line.strip() else recent
+        recent = [*recent, line][-3:] if line.strip() else recent  # names, units, a line below them
     raise TableError("contains no row of two or more numbers")
 
 
 def _is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> bool:
-    """Whether one of the lines above a row with numbers names the time, and the row no unit of it.
+    """Whether one of the lines above a row names the time, and the row no unit of it.
 
     Text may stand for the time as well, such as that of a clock.
     """
-    return (len(row) > 1 and any(map(NUMBER.fullmatch, row))) and any(
+    return any(
         _names_time([name]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
         for line in above
         for names in _fitting([_words(line, separator)], row)
@@ -229,9 +219,8 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
     rows, columns = map(int, row)
     below = next((n for n in range(first + 1, len(lines)) if lines[n].strip()), 0)
     fields = _split(lines[below], separator)
-    if not below or columns != len(fields):
-        return 0
-    if rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
+    is_size = below and columns == len(fields)
+    if not is_size or rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
         return 0
     if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
         either = "a row, or the size of the table: write a line of names above it"
@@ -242,7 +231,7 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
 # What the columns are called
 
 
-def _names_and_units(above: Sequence[str], separator: str, row: Sequence[str]) -> Names | None:
+def _heading(above: Sequence[str], separator: str, row: Sequence[str]) -> Heading | None:
     """Return the names and units in the lines above the first row of numbers; None if they name no columns.
 
     The names are in the line that names the time, with at most a line of units below it; else in the last
@@ -264,9 +253,8 @@ def _names_and_units(above: Sequence[str], separator: str, row: Sequence[str]) -
         below.append(line)
     number, line = lines[-1]
     names = next(reversed(_ways(line, separator, row)), None)
-    for n, text in (
-        lines if names is None else lines[-1:]
-    ):  # what begins like a row is passed over as no title
+    # What begins like a row is passed over as no title.
+    for n, text in lines if names is None else lines[-1:]:
         numbers = [bool(NUMBER.fullmatch(field)) for field in _split(text, separator)]
         like_row = len(numbers) == len(row) or 2 * sum(numbers) > max(len(numbers), 2)
         if not _is_comment(text) and numbers and numbers[0] and like_row:
@@ -282,8 +270,12 @@ def _names_and_units(above: Sequence[str], separator: str, row: Sequence[str]) -
     return _named(names, []) if titles is None or not _are_units(names) else _named(titles, names)
 
 
+def _uncommented(line: str) -> str:
+    return line.lstrip(" " + _COMMENT).rstrip(" ")
+
+
 def _words(line: str, separator: str) -> list[str]:
-    line = line.lstrip(" " + _COMMENT).rstrip(" ")
+    line = _uncommented(line)
     return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
 
 
@@ -303,8 +295,7 @@ def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str
 
     A comment with as many words as there are columns need not hold units.
     """
-    text = line.lstrip(" " + _COMMENT).rstrip(" ")
-    ways = _fitting([_split(text, separator), *_ways(line, separator, row)], row)
+    ways = _fitting([_split(_uncommented(line), separator), *_ways(line, separator, row)], row)
     for way in ways:
         if _are_units(way) or same_dimension(parse(_bare(way[time]) or ""), parse("s")):
             return way
@@ -334,7 +325,7 @@ def _names_time(fields: Sequence[str]) -> bool:
     return any(_is_time(_name_and_unit(field)[0]) for field in fields)
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> Names:
+def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
     """Return names and units; brackets that tell apart what has one name are part of the name."""
     parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
@@ -345,7 +336,7 @@ def _named(names: Sequence[str], units: Sequence[str]) -> Names:
     if twice := next((name for name in final if name and final.count(name) > 1), None):
         raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
     below = [_bare(field) for field in units] or [None] * len(parts)
-    return final, [unit or beside for unit, (_, beside) in zip(below, parts, strict=True)]
+    return [(name, unit or beside) for (name, beside), unit in zip(parts, below, strict=True)]
 
 
 def _bare(field: str) -> str | None:
@@ -382,15 +373,15 @@ def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
     A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
     """
     if any(sign in body for sign in _COMMENT):
-        body = _uncommented(re.sub(rf"(?m)^[ \t]*[{_COMMENT}].*", "", body), separator)
-    if separator != _SPACES and (f" {separator}" in body or " \n" in body):
-        body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space otherwise
-    if separator != _SPACES and f"\n{separator}" in body:  # a spreadsheet's empty rows
-        body = re.sub(rf"(?m)^{separator}+$", "", body)
+        body = _without_comments(re.sub(rf"(?m)^[ \t]*[{_COMMENT}].*", "", body), separator)
+    if separator != _SPACES:
+        if f" {separator}" in body or " \n" in body:
+            body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space
+        if f"\n{separator}" in body:  # a spreadsheet's empty rows
+            body = re.sub(rf"(?m)^{separator}+$", "", body)
     if '"' not in body:
         return body, separator
-    lines = body.split("\n")
-    delimiter = separator
+    lines, delimiter = body.split("\n"), separator
     if separator == _SPACES:
         lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
     reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
@@ -445,11 +436,9 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
             "without thousands separators, and not with three decimals"
         )
     decimal, group = readings[0]
-    fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
+    grouped = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
     return decimal, re.sub(
-        rf"{before}(?P<n>{fitting}){end}",
-        lambda match: match["before"] + match["n"].replace(group, ""),
-        body,
+        rf"{before}{grouped}{end}", lambda match: match[0].replace(group, "").rstrip(" \t"), body
     )
 
 

@@ -6,9 +6,9 @@ What is no channel of the press is compared under its own name and in the tables
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Pairs
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,65 +35,56 @@ from comparison.tables.units import parse, same_dimension
 AT_EVENTS = ("left", "right", "both")
 """Which rows of one time are compared: the first, the last, or these two."""
 _HINT = "a mapping file (--mapping) assigns columns to channels"
+_NONE = Rule(channel="")
 
-
-@dataclass(frozen=True)
-class _Assigned:
-    """A table's columns by channel, the rules of those that have one, and columns without a channel."""
-
-    source: Source
-    columns: dict[str, Column] = field(default_factory=dict)
-    rules: dict[str, Rule] = field(default_factory=dict)
-    others: list[str] = field(default_factory=list)
-
-    def unit(self, name: str) -> str | None:
-        """Return the unit of a column by its rule, else as its table states it."""
-        by_rule = self.rules[name].unit if name in self.rules else None
-        return self.columns[name].unit if by_rule is None else by_rule
+Assigned = dict[str, tuple[Column, Rule]]
+"""Of a table: channel -> its column and rule; `_NONE` of one that has the channel's name."""
 
 
 def read_tables(
     paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None = None, at_events: str | None = None
 ) -> tuple[list[Table], tuple[str, ...]]:
-    """Read the runs of two programs, native or not, as tables that are not yet checked.
+    """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
-    Parameters
-    ----------
-    paths, sides
-        Files of any kind that `comparison.tables.formats` knows; "a" or "b" for each, whose rules hold.
-    mapping
-        Assigns columns to channels. Without one they have the name of a channel, or the same in all tables.
-    at_events
-        Which of several rows at one time are compared (`AT_EVENTS`); with "both" the last one is moved to the
-        next larger double. None: there must be none.
-
-    Returns
-    -------
-    tables, warnings
-        In SI units; what was left out or assumed.
+    The rules of a mapping hold for the side, "a" or "b", of each file; what it does not assign has the name
+    of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
     """
     mapping = mapping or Mapping()
     sources = [open_source(path) for path in paths]
     _refuse_missing(sources, sides, mapping)
-    assigned = _assign(sources, sides, mapping)
-    completed = list(_complete(assigned, mapping))
-    known = _definitions(assigned, mapping)
+    assigned = [
+        _by_rules(source, {**mapping.columns, **getattr(mapping, side)}, mapping)
+        for source, side in zip(sources, sides, strict=True)
+    ]
+    ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
+    left_out = _add_shared(sources, assigned, ruled, mapping.compare)
+    completed = list(_complete(sources, assigned, mapping.compare))
+    known = _definitions(sources, assigned, mapping)
     warnings = [*_assumptions(sources, known), *completed]
     tables = []
-    for one in assigned:
-        if one.others:
-            reason = f"{one.source.path.name}: not compared, since the mapping leaves it out"
-            warnings.append(f"{reason}: {', '.join(one.others)}")
-        tables.append(_table(one, known, mapping, at_events))
+    for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
+        if others:
+            reason = "not compared, since the mapping leaves it out"
+            warnings.append(f"{source.path.name}: {reason}: {', '.join(others)}")
+        names = [TIME, *(name for name in columns if name != TIME)]
+        converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
+        frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
+        provenance = source.record
+        if provenance is None or by_rule:
+            settings = {name: description for name, (_, description) in converted.items()}
+            provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
+        own = {name: channel for name, channel in known.items() if name in columns}
+        rows = _resolved(frame, at_events, str(source.path))
+        tables.append(Table(rows, source.events, source.extrema, provenance, own))
     return tables, tuple(warnings)
 
 
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:
     """Reject rules for missing columns: a misspelt name would leave a channel out."""
     every = [name for source in sources for name in source.names]
-    most = max(len(source.names) for source in sources)
+    most = max(len(source.columns) for source in sources)
     checks = [
-        (str(source.path), mapping.only(side), source.names, len(source.names))
+        (str(source.path), getattr(mapping, side), source.names, len(source.columns))
         for source, side in zip(sources, sides, strict=True)
     ]
     for where, rules, shown, count in [*checks, ("either table", mapping.columns, every, most)]:
@@ -108,70 +99,64 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
             raise TableError(f"{mapping.file}: compare: {name!r} is not a channel")
 
 
-def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> list[_Assigned]:
-    """Assign the columns of all tables to channels: by rules, by name, else by one name in all tables."""
-    assigned = [
-        _by_rules(source, {**mapping.columns, **mapping.only(side)}, mapping)
-        for source, side in zip(sources, sides, strict=True)
-    ]
-    shared = set.intersection(*(set(one.others) for one in assigned))
-    # A mapping that names columns leaves out the others, even if both tables have them.
-    wanted = shared & set(mapping.compare or ()) if any(one.rules for one in assigned) else shared
-    for one in assigned:
-        one.columns.update((column.name, column) for column in one.source.columns if column.name in wanted)
-        lacking = [*(name for name in one.others if name not in wanted), *one.source.others]
-        unknown = [name for name in lacking if name not in shared]
-        if unknown and not one.rules and mapping.compare is None:
-            raise TableError(
-                f"{one.source.path}: {unknown[0]!r} is not a channel, nor a column of both tables; {_HINT}"
-            )
-        if mapping.compare is not None:
-            left = [name for name in one.columns if name not in (TIME, *mapping.compare)]
-            lacking += [name for name in left if one.columns.pop(name)]
-        one.others[:] = lacking
-    return assigned
-
-
-def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> _Assigned:
-    assigned = _Assigned(source)
+def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assigned:
+    """Assign columns to channels by rules, else by their names; one is the time."""
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
-        first = source.names[:1] if source.nameless else []
-        times = ["t"] if "t" in source.names else first
+        times = ["t"] if "t" in source.names else source.names[: source.nameless]
+    known, assigned = {*channels(), *mapping.channels}, Assigned()
     for column, rule in zip(source.columns, own, strict=True):
-        if rule is not None:
-            channel = rule.channel
-        elif column.name in times:
-            channel = TIME
-        elif column.name in channels() or column.name in mapping.channels:
-            channel = column.name
-        else:
-            assigned.others.append(column.name)
+        name = TIME if column.name in times else column.name
+        if rule is None and name != TIME and name not in known:
             continue
-        if channel in assigned.columns:
-            both = f"{assigned.columns[channel].name!r} and {column.name!r}"
+        channel = rule.channel if rule else name
+        if channel in assigned:
+            both = f"{assigned[channel][0].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-        assigned.columns[channel] = column
-        if rule is not None:
-            assigned.rules[channel] = rule
-    if TIME not in assigned.columns:
+        assigned[channel] = column, rule or _NONE
+    if TIME not in assigned:
         names = ", ".join(sorted(source.names))
         raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
     return assigned
 
 
-def _complete(assigned: Sequence[_Assigned], mapping: Mapping) -> Iterable[str]:
+def _add_shared(
+    sources: Sequence[Source], assigned: Sequence[Assigned], ruled: Sequence[bool], compare: list[str] | None
+) -> list[list[str]]:
+    """Assign what has one name in all tables, keep what is to be compared, and return all other names."""
+    free = []
+    for source, columns in zip(sources, assigned, strict=True):
+        taken = {column.name for column, _ in columns.values()}
+        free.append([name for name in source.names if name not in taken])
+    shared = set(free[0]).intersection(*free[1:])
+    # A mapping that names columns leaves out the others, even if both tables have them.
+    wanted = shared & set(compare or ()) if any(ruled) else shared
+    left_out = []
+    for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
+        columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)
+        lacking = [*(name for name in names if name not in wanted), *source.others]
+        unknown = [name for name in lacking if name not in shared]
+        if unknown and not by_rule and compare is None:
+            what = "is not a channel, nor a column of both tables"
+            raise TableError(f"{source.path}: {unknown[0]!r} {what}; {_HINT}")
+        if compare is not None:
+            lacking += [name for name in list(columns) if name not in (TIME, *compare) and columns.pop(name)]
+        left_out.append(lacking)
+    return left_out
+
+
+def _complete(
+    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None
+) -> Iterator[str]:
     """Give tables of ours what their scenes prescribe, where another table has it; say so."""
-    wanted = {name for one in assigned for name in one.columns}
-    if mapping.compare is not None:
-        wanted &= set(mapping.compare)
-    for one in assigned:
-        prescribed = _prescribed(one.source.record, one.columns[TIME].numbers)
-        added = {c.name: c for c in prescribed if c.name in wanted - one.columns.keys()}
-        one.columns.update(added)
+    wanted = {name for columns in assigned for name in columns if compare is None or name in compare}
+    for source, columns in zip(sources, assigned, strict=True):
+        prescribed = _prescribed(source.record, columns[TIME][0].numbers)
+        added = {c.name: (c, _NONE) for c in prescribed if c.name in wanted - columns.keys()}
+        columns.update(added)
         if added:
-            yield f"{one.source.path.name}: as its scene prescribes: {', '.join(added)}"
+            yield f"{source.path.name}: as its scene prescribes: {', '.join(added)}"
 
 
 def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
@@ -186,21 +171,29 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
     return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
 
 
-def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
+def _definitions(
+    sources: Sequence[Source], assigned: Sequence[Assigned], mapping: Mapping
+) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
     defined = {}
-    for name in dict.fromkeys(name for one in assigned for name in one.columns if name != TIME):
+    for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         if name not in channels():
-            holding = [one for one in assigned if name in one.columns]
-            stated = [
-                Stated(one.source.path.name, one.unit(name), one.columns[name].numbers) for one in holding
+            holding = [
+                (s.path.name, *columns[name])
+                for s, columns in zip(sources, assigned, strict=True)
+                if name in columns
             ]
+            stated = [Stated(table, _unit(column, rule), column.numbers) for table, column, rule in holding]
             defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)
-    check_rates(defined.values(), mapping.file)
+    check_rates(defined, mapping.file)
     return defined
+
+
+def _unit(column: Column, rule: Rule) -> str | None:
+    return column.unit if rule.unit is None else rule.unit
 
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
@@ -214,31 +207,19 @@ def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Itera
         yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
 
 
-def _table(one: _Assigned, known: Pairs[str, Channel], mapping: Mapping, at_events: str | None) -> Table:
-    source, converted, settings = one.source, {}, {}
-    for name in (TIME, *(name for name in one.columns if name != TIME)):
-        channel = None if name == TIME else known.get(name) or channels()[name]
-        converted[name], settings[name] = _converted(one, name, channel, mapping)
-    frame = _resolved(pd.DataFrame(converted, copy=False), at_events, str(source.path))
-    provenance = source.record
-    if provenance is None or one.rules:
-        provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
-    own = {name: channel for name, channel in known.items() if name in one.columns}
-    return Table(frame, source.events, source.extrema, provenance, own)
-
-
-def _converted(one: _Assigned, name: str, channel: Channel | None, mapping: Mapping) -> tuple[Array, str]:
-    """Return a column in its channel's unit (None: the time), and a description of the conversion."""
-    column, rule = one.columns[name], one.rules.get(name, Rule(channel=name))
-    where = f"{one.source.path}: column {column.name!r}"
+def _converted(
+    path: Path, name: str, column: Column, rule: Rule, known: dict[str, Channel], mapping: Mapping
+) -> tuple[Array, str]:
+    """Return a column in its channel's unit, and a description of the conversion."""
+    where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        hint = "" if channel is None else "; a mapping (--mapping) with compare = [...] leaves it out"
+        hint = "" if name == TIME else "; a mapping (--mapping) with compare = [...] leaves it out"
         raise TableError(f"{where} is not a number in data row {row}: {text!r}{hint}")
-    wanted = "s" if channel is None else channel.unit
-    own = channel is not None and name not in channels()
-    stated = one.unit(name)
-    if stated is None and name in one.rules and not own:
+    own = name != TIME and name not in channels()
+    wanted = "s" if name == TIME else (channels() | known)[name].unit
+    stated = _unit(column, rule)
+    if stated is None and rule is not _NONE and not own:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     if stated is None or (own and parse(stated) is None):
         stated = wanted
@@ -254,12 +235,10 @@ def _converted(one: _Assigned, name: str, channel: Channel | None, mapping: Mapp
     in_table = parse(column.unit) if column.unit is not None else None
     if factor != 1 and unit == parse("1"):
         in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
-    if stated != wanted or not own:
-        if unit is None:
-            raise TableError(f"{where}: unit {stated!r} is not known")
-        if not same_dimension(unit, to):
-            misfit = f"does not fit the channel {name}, which is in {wanted}"
-            raise TableError(f"{where}: unit {stated!r} {misfit}")
+    if unit is None and (stated != wanted or not own):
+        raise TableError(f"{where}: unit {stated!r} is not known")
+    if stated != wanted and not same_dimension(unit, to):
+        raise TableError(f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}")
     if in_table is not None and in_table != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
     return (values if unit is None or to is None else unit.convert(values, to)), description

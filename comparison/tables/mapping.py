@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Sequence
-from collections.abc import Mapping as Pairs
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -18,6 +17,7 @@ from comparison.scene.schema import Positive, Real, Section, integer
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 from comparison.tables.table import TableError
+from comparison.tables.table_files import readable
 from comparison.tables.units import parse, same_dimension
 
 TIME = "time"
@@ -29,28 +29,20 @@ class Rule(Section):
     """Conversion of a column: ``channel = (sign * factor * column + offset) * unit``."""
 
     channel: str
-    unit: str | None = None
-    """None: as stated in the table."""
+    unit: str | None = None  # None: as stated in the table
     sign: Annotated[Literal[-1, 1], BeforeValidator(integer)] = 1
-    offset: Real = 0.0
-    """In the column's unit."""
-    factor: Real | None = None
-    """Of the column, for one that is normalised; None: that of the channel."""
+    offset: Real = 0.0  # in the column's unit
+    factor: Real | None = None  # of the column, for one that is normalised; None: that of the channel
 
 
 class Quantity(Section):
     """Channel of one's own; of a channel of the press only the scale can be given."""
 
-    unit: str | None = None
-    """Of the comparison; None: that of the tables."""
-    scale: Positive | None = None
-    """In that unit; None: the range of the first table."""
-    angle: bool = False
-    """Whether whole revolutions do not matter."""
-    rate: str | None = None
-    """The channel that is its time derivative."""
-    factor: Real = 1.0
-    """Of its columns in both tables: what they are normalised by."""
+    unit: str | None = None  # of the comparison; None: that of the tables
+    scale: Positive | None = None  # in that unit; None: the range of the first table
+    angle: bool = False  # whether whole revolutions do not matter
+    rate: str | None = None  # the channel that is its time derivative
+    factor: Real = 1.0  # of its columns in both tables: what they are normalised by
 
 
 class Mapping(Section):
@@ -58,14 +50,12 @@ class Mapping(Section):
 
     compare: Annotated[list[str], Field(min_length=1)] | None = None
     """Channels to compare; None: all, and both tables must hold the same."""
-    columns: dict[str, Rule] = Field(default={})
-    """Column name -> rule, for either table."""
+    columns: dict[str, Rule] = Field(default={})  # column name -> rule, for either table
     channels: dict[str, Quantity] = Field(default={})
     a: dict[str, Rule] = Field(default={})
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
-    gate: dict[str, Real] = Field(default={})
-    """Metric -> its limit, for every channel."""
+    gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")
 
@@ -74,60 +64,43 @@ class Mapping(Section):
         """Its file, for messages; "mapping" of one that was made in Python."""
         return self._file
 
-    def only(self, side: str) -> Pairs[str, Rule]:
-        """Return the rules for this one of the tables, "a" or "b", alone."""
-        return self.a if side == "a" else self.b
-
 
 def load_mapping(path: Path) -> Mapping:
     """Read a mapping file; a `TableError` tells key, value and violated rule."""
-    try:
-        mapping = Mapping.model_validate(tomllib.loads(contents(path)))
-        _check(mapping)
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: is nested too deeply") from error
-    except ValidationError as error:  # before its base class ValueError
-        raise TableError(f"{path}: {explain(error, Mapping)}") from error
-    except TableError as error:  # as well
-        raise TableError(f"{path}: {error}") from None
-    except ValueError as error:  # TOML's and UnicodeDecodeError
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    with readable(path):
+        content = tomllib.loads(contents(path))
+        try:
+            mapping = Mapping.model_validate(content)
+        except ValidationError as error:
+            raise TableError(explain(error, Mapping)) from error
+        if fault := next(_faults(mapping), ""):
+            raise TableError(fault)
     mapping._file = str(path)
     return mapping
 
 
-def _check(mapping: Mapping) -> None:
-    """Reject rules that contradict each other or name unknown channels or units."""
-    every = {*channels(), *mapping.channels}
-    for name, quantity in mapping.channels.items():
-        where = f"channels.{name!r}"
-        if name == TIME:
-            raise TableError(f"{where}: time is no channel; its unit is that of a column")
-        if name in channels() and (keys := sorted(quantity.model_fields_set - {"scale"})):
-            fixed = "is fixed for a channel of the press; only a scale can be given"
-            raise TableError(f"{where}: {keys[0]} {fixed}")
-        _check_conversion(where, quantity, "columns")
-        if quantity.rate is not None and (quantity.rate == name or quantity.rate not in every):
-            known = "another channel of the press or of [channels]"
-            raise TableError(f"{where}: rate = {quantity.rate!r} is not {known}")
-    for part in ("columns", "a", "b"):
-        for column, rule in getattr(mapping, part).items():
-            where = f"{part}.{column!r}"
-            if rule.channel not in {TIME, *every}:
-                known = "a channel of the press or of [channels]"
-                raise TableError(f"{where}: channel = {rule.channel!r} is not {known}")
-            _check_conversion(where, rule, "column")
+def _faults(mapping: Mapping) -> Iterator[str]:
+    """Yield rules that contradict each other or name unknown channels or units."""
+    every, known = {*channels(), *mapping.channels}, "channel of the press or of [channels]"
+    for part in ("channels", "columns", "a", "b"):
+        for name, given in getattr(mapping, part).items():
+            where = f"{part}.{name!r}"
+            if part != "channels":
+                if given.channel not in {TIME, *every}:
+                    yield f"{where}: channel = {given.channel!r} is not a {known}"
+            elif name == TIME:
+                yield f"{where}: time is no channel; its unit is that of a column"
+            elif name in channels() and (keys := sorted(given.model_fields_set - {"scale"})):
+                yield f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
+            if given.unit is not None and parse(given.unit) is None:
+                yield f"{where}: unit = {given.unit!r} is not known"
+            if given.factor == 0:
+                yield f"{where}: factor = 0 leaves nothing of the column"
+            rate = getattr(given, "rate", None)
+            if rate is not None and (rate == name or rate not in every):
+                yield f"{where}: rate = {rate!r} is not another {known}"
     if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
-        raise TableError("names no column")
-
-
-def _check_conversion(where: str, given: Rule | Quantity, what: str) -> None:
-    if given.unit is not None and parse(given.unit) is None:
-        raise TableError(f"{where}: unit = {given.unit!r} is not known")
-    if given.factor == 0:
-        raise TableError(f"{where}: factor = 0 leaves nothing of the {what}")
+        yield "names no column"
 
 
 class Stated(NamedTuple):
@@ -139,11 +112,7 @@ class Stated(NamedTuple):
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
-    """Return the definition of a channel that is not the press's.
-
-    Its unit is the given one, else the tables': of two that differ but measure the same the first table's. If
-    these exclude each other, or one table states a unit and the other none, it is a `TableError`.
-    """
+    """Return the definition of a channel that is not the press's, in the given unit, else the tables'."""
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
     if quantity.angle:
@@ -169,18 +138,15 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: s
     )
 
 
-def check_rates(defined: Iterable[Channel], file: str) -> None:
+def check_rates(defined: dict[str, Channel], file: str) -> None:
     """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong."""
-    own = {channel.name: channel for channel in defined}
-    second = parse("s")
-    for channel in own.values():
-        rate = own.get(channel.rate or "") or channels().get(channel.rate or "")
+    known, second = channels() | defined, parse("s")
+    for channel in defined.values():
+        rate = known.get(channel.rate or "")
         unit, of_rate = parse(channel.unit), parse(rate.unit) if rate else None
         if rate and unit and of_rate and second and of_rate.times(second) != unit:
-            raise TableError(
-                f"{file}: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
-                f"which is not {channel.unit} per second"
-            )
+            units = f"is in {rate.unit}, which is not {channel.unit} per second"
+            raise TableError(f"{file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
 
 
 def is_prose(unit: str) -> bool:

@@ -1,35 +1,50 @@
-"""Result table of a run: its channels, events, extrema and provenance, and whether it can be compared."""
+"""Result table of a run: its channels, events, extrema and provenance, and whether it can be compared.
+
+What is wrong is found as lines, of which the first is reported. Pulses are the normal forces of the contacts
+in time: columns ``row`` (in the events), ``time`` (s) and ``force`` (N), sorted by row and time; of a contact
+with many samples a table keeps the envelope.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from comparison.files import json_text
 from comparison.formatting import instant
-from comparison.tables.arrays import Array
+from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertainty
-from comparison.tables.result import (
-    Columns,
-    Result,
-    check_cycle_extrema,
-    check_pulses,
-    check_result,
-    reject,
-    thinned,
-)
 
-LARGEST_NUMBER = 1e30
-"""No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
+Columns = dict[str, NDArray[Any]]
+
+_PARTS = {"columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str}
+_PULSES = {"row": "iu", "time": "f", "force": "f"}
+_KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
+_LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
+_DEEPEST = 50
+_LARGEST = 1e30  # no quantity is larger in its unit; its square overflows not even in single precision
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 class TableError(ValueError):
     """Unusable table; the message is one line with file, channel and row."""
+
+
+class Result(Protocol):
+    """A model's result; it may also have ``pulses`` and ``cycle_extrema``, as a `Table` has."""
+
+    columns: dict[str, NDArray[np.float64]]
+    events: dict[str, NDArray[Any]]
+    extrema: dict[str, dict[str, float]]
+    provenance: dict[str, Any]
+    status: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -47,17 +62,15 @@ class Table:
     own: dict[str, Channel] = field(default_factory=dict)
     """Definitions of the channels that are not the press's, or have a scale of their own."""
     pulses: Columns | None = None
-    """Normal forces of the events in time (`comparison.tables.result`), or None where the source has none."""
+    """Normal forces of the events in time, or None where the source has none."""
     cycle_extrema: Columns | None = None
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
         """Convert the result of a model's ``simulate``, whatever its status; a `TableError` if it is none."""
-        try:
-            check_result(result)
-        except (TypeError, ValueError) as error:
-            raise TableError(f"the model's {error}") from error
+        if fault := next(result_faults(result), ""):
+            raise TableError(f"the model's {fault}")
         try:
             frame = pd.DataFrame(result.columns)
             events = pd.DataFrame(result.events) if result.events else None
@@ -107,108 +120,90 @@ class Table:
 def check(
     table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
 ) -> None:
-    """Reject a table that does not permit a meaningful comparison.
+    """Reject a table that does not permit a meaningful comparison, by a `TableError` that calls it ``name``.
 
     It must hold these channels (in any order, without ``time``) and no others, and reach the first and last
-    time of ``span`` (s) within half a sample. A `TableError` calls it ``name`` and tells channel and data row
-    (from 1, without the header), or contact.
+    time of ``span`` (s) within half a sample.
     """
-    try:
-        _check_names(table, channels)
-        # All at once, where it is sound: a look at each column alone takes as long as a short run.
-        frame = table.frame if all(kind.kind in "fiu" for kind in table.frame.dtypes) else None
-        if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= LARGEST_NUMBER).all():
-            for channel in ("time", *channels):
-                _check_numbers(channel, table.frame[channel])
-        _check_time(table.time, span)
-        events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
-        if len(events):
-            _check_events(events, table.time)
-    except ValueError as error:
-        raise TableError(f"{name}: {error}") from None
-    try:
-        if table.pulses is not None:
-            _check_pulses(table.pulses, events)
-        if table.cycle_extrema is not None:
-            check_cycle_extrema(table.cycle_extrema)
-    except ValueError as error:
-        raise TableError(f"{name}: its {error}") from None
+    if fault := next(_faults(table, channels, span), ""):
+        raise TableError(f"{name}: {fault}")
 
 
-def _check_names(table: Table, channels: Sequence[str]) -> None:
+def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
     missing = [channel for channel in ("time", *channels) if channel not in table.names]
     unexpected = [channel for channel in table.channels if channel not in channels]
     for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
         if names:
-            raise ValueError(f"channel {names[0]} is {fault}{_and_more(names)}")
+            yield f"channel {names[0]} is {fault}{_and_more(names)}"
+    # All at once, where it is sound: a look at each column alone takes as long as a short run.
+    frame = table.frame if all(kind.kind in "fiu" for kind in table.frame.dtypes) else None
+    if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= _LARGEST).all():
+        for channel in ("time", *channels):
+            yield from _number_faults(channel, table.frame[channel])
+    time = table.time
+    if time.size < 2:
+        yield f"{time.size} data rows; at least 2 are required"
+    steps = np.diff(time)
+    for n in first(steps <= 0):
+        yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
+    slack = 0.5 * float(np.median(steps))
+    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
+        yield (
+            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
+            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
+        )
+    events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
+    if len(events):
+        yield from _event_faults(events, time[0], time[-1], slack)
+    if table.pulses is not None:
+        yield from (f"its {fault}" for fault in pulse_faults(table.pulses))
+        yield from (f"its pulses: {fault}" for fault in _faults_beside(events, table.pulses))
+    yield from (f"its {fault}" for fault in cycle_faults(table.cycle_extrema or {}))
 
 
-def _check_numbers(channel: str, column: pd.Series) -> None:
+def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
     values = _numbers(column)
     bad = ~np.isfinite(values)
     if column.dtype.kind not in "fiu":
         row = int(bad.argmax()) if bad.size else 0
         text = str(column.iloc[row]) if len(column) else ""
-        raise ValueError(f"{channel} is not a number in data row {row + 1}: {text!r}")
-    reject(bad, lambda n: f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)")
-    limit = f"must be at most {LARGEST_NUMBER:g} in size"
-    large = np.abs(values) > LARGEST_NUMBER
-    reject(large, lambda n: f"{channel} = {values[n]:g} in data row {n + 1} {limit}")
+        yield f"{channel} is not a number in data row {row + 1}: {text!r}"
+    for n in first(bad):
+        yield f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)"
+    for n in first(np.abs(values) > _LARGEST):
+        yield f"{channel} = {values[n]:g} in data row {n + 1} must be at most {_LARGEST:g} in size"
 
 
-def _check_time(time: Array, span: tuple[float, float] | None) -> None:
-    if time.size < 2:
-        raise ValueError(f"{time.size} data rows; at least 2 are required")
-    steps = np.diff(time)
-    fault = "time does not increase in data row"
-    reject(steps <= 0, lambda n: f"{fault} {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s")
-    slack = 0.5 * float(np.median(steps))
-    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
-        raise ValueError(
-            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
-            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
-        )
-
-
-def _check_events(events: pd.DataFrame, time: Array) -> None:
+def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
-        raise ValueError(f"its events have no column {missing[0]}{_and_more(missing)}")
-    if unknown := [place for place in dict.fromkeys(events["corner"].tolist()) if place not in CONTACTS]:
-        raise ValueError(f"contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
+        yield f"its events have no column {missing[0]}{_and_more(missing)}"
+    for n in first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
+        yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
-        bad, negative = ~np.isfinite(values), (values < 0.0) & (name in _MEASURES)
-        if bad.any():
-            entry = events[name][bad].iloc[0]
-            raise ValueError(f"{name} of contact {bad.argmax() + 1} is not a number: {entry}")
-        if negative.any():
-            least = values[negative][0]
-            raise ValueError(f"{name} = {least:g} of contact {negative.argmax() + 1} must be >= 0")
+        for n in first(~np.isfinite(values)):
+            yield f"{name} of contact {n + 1} is not a number: {events[name].iloc[n]}"
+        for n in first((values < 0.0) & (name in _MEASURES)):
+            yield f"{name} = {values[n]:g} of contact {n + 1} must be >= 0"
     start, end = columns["start"], columns["end"]
-    before = "before its start at"
-    reject(end < start, lambda n: f"contact {n + 1} ends at {end[n]!s} s, {before} {start[n]!s} s")
-    slack, first, last = 0.5 * float(np.median(np.diff(time))), time[0], time[-1]
-    reject(
-        (start < first - slack) | (end > last + slack),
-        lambda n: (
-            f"contact {n + 1}, {instant(start[n], first)} to {instant(end[n], last)} s, is outside the times "
-            f"of the table, {instant(first, start[n])} to {instant(last, end[n])} s"
-        ),
-    )
+    for n in first(end < start):
+        yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
+    for n in first((start < begin - slack) | (end > stop + slack)):
+        contact = f"contact {n + 1}, {instant(start[n], begin)} to {instant(end[n], stop)} s,"
+        times = f"{instant(begin, start[n])} to {instant(stop, end[n])} s"
+        yield f"{contact} is outside the times of the table, {times}"
 
 
-def _check_pulses(pulses: Columns, events: pd.DataFrame) -> None:
-    check_pulses(pulses)
+def _faults_beside(events: pd.DataFrame, pulses: Columns) -> Iterator[str]:
+    """Yield what is wrong with sound pulses beside these events."""
     row, time = pulses["row"], pulses["time"]
     start, end = _numbers(events["start"]), _numbers(events["end"])
-    none_of = (row < 0) | (row >= start.size)
-    reject(none_of, lambda n: f"pulses: row {row[n]} is none of {start.size} events")
+    for n in first((row < 0) | (row >= start.size)):
+        yield f"row {row[n]} is none of {start.size} events"
     start, end = start[row], end[row]
     slack = _LONGER * (end - start)
-    reject(
-        (time < start - slack) | (time > end + slack),
-        lambda n: f"pulses: {time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s",
-    )
+    for n in first((time < start - slack) | (time > end + slack)):
+        yield f"{time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s"
 
 
 def _numbers(column: pd.Series) -> Array:
@@ -220,3 +215,110 @@ def _numbers(column: pd.Series) -> Array:
 
 def _and_more(names: Sequence[str]) -> str:
     return f" (and {len(names) - 1} more)" if len(names) > 1 else ""
+
+
+def first(bad: BoolArray) -> list[int]:
+    """Return the first place that is bad, if one is."""
+    return [int(n) for n in np.flatnonzero(bad)[:1]]
+
+
+def result_faults(result: Result) -> Iterator[str]:
+    """Yield which parts of a `Result` are missing or something else."""
+    for name, kind in _PARTS.items():
+        part = getattr(result, name, None)
+        if not isinstance(part, kind):
+            yield f"result: {name} must be a {kind.__name__}, not {type(part).__name__}"
+    for name, faults in (("pulses", pulse_faults), ("cycle_extrema", cycle_faults)):
+        part = getattr(result, name, None)
+        if part is not None and not isinstance(part, dict):
+            yield f"result: {name} must be a dict or None, not {type(part).__name__}"
+        yield from faults(part) if part else ()
+    record = {**result.provenance, "extrema": result.extrema}
+    for fault in record_faults(record):
+        yield f"extrema or provenance: {fault}"
+    try:
+        json_text(record)
+    except (TypeError, ValueError) as error:
+        yield f"extrema or provenance: {error}"
+
+
+def cycle_faults(columns: Mapping[str, Any]) -> Iterator[str]:
+    """Yield why these are no columns of real numbers of one length."""
+    return _column_faults("cycle_extrema", columns, dict.fromkeys(columns, "f"))
+
+
+def pulse_faults(pulses: Mapping[str, Any]) -> Iterator[str]:
+    """Yield why these are no columns of pulses."""
+    yield from _column_faults("pulses", pulses, _PULSES)
+    for name in ("time", "force"):
+        for n in first(~np.isfinite(pulses[name])):
+            yield f"pulses: {name} is {pulses[name][n]} in sample {n + 1}"
+    step = np.diff(pulses["row"].astype(np.int64))
+    for n in first((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))):
+        yield f"pulses: not sorted by row and time at sample {n + 2}"
+
+
+def _column_faults(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> Iterator[str]:
+    for name, kind in kinds.items():
+        column = columns.get(name)
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in kind:
+            what = "real numbers" if kind == "f" else "integers"
+            yield f"{part}: {name} must be an array of {what}, shape (n,)"
+    if len({columns[name].size for name in kinds}) > 1:
+        yield f"{part}: columns differ in length"
+
+
+def record_faults(record: object) -> Iterator[str]:
+    """Yield why this is no record of a run, such as another program's file of its name.
+
+    Entries that are read must have the expected type; all others may be anything.
+    """
+    if not isinstance(record, Mapping):
+        yield "must contain one JSON object"
+        return
+    if _is_deeper(record, _DEEPEST):
+        yield "is nested too deeply"
+    for name in ("settings", "counters", "constraints", "versions", "extrema"):
+        if record.get(name) is not None and not isinstance(record[name], Mapping):
+            yield f"{name} must be an object"
+    for channel, values in (record.get("extrema") or {}).items():
+        if not isinstance(values, Mapping) or not all(map(_is_number, values.values())):
+            yield f"extrema of {channel} must be an object of numbers"
+    if not _is_number(record.get("wall_time_s")):
+        yield "wall_time_s must be a number"
+    scene = record.get("scene")
+    if isinstance(scene, Mapping) and not isinstance(scene.get("solver", {}), Mapping):
+        yield "scene.solver must be an object"
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a number, or the null that replaces one that is not finite."""
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
+def _is_deeper(value: object, left: int) -> bool:
+    if not isinstance(value, Mapping | list | tuple):
+        return False
+    parts = list(value.values()) if isinstance(value, Mapping) else value
+    return left == 0 or any(_is_deeper(part, left - 1) for part in parts)
+
+
+def thinned(pulses: Columns) -> Columns:
+    """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
+
+    All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
+    """
+    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
+    begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
+    counts = np.diff(begun, append=row.size)
+    parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))
+    count = np.repeat(counts, counts)
+    place = np.arange(row.size) - np.repeat(begun, counts)
+    part = place * np.repeat(parts, counts) // count
+    kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
+    edges = np.flatnonzero((place == 0) | (np.diff(part, prepend=-1) != 0))
+    number = np.repeat(np.arange(edges.size), np.diff(edges, append=row.size))
+    for extreme in (np.minimum, np.maximum):
+        reached = np.flatnonzero(force == extreme.reduceat(force, edges)[number])
+        kept[reached[np.flatnonzero(np.diff(number[reached], prepend=-1))]] = True
+    return {"row": row[kept], "time": pulses["time"][kept].astype(np.float64), "force": force[kept]}

@@ -20,12 +20,11 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from comparison.files import check_size, contents, replacing_in, write_json
-from comparison.tables.result import Columns, check_record
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Columns, Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
 """Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
-FORMATS = (".csv", ".parquet")
+_FORMATS = (".csv", ".parquet")
 _BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
 
@@ -34,56 +33,84 @@ def read(path: str | Path) -> Table:
     """Read a table with its companions, or raise a `TableError`; what it holds is not yet checked."""
     path = Path(path)
     check_format(path)
-    frame = read_frame(path, parquet=path.suffix.lower() == ".parquet")
+    with readable(path):
+        check_size(path, LARGEST)
+        frame = read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
     extrema, record = read_record(path)
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = _columns(_beside(path, "pulses"), "row"), _columns(_beside(path, "cycle_extrema"))
-    return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
+    pulses, by_cycle = _numbers(read_beside(path, "pulses")), _numbers(read_beside(path, "cycle_extrema"))
+    return Table(frame, read_beside(path, "events"), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
-def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
-    """Read the columns of one file: Parquet, or text as we write it."""
-    with _readable(path), warnings.catch_warnings():
-        check_size(path, LARGEST)
-        if parquet:
-            return _read_parquet(path)
+def _read_csv(path: Path) -> pd.DataFrame:
+    with warnings.catch_warnings():
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
             frame = pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-        names = pd.Index([str(name).strip() for name in frame])
-        if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
-            frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
-        if not names.is_unique:
-            raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
-        return frame.set_axis(names, axis=1)
+    names = pd.Index([str(name).strip() for name in frame])
+    if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
+        frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
+    if not names.is_unique:
+        raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
+    return frame.set_axis(names, axis=1)
 
 
-def read_events(path: Path) -> pd.DataFrame | None:
-    """Read the contacts beside a table; None where there are none."""
-    events = _beside(path, "events")
-    return read_frame(events) if events.is_file() else None
+def read_parquet(path: Path) -> pd.DataFrame:
+    """Read a Parquet file; what is none, or damaged, is a `ValueError`."""
+    try:
+        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
+    except OSError:
+        raise
+    except Exception as error:  # pandas and pyarrow trust what a file says of itself
+        raise ValueError(f"is no readable Parquet file: {error}") from error
+    finally:
+        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
+    if not frame.columns.is_unique:
+        raise ValueError("has two columns of one name")
+    return frame
+
+
+def _texts(path: Path) -> list[str]:
+    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
+    with parquet.ParquetFile(path) as file:
+        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
+    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
+    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
+    if size > LARGEST:  # the file is compressed, and may be small
+        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
+    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})
+
+
+def read_beside(path: Path, name: str) -> pd.DataFrame | None:
+    """Read the events, pulses or cycle_extrema beside a table; None where there are none."""
+    beside = _beside(path, name)
+    with readable(beside):
+        if not beside.is_file():
+            return None
+        check_size(beside, LARGEST)
+        return _read_csv(beside)
 
 
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the record beside a table: the extrema, and all else; both empty if there is none."""
     beside = _beside(path, "record")
-    with _readable(beside):
+    with readable(beside):
         record = json.loads(contents(beside)) if beside.is_file() else {}
-        check_record(record)
+        if fault := next(record_faults(record), ""):
+            raise ValueError(fault)
     return record.pop("extrema", None) or {}, record
 
 
 def write(table: Table, path: str | Path) -> Path:
     """Write a table with all that belongs to it: all or, with a `TableError`, none.
 
-    Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
-    in a column of integers. Missing folders are created. What an earlier table of this name has
-    beside it is deleted where the new one has none.
+    Reading it back gives the same bits, but for the sign of zeros in a column of integers. What an earlier
+    table of this name has beside it is deleted where the new one has none.
     """
     path = Path(path)
     check_format(path)
@@ -113,25 +140,37 @@ def companions(table: Table, path: Path) -> list[Path]:
 
 def check_format(path: Path) -> None:
     """Reject, by a `TableError`, a file name that ends neither in ``.csv`` nor in ``.parquet``."""
-    if path.suffix.lower() not in FORMATS:
-        raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
+    if path.suffix.lower() not in _FORMATS:
+        raise TableError(f"{path}: the name must end in {' or '.join(_FORMATS)}")
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Convert errors of reading a file to `TableError` of one line."""
+    try:
+        yield
+    except TableError as error:
+        raise TableError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
+    # pandas' parser errors, pyarrow's, JSON's, TOML's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
 def _beside(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_BESIDE[name]}")
 
 
-def _columns(path: Path, integers: str = "") -> Columns | None:
-    """Read columns of real numbers, but for one of integers; None where there is no file."""
-    if not path.is_file():
+def _numbers(frame: pd.DataFrame | None) -> Columns | None:
+    """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
+    if frame is None:
         return None
-    frame = read_frame(path)
-    if any(kind.kind not in "iuf" for kind in frame.dtypes):  # what it is for will refuse it
-        return {str(name): column.to_numpy() for name, column in frame.items()}
-    # A force of whole numbers is no column of integers.
-    numbers = np.ascontiguousarray(frame.to_numpy(dtype=np.float64).T)
-    columns: Columns = dict(zip(map(str, frame), numbers, strict=True))
-    return columns | ({integers: frame[integers].to_numpy()} if integers in frame else {})
+    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]  # such as a force
+    columns = frame.astype(dict.fromkeys(whole, np.float64))
+    return {str(name): column.to_numpy() for name, column in columns.items()}
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
@@ -140,42 +179,3 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
         file.write(frame.iloc[:0].to_csv(index=False).encode())
         rows = pa.Table.from_pandas(frame, preserve_index=False)
         csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
-
-
-@contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Convert errors of reading a file to one-line messages."""
-    try:
-        yield
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
-    # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
-    except ValueError as error:
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-
-
-def _read_parquet(path: Path) -> pd.DataFrame:
-    try:
-        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
-    except OSError:
-        raise
-    except Exception as error:  # pandas and pyarrow trust what a file says of itself
-        raise ValueError(f"is no readable Parquet file: {error}") from error
-    finally:
-        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
-    if not frame.columns.is_unique:
-        raise ValueError("has two columns of one name")
-    return frame
-
-
-def _texts(path: Path) -> list[str]:
-    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
-    with parquet.ParquetFile(path) as file:
-        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
-    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
-    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
-    if size > LARGEST:  # the file is compressed, and may be small
-        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
-    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})

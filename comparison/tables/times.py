@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 
-# Two grids are equal if their times differ by less than this share of a sample interval: a thousand rows
-# written with 13 digits are, with 10 they are not. At 2 m/s and 0.4 ms samples it is 1e-12 m.
 SAME_GRID = 1e-9
+"""Share of a sample interval by which equal times differ at most: a thousand rows written with 13 digits do
+less, with 10 they do more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 
 _BLOCKS = 20
 _WINDOW = 2048  # largest number of samples of each block
@@ -29,8 +29,7 @@ _EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times 
 _RATIO = 10.0  # of a hole to the longest other step, where steps vary
 _FEW = 0.01  # of the steps of such a table, at most, that can be holes
 
-Side = Mapping[str, Array]
-"""Channel -> values, shape (n,)."""
+Side = Mapping[str, Array]  # channel -> values, shape (n,)
 
 
 class Hole(NamedTuple):
@@ -38,17 +37,11 @@ class Hole(NamedTuple):
 
     start: float
     end: float
-    missing: int
-    """Rows that are missing, at the table's usual interval; 0 where that is unknown."""
+    missing: int  # rows that are missing, at the table's usual interval; 0 where that is unknown
 
 
 def holes(time: Array) -> list[Hole]:
-    """Find the holes in a table's increasing times, two at least.
-
-    Of equidistant times (nine tenths of the steps but one are equal to 10 %, and make up a part of the span)
-    every step of two intervals or more is one. Where a program chooses its steps, a hole is ten times as long
-    as every step that is not, and there are few of them; a shorter one looks like a long step.
-    """
+    """Find the holes in increasing times, two at least; where steps vary, long and rare ones alone."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     equal = np.abs(steps - usual) <= _EQUAL * usual
@@ -69,10 +62,7 @@ def holes(time: Array) -> list[Hole]:
 
 
 def isolated(time: Array, values: Array, allowed: float) -> Array:
-    """Return each sample's distance from the line through its neighbours where above a limit, else 0.
-
-    Of two neighbouring samples both can be above it.
-    """
+    """Return each sample's distance from the line through its neighbours where above a limit, else 0."""
     distance = np.zeros(time.shape)
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
     line = values[:-2] + share * (values[2:] - values[:-2])
@@ -84,12 +74,10 @@ def isolated(time: Array, values: Array, allowed: float) -> Array:
 class Shift:
     """Estimated time shift ``s`` between two tables, ``b(t) = a(t - s)``."""
 
-    value: float
-    """s; positive: b is later. nan if it cannot be estimated."""
-    uncertainty: float
+    value: float = float("nan")  # s; positive: b is later. nan if it cannot be estimated
+    uncertainty: float = float("nan")
     """s, half of the 95 % interval; at least the difference of times that is regarded as zero."""
-    reason: str = ""
-    """Why it cannot be estimated; else empty."""
+    reason: str = ""  # why it cannot be estimated; else empty
 
     @property
     def seen(self) -> bool:
@@ -100,19 +88,14 @@ class Shift:
 def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
-    A search over integer lags finds the lag with the least variance of the difference; of several (periodic
-    motion), the one nearest to zero. From there Gauss-Newton steps minimise
+    From the lag with the least variance of the difference Gauss-Newton steps minimise
 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
-    with a free offset :math:`o_c` of each channel: for a channel with a constant rate, offset and shift are
-    not separable. Only positions are used (velocities where there are none), since forces jump, of other
-    mechanisms all channels; each is weighted by the inverse variance of its residual, so that the channel
-    with the best agreement dominates. Between its samples ``a`` is the cubic Hermite polynomial of the
-    channel and its rate (or its differences). For long results 20 windows are used.
-
-    The uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
-    which requires no assumption on the correlation of the differences within a block.
+    with a free offset :math:`o_c` and, as weight, the inverse variance of the residual of each channel. These
+    are positions (velocities where there are none), since forces jump; of other mechanisms all channels. The
+    uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
+    whatever the correlation of the differences within a block.
     """
     known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
@@ -121,21 +104,39 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     # Velocities almost jump at impacts; positions only have kinks.
     names = [name for name in moving if known[name].rate is not None] or moving
     if not names:
-        return _cannot_tell("no channel of motion is excited in both")
+        return Shift(reason="no channel of motion is excited in both")
     if time.size < 2 * _BLOCKS:
-        return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
+        return Shift(reason=f"{time.size} common samples; required: at least {2 * _BLOCKS}")
     scales = {name: float(max(ranges[name])) for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
-        return _cannot_tell("the two are not correlated closely enough at any lag")
+        return Shift(reason="the two are not correlated closely enough at any lag")
     edges = (np.arange(_BLOCKS + 1) * time.size // _BLOCKS).tolist()
     blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
     weights = np.ones(len(names))
     span = float(time[-1] - time[0])
     interval = span / (time.size - 1)
+
+    def sums_of(block: slice, lag: float) -> Array:
+        """Sum 1, r, g, r g, g^2, r^2 over a block: residual and rate over scale; shape (channels, 6)."""
+        at = time[block] - lag
+        inside = (at >= time[0]) & (at <= time[-1])
+        at = at[inside]
+        if at.size < 2:
+            return np.zeros((len(scales), 6))
+        first, last = np.searchsorted(time, at[[0, -1]])
+        near, rows = slice(max(0, first - 2), last + 3), []
+        for name, scale in scales.items():
+            rate, values = known[name].rate, a[name][near]
+            slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
+            value, slope = hermite(time[near], values, slopes, at)
+            r, g = (b[name][block][inside] - value) / scale, slope / scale
+            rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
+        return np.array(rows)
+
     for _ in range(_ROUNDS):
-        sums = np.array([_sums(time, a, b, scales, known, block, lag) for block in blocks])
+        sums = np.array([sums_of(block, lag) for block in blocks])
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
@@ -145,31 +146,25 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(lag) or not uncertainty < 0.05 * span:
-        return _cannot_tell("the motion is too uniform, or the difference too irregular")
+        return Shift(reason="the motion is too uniform, or the difference too irregular")
     return Shift(float(lag), uncertainty)
 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
     """Return the piecewise cubic with these values and slopes at its nodes, and its derivative.
 
-    Equal to `scipy.interpolate.CubicHermiteSpline` (verified by a test), without its coefficients, which take
-    four times the memory of the table, and without its import, which takes longer than most comparisons.
+    As `scipy.interpolate.CubicHermiteSpline`, whose import takes longer than most comparisons.
     """
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]
     s = (at - time[left]) / width
-    # In the form v0 + s (...), so that the values at nodes are reproduced exactly; the last node is set
-    # separately.
+    # In the form v0 + s (...), so that the values at nodes are reproduced exactly.
     rise = (values[left + 1] - values[left]) / width
     second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
     third = slopes[left] + slopes[left + 1] - 2 * rise
     value = values[left] + width * s * (slopes[left] + s * (second + s * third))
     value = np.where(at == time[-1], values[-1], value)
     return value, slopes[left] + s * (2 * second + 3 * s * third)
-
-
-def _cannot_tell(reason: str) -> Shift:
-    return Shift(float("nan"), float("nan"), reason)
 
 
 def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float | None:
@@ -207,32 +202,6 @@ def _overlap(values: Array, lags: NDArray[np.int_]) -> Array:
     n = values.size
     overlap: Array = np.where(lags >= 0, sums[n - np.maximum(lags, 0)], sums[n] - sums[np.maximum(-lags, 0)])
     return overlap
-
-
-def _sums(
-    time: Array,
-    a: Side,
-    b: Side,
-    scales: Mapping[str, float],
-    known: Mapping[str, Channel],
-    block: slice,
-    lag: float,
-) -> Array:
-    """Return n, sums of r, g, r g, g^2, r^2 over one block: residual and rate over scale; (channels, 6)."""
-    at = time[block] - lag
-    inside = (at >= time[0]) & (at <= time[-1])
-    at = at[inside]
-    if at.size < 2:
-        return np.zeros((len(scales), 6))
-    first, last = np.searchsorted(time, at[[0, -1]])
-    near, rows = slice(max(0, first - 2), last + 3), []
-    for name, scale in scales.items():
-        rate, values = known[name].rate, a[name][near]
-        slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
-        value, slope = hermite(time[near], values, slopes, at)
-        r, g = (b[name][block][inside] - value) / scale, slope / scale
-        rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
-    return np.array(rows)
 
 
 def _solve(sums: Array, weights: Array) -> tuple[float, Array]:

@@ -8,53 +8,41 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from comparison.tables.arrays import Array
 
-_DEGREE, _TURN = Fraction(math.pi) / 180, Fraction(2 * math.pi)
-# Exponents of kg, m, s and rad -> names, and SI units per unit, of the inch system exact by definition.
-_TABLE: dict[tuple[int, ...], dict[str, Fraction | str]] = {
-    (0, 0, 0, 0): {"1 -": "1"},
-    (0, 1, 0, 0): {
-        "m meter meters metre metres": "1",
-        "mm millimeter millimeters millimetre millimetres": "1e-3",
-        "cm centimeter centimetre": "1e-2",
-        "um µm μm micrometer micrometre": "1e-6",
-        "in inch inches": "0.0254",
-        "ft foot feet": "0.3048",
-    },
-    (0, 0, 1, 0): {
-        "s sec second seconds": "1",
-        "ms msec millisecond milliseconds": "1e-3",
-        "us µs μs microsecond microseconds": "1e-6",
-        "ns nanosecond nanoseconds": "1e-9",
-        "min minute minutes": "60",
-        "h hr hour hours": "3600",
-    },
-    (0, 0, -1, 0): {"Hz hertz": "1"},
-    (0, 0, 0, 1): {"rad radian radians": "1", "deg degree degrees °": _DEGREE, "rev turn turns": _TURN},
-    (0, 0, -1, 1): {"rpm": _TURN / 60},
-    (1, 0, 0, 0): {"kg kilogram": "1", "g gram": "1e-3", "lbm": "0.45359237"},
-    (1, 1, -2, 0): {
-        "N newton newtons": "1",
-        "mN": "1e-3",
-        "kN kilonewton": "1000",
-        "lbf pound_force": "4.4482216152605",
-    },
-    (1, 2, -2, 0): {"J joule joules Nm": "1", "mJ Nmm": "1e-3", "kJ kNm": "1000"},
-    (1, 2, -3, 0): {"W watt": "1", "kW": "1000"},
-    (1, -1, -2, 0): {"Pa pascal": "1", "kPa": "1000", "MPa": "1e6", "GPa": "1e9"},
-}
+# Exponents of kg, m, s and rad; names -> SI units per unit, of the inch system exact by definition.
+_TABLE: list[tuple[tuple[int, ...], dict[str, Fraction | str]]] = [
+    ((0, 0, 0, 0), {"1 -": "1"}),
+    (
+        (0, 1, 0, 0),
+        {"m meter meters metre metres": "1", "in inch inches": "0.0254", "ft foot feet": "0.3048"},
+    ),
+    ((0, 1, 0, 0), {"mm millimeter millimeters millimetre millimetres": "1e-3"}),
+    ((0, 1, 0, 0), {"cm centimeter centimetre": "1e-2", "um µm μm micrometer micrometre": "1e-6"}),
+    ((0, 0, 1, 0), {"s sec second seconds": "1", "min minute minutes": "60", "h hr hour hours": "3600"}),
+    ((0, 0, 1, 0), {"ms msec millisecond milliseconds": "1e-3", "us µs μs microsecond microseconds": "1e-6"}),
+    ((0, 0, 1, 0), {"ns nanosecond nanoseconds": "1e-9"}),
+    ((0, 0, -1, 0), {"Hz hertz": "1"}),
+    ((0, 0, 0, 1), {"rad radian radians": "1", "deg degree degrees °": Fraction(math.pi) / 180}),
+    ((0, 0, 0, 1), {"rev turn turns": Fraction(2 * math.pi)}),
+    ((0, 0, -1, 1), {"rpm": Fraction(2 * math.pi) / 60}),
+    ((1, 0, 0, 0), {"kg kilogram": "1", "g gram": "1e-3", "lbm": "0.45359237"}),
+    ((1, 1, -2, 0), {"N newton newtons": "1", "mN": "1e-3", "kN kilonewton": "1e3"}),
+    ((1, 1, -2, 0), {"lbf pound_force": "4.4482216152605"}),
+    ((1, 2, -2, 0), {"J joule joules Nm": "1", "mJ Nmm": "1e-3", "kJ kNm": "1e3"}),
+    ((1, 2, -3, 0), {"W watt": "1", "kW": "1e3"}),
+    ((1, -1, -2, 0), {"Pa pascal": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"}),
+]
 _FACTOR = re.compile(r"(?P<name>[^\W\d]+|°|1(?!\d))(?:(?:\^|\*\*)?\(?(?P<exponent>[+-]?\d)\)?)?")
 # A hyphen joins two names, but after a power sign it is the sign of the number.
 _BETWEEN = re.compile(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])")
 _SUPERSCRIPT = {"⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3"}
 
 
-@dataclass(frozen=True)
-class Unit:
+class Unit(NamedTuple):
     """Unit: its multiple of SI, exact but for angles, and the exponents of kg, m, s and rad."""
 
     factor: Fraction
@@ -76,7 +64,7 @@ class Unit:
 
 _NAMED = {
     name: Unit(Fraction(factor), powers)
-    for powers, units in _TABLE.items()
+    for powers, units in _TABLE
     for names, factor in units.items()
     for name in names.split()
 }
@@ -95,16 +83,15 @@ def parse(text: str) -> Unit | None:
     unit = _NAMED["1"]
     for n, part in enumerate(text.replace("**", "^").split("/")):
         factors = list(filter(None, _BETWEEN.split((part.strip("() ") if n else part).strip())))
-        matches = [_FACTOR.fullmatch(factor) for factor in factors]
-        if not matches:
-            return None
-        for match in matches:
+        for match in map(_FACTOR.fullmatch, factors):
             name = match["name"] if match else ""
             # DEG, but not MM, which may be megametres.
             known = _NAMED.get(name) or (_NAMED.get(name.lower()) if len(name) > 2 else None)
             if match is None or known is None:
                 return None
             unit = unit.times(known, int(match["exponent"] or 1) * (-1 if n else 1))
+        if not factors:
+            return None
     return unit
 
 

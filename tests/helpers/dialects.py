@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace as Dialect
 
 from hypothesis import strategies as st
 
@@ -29,79 +29,45 @@ ENTRIES = [
 """What stands in a table instead of a number."""
 
 
-@dataclass(frozen=True)
-class Dialect:
-    """How a table is written; places are rows, of which the last ones are those of the table."""
-
-    separator: str = ","
-    decimal: str = "."
-    thousands: str = ""
-    number: str = "repr"
-    """A format, "D" for Fortran's exponents, or "no letter" for its exponents of three digits."""
-    quotes: str = "needed"
-    """Of "all" fields, of all "names", or where they are "needed"."""
-    header: str = "names"
-    """"names", with "[]", "()" or "attached" units, "units below", "comment", "comment units" or "none"."""
-    titles: tuple[str, ...] = ()
-    end: str = "\n"
-    """Of lines; "mixed": one of three in turn."""
-    last_end: bool = True
-    encoding: str = "utf-8"
-    index: bool = False
-    """A first column without a name counts the rows."""
-    trailing: str = ""
-    """Whether a separator ends the "rows", or "all" lines."""
-    blank: int | None = None
-    comment: tuple[int, str] | None = None
-    inline: tuple[int, str] | None = None
-    empty_rows: bool = False
-
-    @property
-    def spaces(self) -> bool:
-        """Whether nothing but spaces and tabs separate, and several count as one."""
-        return self.separator in ("  ", " ", "     ", "  \t")
-
-    @property
-    def sign(self) -> str:
-        """The separator without the spaces beside it."""
-        return self.separator.strip(" ")
+OPTIONS = {
+    "separator": [",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     "],
+    "decimal": [".", ".", ","],
+    "thousands": ["", "", "yes"],
+    # A format, "D" for Fortran's exponents, or "no letter" for its exponents of three digits.
+    "number": ["repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E"],
+    "quotes": ["all", "names", "needed", "needed"],
+    "header": ["names", "units below", "[]", "()", "attached", "comment", "comment units", "none"],
+    "end": ["\n", "\r\n", "\r", "mixed"],  # of lines; "mixed": one of three in turn
+    "last_end": [True, False],
+    "encoding": ["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"],
+    "index": [False, False, True],  # a first column without a name counts the rows
+    "trailing": ["", "", "rows", "all"],  # what a separator ends
+    "blank": [None, None, 1, 3],  # these are rows, of which the last ones are those of the table
+    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],
+    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],
+    "empty_rows": [False, False, True],
+}  # fmt: skip
+"""How a table is written."""
 
 
 @st.composite
 def dialects(draw: st.DrawFn) -> Dialect:
-    """Draw a dialect."""
-
-    def pick(*options):
-        return draw(st.sampled_from(options))
-
-    separator = pick(",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     ")
-    spaces = Dialect(separator).spaces
-    decimal = pick(".", ".", ",")
-    number = pick("repr", "repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E")
-    grouped = number in ("repr", ".3f", ".0f") and pick(False, False, True)
-    thousands = {".": ",", ",": "."}[decimal] if grouped else ""
-    header = pick("names", "units below", "[]", "()", "attached", "comment", "comment units", "none")
-    return Dialect(
-        separator=separator,
-        decimal=decimal,
-        # No program separates with a comma what it groups with a point.
-        thousands="" if thousands == "." and separator.strip() == "," else thousands,
-        number=number,
-        quotes=pick("all", "names", "needed", "needed"),
-        header=header,
-        titles=()
-        if header == "none"
-        else tuple(draw(st.lists(st.sampled_from(TITLES + COMMENTS), max_size=4))),
-        end=pick("\n", "\r\n", "\r", "mixed"),
-        last_end=pick(True, False),
-        encoding=pick("utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"),
-        index=not spaces and header not in ("none", "comment", "comment units") and pick(False, False, True),
-        trailing="" if spaces else pick("", "", "rows", "all"),
-        blank=pick(None, None, 1, 3),
-        comment=pick(None, (2, pick(*COMMENTS))),
-        inline=pick(None, None, (draw(st.integers(1, 4)), pick(" # impact", " #"))),
-        empty_rows=not spaces and pick(False, False, True),
-    )
+    """Draw a dialect: one of each option, as far as they go together."""
+    drawn = {name: draw(st.sampled_from(options)) for name, options in OPTIONS.items()}
+    dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
+    dialect.titles = draw(st.lists(st.sampled_from(TITLES + COMMENTS), max_size=4))
+    dialect.spaces = dialect.separator.isspace() and not dialect.separator.startswith("\t")
+    grouped = dialect.thousands and dialect.number in ("repr", ".3f", ".0f")
+    dialect.thousands = {".": ",", ",": "."}[dialect.decimal] if grouped else ""
+    if dialect.thousands == "." and dialect.sign == ",":  # no program separates by what it groups with
+        dialect.thousands = ""
+    if dialect.spaces or dialect.header in ("none", "comment", "comment units"):
+        dialect.index = False
+    if dialect.spaces:  # several count as one
+        dialect.trailing, dialect.empty_rows = "", False
+    if dialect.header == "none":
+        dialect.titles = []
+    return dialect
 
 
 def meant(value: float, dialect: Dialect) -> float:

@@ -1,4 +1,4 @@
-"""Tables as other programs write them."""
+"""Tables as other programs write them, and what is made of them."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import Mapping
-from comparison.tables.table import Table
+from comparison.tables.mapping import load_mapping
+from comparison.tables.table import Table, TableError
 
 TIME = np.arange(0, 11) / 1000
-
-
 FRAME = pd.DataFrame(
     {"time": TIME, "slider_y": 0.1 * np.cos(400 * TIME), "slider_angle": 1e-3 * np.sin(400 * TIME)}
 )
 
 
-ROWS = [(t * 1e3, y * 1e3, np.degrees(angle)) for t, y, angle in FRAME.to_numpy()]
-
-
-def text(header: str, separator: str = ",", decimal: str = ".", end: str = "\n") -> str:
+def text(header: str, separator: str = ",", decimal: str = ".") -> str:
     """The frame in ms, mm and deg."""
-    lines = [separator.join(repr(float(v)).replace(".", decimal) for v in row) for row in ROWS]
-    return header + "\n" + end.join(lines) + end
+    columns = FRAME["time"] * 1e3, FRAME["slider_y"] * 1e3, np.degrees(FRAME["slider_angle"])
+    rows = (
+        separator.join(repr(float(v)).replace(".", decimal) for v in row)
+        for row in zip(*columns, strict=True)
+    )
+    return "\n".join([header, *rows, ""])
 
 
 def put(name: str, content: str | bytes, encoding: str = "utf-8") -> Path:
@@ -35,7 +35,18 @@ def put(name: str, content: str | bytes, encoding: str = "utf-8") -> Path:
 
 
 def read_pair(
-    a: Path, b: Path, mapping: Mapping | None = None, at_events: str | None = None
+    a: Path, b: Path | None = None, mapping: str | None = None, at_events: str | None = None
 ) -> tuple[Table, Table, tuple[str, ...]]:
-    (first, second), warnings = read_tables([a, b], ["a", "b"], mapping, at_events)
+    """Read two files, or one beside itself, by the text of a mapping."""
+    rules = None if mapping is None else load_mapping(put("map.toml", mapping))
+    (first, second), warnings = read_tables([a, b or a], ["a", "b"], rules, at_events)
     return first, second, warnings
+
+
+def refused(rule: str, a: Path, b: Path | None = None, mapping: str | None = None) -> None:
+    """Require one line with all pieces of a rule."""
+    with pytest.raises(TableError) as error:
+        read_pair(a, b, mapping)
+    message = str(error.value)
+    assert "\n" not in message
+    assert not [piece for piece in rule.split("|") if piece not in message], message

@@ -18,8 +18,7 @@ import pandas as pd
 from comparison.formatting import number
 from comparison.report.figures import Picture, picture
 from comparison.tables.channels import channels
-from comparison.tables.result import Result
-from comparison.tables.table import Table
+from comparison.tables.table import Result, Table
 
 
 @dataclass(frozen=True)

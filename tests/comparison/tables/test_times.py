@@ -1,4 +1,7 @@
-"""What times tell: missing rows, whatever steps a program takes; a shift within its uncertainty."""
+"""What times tell: missing rows, whatever steps a program takes; a shift within its uncertainty.
+
+Random signals are in `tests/judge`, by a second way.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import CubicHermiteSpline
 
-from comparison.tables.times import SAME_GRID, Hole, estimate, hermite, holes, isolated
+from comparison.tables.times import SAME_GRID, Hole, estimate, holes, isolated
 from comparison.words.verdicts import shift as shift_sentence
 
 EVEN = np.arange(201) * 0.01
@@ -23,30 +25,28 @@ def test_rows_taken_out_of_equidistant_times_are_counted(first, count):
     assert hole == Hole(EVEN[first - 1], kept[first], 201 - kept.size)
 
 
+VARYING = np.cumsum(np.random.default_rng(0).uniform(0.5e-3, 2e-3, 1000))
+
+
 @pytest.mark.parametrize(
     ("time", "found"),
     [
         (np.delete(np.round(np.arange(100) / 30, 4), [40, 41]), [Hole(1.3, 1.4, 2)]),  # few digits
         (np.delete(np.arange(11.0), [4, 5, 6, 7]), [Hole(3.0, 8.0, 4)]),  # few rows
+        (np.delete(VARYING, np.arange(300, 800)), [Hole(VARYING[299], VARYING[800], 0)]),
         # Steps of a solver are no holes.
         (EVEN, []),
+        (VARYING, []),
         (np.round(np.arange(100) / 30, 4), []),  # few digits: steps of 0.0333 and 0.0334
         (np.round(np.arange(100) * 0.015, 2), []),  # steps of 0.01 and 0.02 in turn
         (np.geomspace(1e-6, 1.0, 50), []),  # a solver that gets faster
         (np.sort(np.concatenate([EVEN, [0.1234, 1.2345]])), []),  # rows at events
         (np.concatenate([k + np.append(np.arange(20) * 1e-5, 0.1) for k in range(10)]), []),  # bursts
-        (np.array([0.0, 1.0]), []),
         (np.array([0.0, 1.0, 100.0]), []),
     ],
 )
 def test_what_is_a_hole(time, found):
     assert holes(time) == found
-
-
-def test_a_hole_in_times_of_varying_steps():
-    time = np.cumsum(np.random.default_rng(0).uniform(0.5e-3, 2e-3, 1000))
-    assert holes(time) == []
-    assert holes(np.delete(time, np.arange(300, 800))) == [Hole(time[299], time[800], 0)]
 
 
 def test_a_sample_that_stands_out_is_told_by_its_distance():
@@ -55,22 +55,6 @@ def test_a_sample_that_stands_out_is_told_by_its_distance():
     distance = isolated(EVEN, values, 0.6)
     assert np.flatnonzero(distance).tolist() == [70]
     assert distance[70] == pytest.approx(1.0, rel=1e-12)  # sums of a few numbers around 1
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_the_cubic_is_that_of_scipy(seed):
-    rng = np.random.default_rng(seed)
-    time = np.cumsum(rng.uniform(0.1, 1.0, 12))
-    values, slopes = rng.normal(size=(2, 12))
-    at = np.sort(rng.uniform(time[0], time[-1], 30))
-    curve = CubicHermiteSpline(time, values, slopes)
-    value, slope = hermite(time, values, slopes, at)
-    # Numbers around 1, divided twice by intervals of at least 0.1.
-    np.testing.assert_allclose(value, curve(at), rtol=0, atol=1e-13)
-    np.testing.assert_allclose(slope, curve(at, 1), rtol=0, atol=1e-12)
-
-
-# The shift
 
 
 def slider(time: np.ndarray) -> dict[str, np.ndarray]:
@@ -86,7 +70,7 @@ def slider(time: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("names", [("slider_x", "slider_y"), ("slider_y", "slider_vy"), None])
-@pytest.mark.parametrize("shift", [1e-6, 1e-4, -1e-4, 2.5e-3, 0.05, -0.1])
+@pytest.mark.parametrize("shift", [1e-6, -1e-4, 0.05, -0.1])
 def test_a_shift_is_measured(shift, names):
     a, b = ({name: side[name] for name in names or side} for side in (slider(TIME), slider(TIME - shift)))
     estimated, back = estimate(TIME, a, b), estimate(TIME, b, a)
@@ -96,10 +80,6 @@ def test_a_shift_is_measured(shift, names):
     # two thousand samples: against 1.7 m/s of y no more than 1e-7 s.
     assert abs(estimated.value - shift) < 1e-7
     assert estimated.uncertainty < 1e-6
-    late, early = ("b", "a") if shift > 0 else ("a", "b")
-    assert shift_sentence(estimated, ("a", "b")).startswith(
-        f"{late} is later than {early} by {abs(shift):.3g} s"
-    )
 
 
 def test_equal_results_have_none_and_an_offset_is_none():
@@ -112,27 +92,13 @@ def test_equal_results_have_none_and_an_offset_is_none():
     assert abs(moved.value) < 1e-12
 
 
-def test_the_uncertainty_covers_the_error_about_as_often_as_it_says():
-    rng = np.random.default_rng(1)
-
-    def smooth(time: np.ndarray) -> np.ndarray:
-        return 0.112 * np.cos(2 * np.pi * time / PERIOD) + 0.01 * np.cos(4 * np.pi * time / PERIOD)
-
-    covered = 0
-    for _ in range(60):
-        noisy = smooth(TIME - 1e-4) + 2e-5 * rng.normal(size=TIME.size)
-        shift = estimate(TIME, {"slider_y": smooth(TIME)}, {"slider_y": noisy})
-        # Noise over the root mean square of the rate and the root of the number: twice 2e-5 / 1.26 / 44.7,
-        # known from some ten stretches that count (the others are near a dead centre): a factor of 2.5.
-        assert 7e-7 / 2.5 < shift.uncertainty < 7e-7 * 2.5
-        covered += abs(shift.value - 1e-4) <= shift.uncertainty
-    # 94 % of 60 is 56.6 with a standard deviation of 1.8.
-    assert covered >= 51
+HALF, NOISE = np.sin(np.linspace(0, 2, 60)), 0.2 * np.random.default_rng(3).normal(size=60)
 
 
 @pytest.mark.parametrize(
     ("a", "b", "reason"),
     [
+        ({"slider_y": HALF}, {"slider_y": HALF + NOISE}, "the difference too irregular"),
         ({"slider_angle": 5 * TIME}, {"slider_angle": 5 * TIME + 0.1}, "too uniform"),
         ({"slider_y": np.sin(50 * TIME)}, {"slider_y": np.cos(333 * TIME**2)}, "are not correlated"),
         ({"slider_x": 0 * TIME}, {"slider_x": np.sin(TIME)}, "no channel of motion"),
@@ -143,5 +109,4 @@ def test_where_the_signals_cannot_tell_they_say_so(a, b, reason):
     shift = estimate(TIME[: next(iter(a.values())).size], a, b)
     assert np.isnan(shift.value)
     assert not shift.seen
-    assert reason in shift.reason
     assert reason in shift_sentence(shift, ("a", "b"))
