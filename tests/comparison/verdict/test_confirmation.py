@@ -151,6 +151,26 @@ def test_models_that_are_one_are_hardly_ever_distinguished(fake):
     assert set(outcomes) <= {"confirmed", "underestimated"}
 
 
+def test_the_excess_is_the_distance_of_the_nearer_run_over_that_of_the_farthest_member(fake):
+    """Recomputed from the errors alone, which all channels have in common."""
+    model, rng = fake(wide), np.random.default_rng(3)
+    bases, spreads = (0.0, 1e-2), (1e-4, 2e-4)
+    errors = [base + spread * rng.standard_normal(20) for base, spread in zip(bases, spreads, strict=True)]
+    runs = model.family(0, bases[0]), model.family(1, bases[1])
+    judge = partial(compare, *runs, scene=model.scene, labels=MODELS)
+    ensembles = {side: [model.table(error) for error in of] for side, of in enumerate(errors)}
+    after = decided(judge(), runs, ensembles, lambda large: judge(ensembles=large)).confirmation
+
+    def distance(value: float, others: np.ndarray) -> float:
+        return abs(value - others.mean()) / others.std()
+
+    excess = [
+        distance(run, of) / max(distance(of[n], np.delete(of, n)) for n in range(of.size))
+        for run, of in zip(bases[::-1], errors, strict=True)
+    ]
+    assert (after.outcome, after.excess) == ("confirmed", pytest.approx(min(excess), rel=1e-4))
+
+
 # Starts
 
 
