@@ -34,31 +34,31 @@ _REFINED = ("a", "b", "both")
 def attribute(
     runs: tuple[Runs, Runs],
     results: Channels,
-    time: Array,
     *,
     verdict: str,
     tier: str,
     labels: tuple[str, str],
     scene: Scene | None,
 ) -> Attribution:
-    """Attribute the differences of a scene, of judged channels at common times (s).
+    """Attribute the differences of a scene's judged channels.
 
     For tables without uncertainty only the first sample outside the tolerance is found.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: channel for name, channel in excited.items() if channel.verdict == verdict} or excited
-    attribution = _first(deciding if verdict == "differ" else excited, time)
+    found = _first(deciding if verdict == "differ" else excited)
     if scene is None or not excited or any(channel.u is None for channel in excited.values()):
-        return attribution
-    differs = _explained(deciding) < next(iter(excited.values())).limits.share
-    samples = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
-    unpredictable = _unpredictable(runs, results, time, samples)
+        return found
+    some = next(iter(excited.values()))
+    differs = _explained(deciding) < some.limits.share
+    samples = window_samples(scene.period, float(some.time[-1] - some.time[0]) / (some.time.size - 1))
+    unpredictable = _unpredictable(runs, results, samples)
     first, second = (
         _refinement(label, model, scene, excited) for label, model in zip(labels, runs, strict=True)
     )
     return replace(
-        attribution,
+        found,
         explained=_explained(excited),
         still_moves=_still_moves(runs, deciding, _NEAR * samples) if differs else {},
         refinements=(first, second),
@@ -68,24 +68,28 @@ def attribute(
     )
 
 
-def _first(channels: Channels, time: Array) -> Attribution:
+def _first(channels: Channels) -> Attribution:
     """Find the first sample outside; of several channels the one that is the farthest outside there."""
     starts = []
     for name, channel in channels.items():
-        beyond, threshold = channel.beyond, channel.threshold
-        if threshold is not None and beyond.any():
-            first = int(beyond.argmax())
-            limit = float(threshold[first])
-            starts.append((first, -float(channel.size[first]) / limit if limit else -inf, name))
+        if channel.threshold is not None and channel.beyond.any():
+            first = int(channel.beyond.argmax())
+            size, limit = float(channel.size[first]), float(channel.threshold[first])
+            starts.append((float(channel.time[first]), -size / limit if limit else -inf, name))
     if not starts:
         return Attribution()
-    first, _, name = min(starts)
-    return Attribution(outside_from=float(time[first]), outside_in=name)
+    time, _, name = min(starts)
+    return Attribution(outside_from=time, outside_in=name)
 
 
 def _explained(channels: Channels) -> float:
     total = sum(int(channel.judged.sum()) for channel in channels.values())
     return 1.0 - sum(int(c.beyond.sum()) for c in channels.values()) / total if total else nan
+
+
+def _finer(model: Runs, name: str) -> Array:
+    assert model.finer is not None
+    return model.finer.values(name)
 
 
 def _causes(runs: tuple[Runs, Runs], deciding: Channels, *, differs: bool) -> dict[str, Any]:
@@ -101,8 +105,8 @@ def _causes(runs: tuple[Runs, Runs], deciding: Channels, *, differs: bool) -> di
         total = {key: total[key] + square for key, square in squares.items()}
         absolute, time = channel.definition.round_off, runs[0].base.time
         floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
-        count += int(mask.sum())
-        rounded += int((np.abs(channel.difference[mask]) <= floor).sum())
+        count += a.size
+        rounded += int((np.abs(a - b) <= floor).sum())
     remaining = _remaining(total)
     gain = {"a": runs[0].gain, "b": runs[1].gain, "both": min(model.gain for model in runs)}
     removes = {key: 1 - remaining[key] >= _HALF * (1 - 1 / gain[key]) for key in _REFINED}
@@ -134,7 +138,7 @@ def _still_moves(runs: tuple[Runs, Runs], deciding: Channels, half_width: int) -
     """
     shares = {}
     for side, model in zip("ab", runs, strict=True):
-        far: list[BoolArray] = []
+        far = []
         for name, channel in deciding.items():
             moved = np.abs(_finer(model, name) - model.base.values(name))
             widest = maximum_filter1d(moved, 2 * half_width + 1, mode="nearest")
@@ -144,50 +148,41 @@ def _still_moves(runs: tuple[Runs, Runs], deciding: Channels, half_width: int) -
     return shares
 
 
-def _unpredictable(
-    runs: tuple[Runs, Runs], results: Channels, time: Array, half_width: int
-) -> dict[str, Any]:
+def _unpredictable(runs: tuple[Runs, Runs], results: Channels, half_width: int) -> dict[str, Any]:
     """Return why the samples of the indeterminate channels are not predictable, and from when."""
-
-    def large(channel: ChannelComparison, u: Array | None) -> BoolArray:
-        """Return where a part of u alone is too large to predict the sample."""
-        if u is None:
-            return np.zeros(channel.time.shape, dtype=np.bool_)
-        return u > channel.limits.alpha * channel.scale
 
     def spread_of(model: Runs, name: str) -> Array:
         perturbed = [run.values(name) for run in model.perturbed_runs]
         return spread(model.original.values(name), perturbed, half_width)
 
-    reasons: dict[str, list[BoolArray]] = {key: [] for key in ("a", "b", "each", "together", "neighbours")}
+    masks: dict[str, list[BoolArray]] = {key: [] for key in ("a", "b", "each", "together", "neighbours")}
     for name, channel in results.items():
         if channel.verdict != "indeterminate":
             continue
-        followed = [results[key] for key in (name, channel.definition.follows or "") if key in results]
-        large_a = np.logical_or.reduce([large(part, part.u_a) for part in followed])
-        large_b = np.logical_or.reduce([large(part, part.u_b) for part in followed])
-        spreads = [large(part, spread_of(model, part.channel)) for model in runs for part in followed]
-        neighbours = np.logical_or.reduce(spreads)
-        cases = large_a & ~large_b, large_b & ~large_a, large_a & large_b, ~(large_a | large_b), neighbours
-        for masks, case in zip(reasons.values(), cases, strict=True):
-            masks.append(~channel.predictable & case)
-    count = {key: sum(int(mask.sum()) for mask in masks) for key, masks in reasons.items()}
+        # With those of the position that it follows.
+        parts = [results[key] for key in (name, channel.definition.follows or "") if key in results]
+        of_a, of_b, neighbours = (
+            np.any([u > part.limits.alpha * part.scale for part, u in sizes if u is not None], axis=0)
+            for sizes in (
+                [(part, part.u_a) for part in parts],
+                [(part, part.u_b) for part in parts],
+                [(part, spread_of(model, part.channel)) for model in runs for part in parts],
+            )
+        )
+        cases = of_a & ~of_b, of_b & ~of_a, of_a & of_b, ~(of_a | of_b), neighbours
+        for of_case, case in zip(masks.values(), cases, strict=True):
+            of_case.append(~channel.predictable & case)
+    count = {key: sum(int(mask.sum()) for mask in of_case) for key, of_case in masks.items()}
     causes = ("a", "b", "each", "together")
     total = sum(count[key] for key in causes)
     if not total:
         return {}
     chief = max(causes, key=lambda key: count[key])
-    first = int(np.logical_or.reduce(reasons[chief]).argmax())
+    first = int(np.any(masks[chief], axis=0).argmax())
     return {
         "unpredictable": {key: number / total for key, number in count.items()},
-        "unpredictable_from": float(time[first]),
+        "unpredictable_from": float(next(iter(results.values())).time[first]),
     }
-
-
-def _finer(model: Runs, name: str) -> Array:
-    """Return the refined run of a channel that has an uncertainty, shape (n,)."""
-    assert model.finer is not None
-    return model.finer.values(name)
 
 
 def _refinement(label: str, model: Runs, scene: Scene, excited: Channels) -> Refinement:
@@ -205,8 +200,7 @@ def _refinement(label: str, model: Runs, scene: Scene, excited: Channels) -> Ref
 
 def _coarser_than_strict(unpredictable: Mapping[str, Any], labels: tuple[str, str], scene: Scene) -> bool:
     """Return whether a model that limits the coverage runs at a setting coarser than strict."""
-    shares = unpredictable.get("unpredictable")
-    if not shares:
+    if not (shares := unpredictable.get("unpredictable")):
         return False
     most = max(shares["a"], shares["b"])
     for label in (label for key, label in zip("ab", labels, strict=True) if shares[key] == most):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import nan
 from typing import Any
 
 import numpy as np
@@ -49,9 +48,8 @@ def compare_channel(
     position that this channel follows is predictable, and its value follows from samples.
     """
     known = u[0] is not None and u[1] is not None
-    extent = float(np.ptp(np.concatenate([a, b]) if known else a))
-    scale = channel.scale_value(scene, extent)
-    comparison = ChannelComparison(
+    scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
+    result = ChannelComparison(
         definition=channel,
         scale=scale,
         time=time,
@@ -60,44 +58,42 @@ def compare_channel(
         u_a=u[0],
         u_b=u[1],
         tolerance=None if known or tolerance is None else tolerance * scale,
-        predictable=np.ones(time.shape, dtype=np.bool_),
+        predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
         limits=limits if known else replace(limits, share=share),
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
         time_tolerance=0.0 if known else time_tolerance,
     )
-    predictable = comparison.predictable if comparison.u is None else comparison.u <= limits.alpha * scale
-    comparison = replace(comparison, predictable=predictable if within is None else predictable & within)
-    judgement = _by_samples(comparison)
+    if result.u is not None:
+        result = replace(result, predictable=result.predictable & (result.u <= limits.alpha * scale))
+    result = replace(result, **_by_samples(result))
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if judgement["verdict"] == "indeterminate" and comparison.u is not None and channel.follows is None:
-        judgement |= _by_largest_uncertainty(comparison, limits.k * float(comparison.u.max()))
-    if gate and not known and judgement["verdict"] != "unexcited":
-        judgement |= _by_gate(comparison, gate, judgement["verdict"], judgement["basis"])
-    return replace(comparison, **judgement)
+    if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
+        result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
+    if gate and not known and result.verdict != "unexcited":
+        result = replace(result, **_by_gate(result, gate))
+    return result
 
 
 def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
     """Compare the judged samples with their thresholds; return the judgement's fields."""
     judged, threshold, limits = channel.judged, channel.threshold, channel.limits
-    count, nonzero = int(judged.sum()), int(channel.nonzero.sum())
+    count, outside = int(judged.sum()), int(channel.beyond.sum())
     fixed = channel.u is None
-    explained, outside, numbers = nan, 0, {}
+    found: dict[str, Any] = {"outside": outside}
+    explained = (count - outside) / count if count else 0.0
     if threshold is not None and count:
-        size = channel.size
         # A fixed threshold may be zero: of a channel that is constant in the first table.
         divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
-        worst = int(np.where(judged, size / divisor, -1.0).argmax())
-        inside = (size <= threshold)[judged]
-        explained, outside = float(np.mean(inside)), count - int(inside.sum())
-        numbers = {"worst": worst, "worst_threshold": float(threshold[worst])}
+        worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
+        found |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
     few_outside = not fixed and outside < limits.least_outside
     verdict = "indeterminate"
     if channel.extent < channel.definition.floor:
         verdict, basis = "unexcited", Basis.RANGE
     elif threshold is None:
         basis = Basis.NO_LIMIT
-    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * nonzero:
+    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * int(channel.nonzero.sum()):
         basis = Basis.COVERAGE
     elif not count:
         basis = Basis.NOTHING_JUDGED
@@ -107,7 +103,7 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
         basis = Basis.FEW_OUTSIDE
     else:
         verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
-    return {"verdict": verdict, "basis": basis, "explained": explained, "outside": outside, **numbers}
+    return found | {"verdict": verdict, "basis": basis}
 
 
 def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
@@ -118,24 +114,22 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[
     return {
         "verdict": "differ",
         "basis": Basis.LARGEST,
-        "explained": nan,
+        "explained": np.nan,
         "outside": int((~inside).sum()),
         "worst": int(channel.size.argmax()),
         "worst_threshold": largest,
     }
 
 
-def _by_gate(
-    channel: ChannelComparison, gate: Mapping[str, float], verdict: str, basis: Basis
-) -> dict[str, Any]:
+def _by_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> dict[str, Any]:
     """Hold the metrics of a channel against their limits; a difference that samples show remains."""
     values = information(channel.time, channel.a, channel.b, position=channel.definition.rate is not None)
     values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
     values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
     checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
-    if verdict == "differ":
-        return {"checks": checks}
-    if not all(check.met for check in checks):
-        return {"checks": checks, "verdict": "differ", "basis": Basis.GATE}
-    decided = {} if basis is not Basis.NO_LIMIT else {"verdict": "agree", "basis": Basis.GATE}
-    return {"checks": checks, **decided}
+    decided: dict[str, Any] = {}
+    if channel.verdict != "differ" and not all(check.met for check in checks):
+        decided = {"verdict": "differ", "basis": Basis.GATE}
+    elif channel.basis is Basis.NO_LIMIT:
+        decided = {"verdict": "agree", "basis": Basis.GATE}
+    return {"checks": checks} | decided

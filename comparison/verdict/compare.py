@@ -8,7 +8,7 @@ Roache).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isnan, nan
 from typing import Any
@@ -84,29 +84,16 @@ def compare(
         a number that is not finite, time that does not increase, a truncated run.
     """
     check_gate(gate or {})
-    both = tuple(zip(labels, (a, b), strict=True))
-    tables = {f"{label}{which}": table for label, runs in both for which, table in _runs(runs)}
+    labelled = tuple(zip(labels, (a, b), strict=True))
+    tables = {f"{label}{which}": table for label, runs in labelled for which, table in _tables(runs).items()}
     names = _names(a.base, b.base, scene, only)
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
-    _check_times(both)
-    warnings += _check_holes(both)
-    warnings += tuple(f"{label}: {line}" for label, runs in both for line in contact_warnings(runs.base))
+    warnings = (*warnings, *_check_times(labelled))
+    warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
     aligned = align(a.base, b.base, names)
-    interpolated = {"a": 0, "b": 1}.get(aligned.interpolated)
-    if interpolated is not None:
-        if a.finer is not None and b.finer is not None:
-            raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
-        warnings += (
-            f"{labels[interpolated]} was interpolated to the times of the other: events shorter than a "
-            "sample are not resolved",
-        )
-    if aligned.unknown:
-        count = sum(int(part.sum()) for part in aligned.unknown.values())
-        warnings += (
-            f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
-            "between them and the nearest samples of the interpolated table",
-        )
+    if aligned.interpolated and a.finer is not None and b.finer is not None:
+        raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
     period = period if scene is None else scene.period
     window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
@@ -147,8 +134,7 @@ def compare(
         )
         for name, channel in grids[0].items()
     }
-    if interpolated is not None and tolerance is not None:
-        warnings += _between((a, b)[interpolated].base, labels[interpolated], aligned, results, tolerance)
+    warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results, tolerance)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
         allowed_shift = _exceeded_shift(results, aligned, tolerance, time_tolerance)
@@ -169,9 +155,7 @@ def compare(
         shift=aligned.shift,
         allowed_shift=allowed_shift,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
-        attribution=attribute(
-            (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
-        ),
+        attribution=attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene),
     )
 
 
@@ -197,29 +181,26 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
 
     None where they record none; None and a warning where they record two that differ.
     """
-    record_a, record_b = a.provenance.get("scene"), b.provenance.get("scene")
+    record_a, record_b = (table.provenance.get("scene") for table in (a, b))
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
         return None, ()
     sections = {*record_a, *record_b} - {"scene", "solver", "output"}
-    changed = sorted(section for section in sections if record_a.get(section) != record_b.get(section))
-    if changed:
+    if changed := sorted(key for key in sections if record_a.get(key) != record_b.get(key)):
         return None, (
             f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
         )
+    solvers: dict[str, Any] = {}  # of the model that wrote each table
+    for table, record in ((a, record_a), (b, record_b)):
+        model = table.provenance.get("model")
+        if isinstance(model, str) and model in record.get("solver", {}):
+            solvers[model] = record["solver"][model]
     # Scales and channels do not depend on settings, and the model of a table need not be installed here.
-    record = {section: part for section, part in record_a.items() if section != "solver"}
-    for solver in (_solvers(a) | _solvers(b), {}):
+    for solver in (solvers, {}):
         try:
-            return scene_from_mapping(record | {"solver": solver}), ()
+            return scene_from_mapping(record_a | {"solver": solver}), ()
         except SceneError as error:
             reason = error
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
-
-
-def _solvers(table: Table) -> dict[str, Any]:
-    """Return the recorded settings of the model that wrote a table, by its name."""
-    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
-    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
 
 
 def _sampling_error(values: Sequence[float]) -> float:
@@ -230,37 +211,37 @@ def _sampling_error(values: Sequence[float]) -> float:
     return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
-def _runs(runs: Runs) -> Iterator[tuple[str, Table]]:
-    """Yield the runs of a model with what follows its name in messages."""
-    for kind in ("base", "finer", "perturbed", "other_perturbed", "coarser"):
-        if (table := getattr(runs, kind)) is not None:
-            yield "" if kind == "base" else f" {kind.replace('_', ' ')}", table
+def _tables(runs: Runs) -> dict[str, Table]:
+    """Return the runs of a model by what follows its name in messages."""
+    kinds = {"": "base"} | {
+        f" {kind.replace('_', ' ')}": kind for kind in ("finer", "perturbed", "other_perturbed", "coarser")
+    }
+    return {which: table for which, kind in kinds.items() if (table := getattr(runs, kind)) is not None}
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
-    known = a.known | b.known
+    known, there = a.known | b.known, {*a.names, *b.names}
     if scene is None:
-        return [name for name in known if name in a.frame or name in b.frame or name in (only or ())]
+        return [name for name in known if name in there or name in (only or ())]
     # Besides what every run of the scene holds there may be channels that no model writes.
     names = expected(scene.data)
-    names += [
-        name
-        for name, channel in known.items()
-        if channel.group in _BESIDES and (name in a.frame or name in b.frame)
-    ]
+    names += [name for name, channel in known.items() if channel.group in _BESIDES and name in there]
     if other := [name for name in only or () if name not in names]:
         raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
     return names if only is None else [name for name in names if name in only]
 
 
-def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
-    """Reject runs of one model on different grids, and tables of which one ends early."""
-    for label, runs in both:
-        for which, table in _runs(runs):
+def _check_times(labelled: Sequence[tuple[str, Runs]]) -> list[str]:
+    """Reject runs of one model on different grids, and tables that end early or have holes.
+
+    One missing row, or a hole in both tables, is a warning.
+    """
+    for label, runs in labelled:
+        for which, table in _tables(runs).items():
             if not np.array_equal(table.time, runs.base.time):
                 raise TableError(f"{label}{which}: its times differ from those of {label}")
-    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
+    (label_a, a), (label_b, b) = times = [(label, runs.base.time) for label, runs in labelled]
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
     if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
         ends = a[0], a[-1], b[0], b[-1]
@@ -269,15 +250,9 @@ def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
             f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: "
             "one of them is truncated"
         )
-
-
-def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
-    """Reject a table with a hole in its times; one missing row, or a hole in both, is a warning."""
-    shared = np.array_equal(both[0][1].base.time, both[1][1].base.time)
-    warnings: tuple[str, ...] = ()
-    for label, runs in both[:1] if shared else both:
-        gaps = holes(runs.base.time)
-        if not gaps:
+    shared, warnings = np.array_equal(a, b), []
+    for label, time in times[:1] if shared else times:
+        if not (gaps := holes(time)):
             continue
         longest = max(gaps, key=lambda hole: hole.end - hole.start)
         missing = sum(hole.missing for hole in gaps)
@@ -287,33 +262,45 @@ def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
         message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
         if not shared and missing != 1:
             raise TableError(message)
-        warnings += (message,)
+        warnings.append(message)
     return warnings
 
 
-def _between(
-    table: Table, label: str, aligned: Aligned, results: Mapping[str, ChannelComparison], tolerance: float
+def _interpolation(
+    sides: Mapping[str, tuple[str, Runs]],
+    aligned: Aligned,
+    results: Mapping[str, ChannelComparison],
+    tolerance: float | None,
 ) -> tuple[str, ...]:
-    """Report single samples of the interpolated table that stand out between the compared times."""
-    time, most, worst, count = table.time, 0.0, "", 0
-    between = ~np.isin(time, aligned.time)
-    if time.size < 3 or not between.any():
+    """Return what the interpolation of a table leaves out, such as what stands out between compared times."""
+    if not aligned.interpolated:
         return ()
-    for name, result in results.items():
-        values = continuous(table.values(name), result.definition)
-        apart = between * isolated(time, values, tolerance * result.scale)
-        at = int(apart.argmax())
-        count += bool(apart[at])
-        if apart[at] / (result.scale or 1.0) > most:
-            most = apart[at] / (result.scale or 1.0)
-            when = instant(time[at], time[at - 1], time[at + 1])
-            worst = f"{name} at t = {when} s by {apart[at]:.3g} {result.unit}".rstrip()
-    if not count:
-        return ()
-    return (
-        f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
-        f"by more than the tolerance, in {count} channels, most of all {worst}",
+    label, runs = sides[aligned.interpolated]
+    warnings: tuple[str, ...] = (
+        f"{label} was interpolated to the times of the other: events shorter than a sample are not resolved",
     )
+    if aligned.unknown:
+        count = sum(int(part.sum()) for part in aligned.unknown.values())
+        warnings += (
+            f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
+            "between them and the nearest samples of the interpolated table",
+        )
+    time, outstanding = runs.base.time, []
+    between = ~np.isin(time, aligned.time)
+    for name, result in results.items() if tolerance is not None and time.size >= 3 else ():
+        values = continuous(runs.base.values(name), result.definition)
+        apart = between * isolated(time, values, (tolerance or 0.0) * result.scale)
+        at = int(apart.argmax())
+        if apart[at]:
+            when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
+            outstanding.append((apart[at] / (result.scale or 1.0), f"{name} at t = {when} s by {size}"))
+    if outstanding:
+        warnings += (
+            f"{label}: samples between the compared times are not judged; some stand out from their "
+            f"neighbours by more than the tolerance, in {len(outstanding)} channels, most of all "
+            f"{max(outstanding, key=lambda one: one[0])[1].rstrip()}",
+        )
+    return warnings
 
 
 def _exceeded_shift(
@@ -334,15 +321,15 @@ def _exceeded_shift(
         rate = position.definition.rate
         if rate is None or position.verdict == "unexcited" or position.u is not None:
             continue
-        if rate in results:
-            scale = results[rate].scale
-        else:
-            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
-            scale = max(float(np.ptp(slope)) for slope in slopes)
+        sides = position.a, position.b
+        scale = (
+            results[rate].scale
+            if rate in results
+            else max(float(np.ptp(np.gradient(values, aligned.time))) for values in sides)
+        )
         if not scale:  # of a constant rate
             scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
-        if scale:
-            times.append(position.scale / scale)
+        times += [position.scale / scale] if scale else []
     limit, shift = (tolerance or 0.0) * min(times, default=0.0), aligned.shift
     limit = max(limit, time_tolerance) if limit else limit
     exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit

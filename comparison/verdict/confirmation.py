@@ -27,8 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import nan
-from typing import NamedTuple
+from math import inf, nan
 
 import numpy as np
 import pandas as pd
@@ -36,10 +35,10 @@ import pandas as pd
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
 from comparison.metrics.outliers import Parting, clustered, distances, parting_contact, split
 from comparison.scene import Scene, digest
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
-from comparison.verdict.results import Basis, ChannelComparison, Confirmation, Doubt, SceneComparison
+from comparison.verdict.results import Confirmation, Doubt, SceneComparison
 
 MEMBERS = {"reference": 99}
 """Runs in an ensemble, by model; the reference takes 0.03 s each."""
@@ -54,8 +53,7 @@ Run = Callable[[Sequence[Scene], str], list[Table]]
 """Runs scenes by a model and returns the tables of the runs that succeeded."""
 Ensembles = Mapping[int, Sequence[Table]]
 """Of the first model (0) and the second (1); of one that is too slow there is none."""
-Judge = Callable[[tuple[Sequence[Table], Sequence[Table]]], SceneComparison]
-"""Compares the runs with the uncertainty of both ensembles."""
+Pair = tuple[Sequence[Table], Sequence[Table]]
 
 
 def confirm(
@@ -78,65 +76,69 @@ def confirm(
         return unconfirmed(result, Doubt.TOLERANCE)
     if movable(scene) is None:
         return unconfirmed(result, Doubt.RIGID)
-    if all(too_slow(scene, model) for model in models):
+    quick = [side for side, model in enumerate(models) if not too_slow(scene, model)]
+    if not quick:
         return unconfirmed(result, Doubt.SLOW)
+    positions = [result.channels[name] for name in ("slider_x", "slider_angle") if name in result.channels]
+    ends = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
+    errors = [starting_error(model, scene, min(ends, default=result.time.size)) for model in runs]
+    if len(quick) < len(models):  # one is ranked in the other's ensemble: the larger error counts
+        errors = [(max(shift for shift, _ in errors), np.maximum(*(until for _, until in errors)))] * 2
     ensembles, shifts = {}, [nan, nan]
-    for side, error in _ensemble_errors(result, runs, scene, models).items():
-        base, shifts[side] = runs[side].base, error.shift
+    for side in quick:
+        model, base, (shift, until) = models[side], runs[side].base, errors[side]
+        shifts[side], share = shift, np.minimum(until / shift, 1.0)
         ensembles[side] = [
-            scaled_member(table, base, error.share)
-            for table in run(moved_starts(scene, models[side], error.shift), models[side])
+            scaled_member(table, base, share)
+            for table in run(moved_starts(scene, model, shift), model)
             if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
+    found = decided(result, runs, ensembles, lambda large: judged_again(result, runs, scene, large))
+    assert found.confirmation is not None
+    return replace(found, confirmation=replace(found.confirmation, shifts=(shifts[0], shifts[1])))
 
-    def judge(ensembles: tuple[Sequence[Table], Sequence[Table]]) -> SceneComparison:
-        judged = compare(
-            *runs,
-            scene=scene,
-            labels=result.labels,
-            command=result.command,
-            tier=result.tier,
-            only=list(result.channels),
-            ensembles=ensembles,
-        )
-        kept = {key: getattr(result, key) for key in ("name", "warnings", "tight", "reliability")}
-        return replace(judged, **kept)
 
-    return decided(result, runs, ensembles, judge, (shifts[0], shifts[1]))
+def judged_again(
+    result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, ensembles: Pair = ((), ())
+) -> SceneComparison:
+    """Return the comparison of the same channels by other runs, or by more."""
+    judged = compare(
+        *runs,
+        scene=scene,
+        labels=result.labels,
+        command=result.command,
+        tier=result.tier,
+        only=list(result.channels),
+        ensembles=ensembles,
+    )
+    return replace(judged, name=result.name, warnings=result.warnings, refined=result.refined)
 
 
 def decided(
     result: SceneComparison,
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
-    judge: Judge,
-    shifts: tuple[float, float] = (nan, nan),
+    judge: Callable[[Pair], SceneComparison],
 ) -> SceneComparison:
     """Confirm a difference by ensembles of at least `ENOUGH` members, or judge with their uncertainty."""
-    members = (len(ensembles.get(0, ())), len(ensembles.get(1, ())))
     large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
+    pair = large.get(0, ()), large.get(1, ())
+    members, since = (len(ensembles.get(0, ())), len(ensembles.get(1, ()))), result.attribution.outside_from
     farther, excess = _ranks(result, runs, large)
-    if any(farther.values()):
-        judged = judge((large.get(0, ()), large.get(1, ())))
+    if any(farther):
+        judged = judge(pair)
         if judged.verdict != "differ":
-            confirmation = Confirmation(
-                "underestimated",
-                members=members,
-                shifts=shifts,
-                farther=(farther.get(0, 0), farther.get(1, 0)),
-                since=result.attribution.outside_from,
-            )
+            confirmation = Confirmation("underestimated", members=members, farther=farther, since=since)
             return replace(judged, confirmation=_explained(confirmation, result, judged, runs, large))
-        result, (farther, excess) = judged, _ranks(judged, runs, large)
+        result, (_, excess) = judged, _ranks(judged, runs, large)
     if len(large) < len(ensembles):
-        return unconfirmed(result, Doubt.FEW_RUNS, members, shifts)
+        return unconfirmed(result, Doubt.FEW_RUNS, members)
     since = result.attribution.outside_from
-    first, second = ([model.base, *large.get(side, ())] for side, model in enumerate(runs))
+    first, second = ([model.base, *tables] for model, tables in zip(runs, pair, strict=True))
     confirmation = Confirmation(
         "confirmed",
         members=members,
-        shifts=shifts,
-        excess=min(excess.values()),
+        excess=excess,
         since=since,
         parting=_parting(first, second, result, since),
         parted=result.labels,
@@ -144,67 +146,34 @@ def decided(
     return replace(result, confirmation=confirmation)
 
 
-def unconfirmed(
-    result: SceneComparison,
-    doubt: Doubt,
-    members: tuple[int, int] = (0, 0),
-    shifts: tuple[float, float] = (nan, nan),
-) -> SceneComparison:
+def unconfirmed(result: SceneComparison, doubt: Doubt, members: tuple[int, int] = (0, 0)) -> SceneComparison:
     """Return the difference with what keeps it from being confirmed."""
     since = result.attribution.outside_from
-    return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, shifts, since=since))
-
-
-def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
-    """Return the samples of a channel that decide, shape (n,), and u on these; it has an uncertainty.
-
-    Where the largest u of all times decides, these are all samples, as in `comparison.verdict.channel`.
-    """
-    u = _u(channel)
-    if channel.basis is Basis.LARGEST:
-        return channel.nonzero, np.full(int(channel.nonzero.sum()), u.max())
-    return channel.judged, u[channel.judged]
-
-
-def _u(channel: ChannelComparison) -> Array:
-    assert channel.u is not None
-    return channel.u
+    return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, since=since))
 
 
 def _ranks(
     result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles
-) -> tuple[dict[int, int], dict[int, float]]:
+) -> tuple[tuple[int, int], float]:
     """Rank each model's run in the other's ensemble, over the predictable samples of all judged channels.
 
-    By the side of the ensemble: number of members that lie, left out, at least as far from the others as the
-    other model's run from all; distance of that run over that of the farthest member.
+    By ensemble: number of members that lie, left out, at least as far from the others as the other model's
+    run from all; and the least distance of such a run over that of the farthest member.
     """
-    farther, excess = {}, {}
+    farther, excess = [0, 0], inf
     for side, tables in ensembles.items():
         members, other = np.zeros(len(tables)), 0.0
         for name, channel in result.excited.items():
-            mask, floor = judged_samples(channel)
+            mask, floor = channel.deciding
             values = np.array([table.values(name)[mask] for table in tables])
             left_out, away = distances(values, runs[1 - side].base.values(name)[mask], floor)
             members, other = np.maximum(members, left_out), max(other, away)
         farther[side] = int((members >= other).sum())
-        excess[side] = other / float(members.max()) if members.max() > 0.0 else np.inf
-    return farther, excess
+        excess = min(excess, other / float(members.max()) if members.max() > 0.0 else inf)
+    return (farther[0], farther[1]), excess
 
 
 # Starts
-
-
-class StartingError(NamedTuple):
-    """Initial perturbation equivalent to a model's error."""
-
-    shift: float  # standard deviation of the starts of an ensemble, m
-    until: Array  # equivalent error accumulated until each sample, w(t), m, shape (n,)
-
-    @property
-    def share(self) -> Array:
-        """Weight of the members' deviations at each sample, up to 1, shape (n,)."""
-        return np.minimum(self.until / self.shift, 1.0)
 
 
 def too_slow(scene: Scene, model: str) -> bool:
@@ -212,29 +181,16 @@ def too_slow(scene: Scene, model: str) -> bool:
     return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] == "full"
 
 
-def _ensemble_errors(
-    result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, models: tuple[str, str]
-) -> dict[int, StartingError]:
-    """Return the starting error by side of the ensembles; the larger of both where a model is too slow."""
-    positions = [result.channels[name] for name in ("slider_x", "slider_angle") if name in result.channels]
-    first = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
-    before = min(first, default=result.time.size)
-    errors = [starting_error(model, scene, before) for model in runs]
-    slow = [too_slow(scene, model) for model in models]
-    if any(slow):
-        larger = StartingError(max(e.shift for e in errors), np.maximum(*(e.until for e in errors)))
-        errors = [larger, larger]
-    return {side: errors[side] for side in (0, 1) if not slow[side]}
+def starting_error(runs: Runs, scene: Scene, before: int) -> tuple[float, Array]:
+    """Return the initial perturbation equivalent to a model's error, from so many samples; see above.
 
-
-def starting_error(runs: Runs, scene: Scene, before: int) -> StartingError:
-    """Return the initial perturbation equivalent to a model's error, from so many samples; see above."""
+    That is the standard deviation of the starts of an ensemble, and w(t), shape (n,); both in m.
+    """
     least = perturbation(scene)
-    until = np.full(runs.base.time.size, least)
+    until, worth = np.full(runs.base.time.size, least), [np.zeros(1)]
     lengths = {"slider_x": 1.0}
     if movable(scene) == "slider":
         lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
-    worth = [np.zeros(1)]
     for name, length in lengths.items():
         if runs.finer is None or not runs.perturbed_runs:
             continue
@@ -248,8 +204,7 @@ def starting_error(runs: Runs, scene: Scene, before: int) -> StartingError:
         grown = np.maximum.accumulate(np.maximum(response, 1.0))
         arisen = np.maximum.accumulate(np.maximum.accumulate(error) / grown)
         until[:before] = np.maximum(until[:before], arisen)
-    until = np.maximum.accumulate(until)
-    return StartingError(max(float(np.median(np.concatenate(worth))), least), until)
+    return max(float(np.median(np.concatenate(worth))), least), np.maximum.accumulate(until)
 
 
 def moved_starts(scene: Scene, model: str, shift: float) -> list[Scene]:
@@ -277,48 +232,39 @@ def _explained(
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
 ) -> Confirmation:
-    """Add the factor of the underestimation and, if that is suspicious, the decisive contact."""
-    factor, worst = _underestimation(before, after)
+    """Add the factor of the underestimation and, if that is suspicious, the decisive contact.
+
+    The factor is the largest of all channels: the ensembles' largest distance over u, at the samples at which
+    the difference was outside k u. Elsewhere an ensemble may be wider without having made the difference; and
+    of these samples the share that a verdict may leave unexplained does not count, such as one in which a
+    contact begins.
+    """
+    factors = []
+    for channel in before.that("differ"):
+        (mask, floor), wider = channel.deciding, after.channels[channel.channel].u
+        assert wider is not None
+        outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
+        ratio = wider[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
+        factor = float(np.quantile(ratio, channel.limits.share, method="lower"))
+        sample = int(np.flatnonzero(mask)[(wider[mask] / floor).argmax()])
+        factors.append((factor, sample, channel.channel))
+    factor, sample, name = max(factors, key=lambda one: one[0])
     cluster = _cluster(before, ensembles)
     confirmation = replace(confirmation, factor=factor, clustered=cluster is not None)
     if not confirmation.suspicious:
         return confirmation
-    if cluster is None:
-        name, (mask, floor) = worst, judged_samples(before.channels[worst])
-        sample = int(np.flatnonzero(mask)[(_u(after.channels[name])[mask] / floor).argmax()])
-        values = {
-            side: [table.values(name)[sample] for table in (runs[side].base, *tables)]
-            for side, tables in ensembles.items()
-        }
-        side = max(values, key=lambda side: np.ptp(values[side]))
-    else:
+    families = {side: [runs[side].base, *tables] for side, tables in ensembles.items()}
+    if cluster is not None:
         sample, side, name = cluster
-    tables = [runs[side].base, *ensembles[side]]
-    above = split(np.array([table.values(name)[sample] for table in tables]))
+    else:
+        side = max(families, key=lambda of: np.ptp([table.values(name)[sample] for table in families[of]]))
+    above = split(np.array([table.values(name)[sample] for table in families[side]]))
     low, high = (
-        [table for table, is_above in zip(tables, above, strict=True) if is_above == which]
+        [table for table, is_above in zip(families[side], above, strict=True) if is_above == which]
         for which in (False, True)
     )
     parting = _parting(low, high, before, float(before.time[sample]))
     return replace(confirmation, parting=parting, parted=(before.labels[side],) * 2)
-
-
-def _underestimation(before: SceneComparison, after: SceneComparison) -> tuple[float, str]:
-    """Return the largest factor of underestimation, and its channel.
-
-    That is the ensembles' largest distance over u, at the samples at which the difference was outside k u.
-    Elsewhere an ensemble may be wider without having made the difference; and of these samples the share
-    that a verdict may leave unexplained does not count, such as one in which a contact begins.
-    """
-    factors = []
-    for name, channel in before.channels.items():
-        if channel.verdict != "differ":
-            continue
-        mask, floor = judged_samples(channel)
-        outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
-        ratio = _u(after.channels[name])[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
-        factors.append((float(np.quantile(ratio, channel.limits.share, method="lower")), name))
-    return max(factors, key=lambda factor: factor[0])
 
 
 def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, int, str] | None:
@@ -333,7 +279,7 @@ def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, int, s
         for name, channel in result.excited.items():
             if channel.definition.follows is not None:
                 continue
-            mask, floor = judged_samples(channel)
+            mask, floor = channel.deciding
             parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)
             if parted.sum() > (1.0 - channel.limits.share) * parted.size:
                 clusters.append((int(np.flatnonzero(mask)[parted.argmax()]), side, name))

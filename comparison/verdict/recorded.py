@@ -51,6 +51,12 @@ class Recorded:
         known = self.known_refinement
         return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
 
+    def each(self, change: Callable[[Table], Table]) -> Recorded:
+        """Return the program with all its runs changed."""
+        finer, coarser = (run and change(run) for run in (self.finer, self.coarser))
+        perturbed = [change(run) for run in self.perturbed]
+        return replace(self, base=change(self.base), finer=finer, coarser=coarser, perturbed=perturbed)
+
 
 def compare_recorded(
     a: Recorded,
@@ -72,55 +78,36 @@ def compare_recorded(
     if (a.finer is None) != (b.finer is None):
         lacks = labels[0] if a.finer is None else labels[1]
         raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
-    a, b = _at_its_times(a), _at_its_times(b)
-    if a.finer is None:
-        return compare(a.runs, b.runs, scene=scene, labels=labels, warnings=warnings, **options)
-    # Whole revolutions are taken out of the angles: runs that count them differently are one.
-    like = a.base
-    a, b = (_with_runs(program, lambda run: unwound(run, like)) for program in (a, b))
-    for label, program in zip(labels, (a, b), strict=True):
-        warnings += _assumed(label, program)
+    a, b = (program.each(partial(_at_its_times, base=program.base)) for program in (a, b))
+    if a.finer is not None:
+        # Whole revolutions are taken out of the angles: runs that count them differently are one.
+        a, b = (program.each(partial(unwound, like=a.base)) for program in (a, b))
+        for label, program in zip(labels, (a, b), strict=True):
+            warnings += _assumed(label, program)
     runs = a.runs, b.runs
     judge = partial(compare, *runs, scene=scene, labels=labels, warnings=warnings, **options)
     result = judge()
-    if result.verdict != "differ":
+    if a.finer is None or result.verdict != "differ":
         return result
-    ensembles = {side: runs.perturbed[2:] for side, runs in enumerate((a, b)) if runs.perturbed[2:]}
+    ensembles = {side: of.perturbed[2:] for side, of in enumerate((a, b)) if of.perturbed[2:]}
     if not ensembles:
         return unconfirmed(result, Doubt.NO_STARTS)
     return decided(result, runs, ensembles, lambda large: judge(ensembles=large))
 
 
-def _with_runs(program: Recorded, change: Callable[[Table], Table]) -> Recorded:
-    """Return a program with all its runs changed."""
-    return replace(
-        program,
-        base=change(program.base),
-        finer=program.finer and change(program.finer),
-        coarser=program.coarser and change(program.coarser),
-        perturbed=[change(run) for run in program.perturbed],
-    )
-
-
-def _at_its_times(program: Recorded) -> Recorded:
-    """Give all runs of a program the times of its base where they differ by what adding up steps rounds."""
-
-    def numbers(run: Table) -> bool:  # what is no number is refused by the comparison
-        return run.frame["time"].dtype.kind in "fiu" and run.time.size > 0
-
-    def at_the_times_of_its_base(run: Table) -> Table:
-        if not numbers(run) or run.time.size != time.size:
+def _at_its_times(run: Table, base: Table) -> Table:
+    """Give a run the times of the base where they differ by what adding up steps rounds."""
+    for table in (run, base):  # what is no number is refused by the comparison
+        if table.frame["time"].dtype.kind not in "fiu" or table.time.size == 0:
             return run
-        # Late times round coarsely.
-        rounding = max(TIME_ROUND_OFF * (time[-1] - time[0]), 4 * np.spacing(np.abs(time).max()))
-        if not 0.0 < np.abs(run.time - time).max() <= rounding:
-            return run
-        return replace(run, frame=run.frame.assign(time=time))
-
-    if not numbers(program.base):
-        return program
-    time = program.base.time
-    return _with_runs(program, at_the_times_of_its_base)
+    time = base.time
+    if run.time.size != time.size:
+        return run
+    # Late times round coarsely.
+    rounding = max(TIME_ROUND_OFF * (time[-1] - time[0]), 4 * np.spacing(np.abs(time).max()))
+    if not 0.0 < np.abs(run.time - time).max() <= rounding:
+        return run
+    return replace(run, frame=run.frame.assign(time=time))
 
 
 def _assumed(label: str, program: Recorded) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import Scene
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import Run, confirm, judged_samples, too_slow
+from comparison.verdict.confirmation import Run, confirm, judged_again, too_slow
 from comparison.verdict.results import SceneComparison
 
 ENOUGH = 2
@@ -72,41 +72,48 @@ def settle(
     ``run_families`` is called once a level, and once for the third opinion; ``level`` says by how much the
     runs are finer than the scene's own already; the rest as of `comparison.verdict.confirmation.confirm`.
     """
+
+    def confirmed(last: Settled) -> Settled:
+        found = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
+        return replace(last, comparison=found)
+
+    def third_opinion(last: Settled) -> str:
+        """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
+        closer = tight(last.scene, models)
+        if closer is None or any(too_slow(closer, model) for model in models):
+            return ""
+        if (again := run_families(closer)) is None:
+            return ""
+        judged = compare(*again, scene=closer, labels=result.labels, tier="tight")
+        return confirm(judged, again, scene=closer, models=models, run=run).verdict
+
     levels = [Settled(replace(result, refined=level), runs, scene)]
     if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
-        return _confirmed(levels[0], models, run)
+        return confirmed(levels[0])
     opinion: str | None = None
     while True:
         last = levels[-1]
         stays = last.comparison.verdict == "differ" and _converged(levels, models)
         if stays and opinion is None:
-            opinion = _third_opinion(last, models, run, run_families)
+            opinion = third_opinion(last)
         closer = _finer(last.scene, models, level + len(levels))
         if stays and (opinion != "agree" or closer is None):
-            return _confirmed(last, models, run)
+            return confirmed(last)
         if last.comparison.verdict == "indeterminate" and len(levels) > ENOUGH:
             return last
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        judged = compare(
-            *again,
-            scene=closer,
-            labels=result.labels,
-            command=result.command,
-            tier=result.tier,
-            only=list(result.channels),
-        )
-        judged = replace(judged, name=result.name, warnings=result.warnings, refined=level + len(levels))
+        judged = replace(judged_again(result, again, closer), refined=level + len(levels))
         levels.append(Settled(judged, again, closer))
-        if levels[-1].comparison.verdict == "agree":
+        if judged.verdict == "agree":
             return levels[-1]
     if last.comparison.verdict != "differ":
         return last
     if opinion is None and len(levels) > ENOUGH:
-        opinion = _third_opinion(last, models, run, run_families)
+        opinion = third_opinion(last)
     if len(levels) <= ENOUGH or opinion == "differ":  # no finer run was to be had, or none is needed
-        return _confirmed(last, models, run)
+        return confirmed(last)
     return replace(last, comparison=replace(last.comparison, verdict="indeterminate", unsettled=True))
 
 
@@ -125,11 +132,8 @@ def without_violation(
         return None
     step = scene.data["solver"]["exudyn"]["step"]
     messages = "; ".join(outcome.message for _, outcome in failed)
-    return (
-        closer,
-        runs,
-        (f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}",),
-    )
+    warning = f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
+    return closer, runs, (warning,)
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
@@ -150,35 +154,15 @@ def _converged(levels: Sequence[Settled], models: Sequence[str]) -> bool:
     if len(levels) <= ENOUGH:
         return False
     comparison, scene = levels[-1].comparison, levels[-1].scene
+    stepped = [side for side, model in enumerate(models) if too_slow(scene, model)]
     ratios = []
-    for name, channel in comparison.channels.items():
-        if channel.verdict != "differ":
-            continue
-        mask, u = judged_samples(channel)
+    for channel in comparison.that("differ"):
+        mask, u = channel.deciding
         difference = np.abs(channel.difference[mask])
         outside = difference > channel.limits.k * u
-        moves = [
-            np.abs(coarse.runs[side].base.values(name) - fine.runs[side].base.values(name))[mask]
-            for coarse, fine in zip(levels[-3:], levels[-2:], strict=False)
-            for side, model in enumerate(models)
-            if too_slow(scene, model)
+        values = [
+            [of.runs[side].base.values(channel.channel)[mask] for side in stepped] for of in levels[-3:]
         ]
-        ratios.append(np.max(moves, axis=0)[outside] / difference[outside])
+        moved = np.abs(np.diff(values, axis=0)).max(axis=(0, 1))
+        ratios.append(moved[outside] / difference[outside])
     return bool(np.median(np.concatenate(ratios)) <= CONVERGED)
-
-
-def _third_opinion(last: Settled, models: tuple[str, str], run: Run, run_families: RunFamilies) -> str:
-    """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
-    closer = tight(last.scene, models)
-    if closer is None or any(too_slow(closer, model) for model in models):
-        return ""
-    runs = run_families(closer)
-    if runs is None:
-        return ""
-    comparison = compare(*runs, scene=closer, labels=last.comparison.labels, tier="tight")
-    return confirm(comparison, runs, scene=closer, models=models, run=run).verdict
-
-
-def _confirmed(last: Settled, models: tuple[str, str], run: Run) -> Settled:
-    comparison = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
-    return replace(last, comparison=replace(comparison, refined=last.comparison.refined))

@@ -1,7 +1,4 @@
-"""Results of a comparison as data: of one channel, of a scene at one tier, and why it is so.
-
-No sentences: `comparison.words.verdicts` makes them of these numbers.
-"""
+"""Results of a comparison as data, of a channel and of a scene at one tier; `comparison.words` says them."""
 
 from __future__ import annotations
 
@@ -83,10 +80,10 @@ class Check:
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Comparison of one channel of two runs at ``n`` common times; arrays have shape (n,).
+    """Comparison of one channel of two runs at ``n`` common times; arrays have shape (n,), unknown is nan.
 
     ``worst`` is the sample with the largest |a - b| / threshold of those that decide, of which ``outside``
-    are outside; ``explained`` the share of the judged samples within. Unknown numbers are nan.
+    are outside; ``explained`` the share of the judged samples within.
     """
 
     definition: Channel
@@ -127,24 +124,24 @@ class ChannelComparison:
 
     @cached_property
     def difference(self) -> Array:
-        """A - b, shape (n,)."""
+        """A - b."""
         return self.a - self.b
 
     @cached_property
     def size(self) -> Array:
-        """What is held against the threshold, shape (n,): |a - b|, or within the time tolerance less."""
+        """What is held against the threshold: |a - b|, or within the time tolerance less."""
         if self.time_tolerance:
             return tube_distance(self.time, self.a, self.b, self.time_tolerance)
         return np.abs(self.difference)
 
     @cached_property
     def u(self) -> Array | None:
-        """Numerical uncertainty of the difference, shape (n,); None if unknown."""
+        """Numerical uncertainty of the difference; None if unknown."""
         return None if self.u_a is None or self.u_b is None else combined(self.u_a, self.u_b)
 
     @cached_property
     def threshold(self) -> Array | None:
-        """Threshold of |a - b|, shape (n,): k u, or the tolerance; None without either."""
+        """Threshold of |a - b|: k u, or the tolerance; None without either."""
         if self.u is not None:
             return self.limits.k * self.u
         return None if self.tolerance is None else np.full(self.time.shape, self.tolerance)
@@ -156,19 +153,26 @@ class ChannelComparison:
 
     @property
     def nonzero(self) -> BoolArray:
-        """Samples at which not both results are zero, shape (n,): a zero force in both is no evidence."""
-        happens: BoolArray = (self.a != 0) | (self.b != 0)
-        return happens
+        """Samples at which not both results are zero: a zero force in both is no evidence."""
+        return np.asarray((self.a != 0) | (self.b != 0))
 
     @property
     def judged(self) -> BoolArray:
-        """Samples on which the verdict rests, shape (n,): predictable and non-zero."""
+        """Samples on which the verdict rests: predictable and non-zero."""
         return self.predictable & self.nonzero
 
     @property
     def beyond(self) -> BoolArray:
-        """Judged samples outside their threshold, shape (n,)."""
-        return self.judged & (self.size > (np.inf if self.threshold is None else self.threshold))
+        """Judged samples outside their threshold."""
+        return self.judged & (self.size > (inf if self.threshold is None else self.threshold))
+
+    @property
+    def deciding(self) -> tuple[BoolArray, Array]:
+        """Samples that decide, and u on these: all non-zero ones where the largest u of all times does."""
+        assert self.u is not None
+        if self.basis is Basis.LARGEST:
+            return self.nonzero, np.full(int(self.nonzero.sum()), self.u.max())
+        return self.judged, self.u[self.judged]
 
     @property
     def coverage(self) -> float:
@@ -178,20 +182,17 @@ class ChannelComparison:
     @property
     def worst_time(self) -> float:
         """Time of the worst sample, s."""
-        return self._at_worst(self.time)
+        return nan if self.worst is None else float(self.time[self.worst])
 
     @property
     def worst_difference(self) -> float:
         """Difference at the worst sample."""
-        return self._at_worst(self.difference)
+        return nan if self.worst is None else float(self.difference[self.worst])
 
     @property
     def worst_size(self) -> float:
         """What was held against the threshold at the worst sample."""
-        return self._at_worst(self.size)
-
-    def _at_worst(self, values: Array) -> float:
-        return nan if self.worst is None else float(values[self.worst])
+        return nan if self.worst is None else float(self.size[self.worst])
 
     @cached_property
     def max_difference(self) -> float:
@@ -216,16 +217,14 @@ class ChannelComparison:
     @property
     def largest_predictable(self) -> float:
         """Largest |a - b| of the predictable samples."""
-        part = self.difference[self.predictable]
-        return float(np.max(np.abs(part))) if part.size else nan
+        return maximum(self.difference[self.predictable]) if self.predictable.any() else nan
 
     @cached_property
     def ratio(self) -> float:
         """The |a - b| / threshold that the required share of the judged samples stays within.
 
         The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
-        agrees, nan unless it agrees or differs by its samples. Where the largest u of all times decides, all
-        non-zero samples count.
+        agrees, nan unless it agrees or differs by its samples.
         """
         if self.verdict not in ("agree", "differ") or self.threshold is None or self.basis is Basis.GATE:
             return nan
@@ -262,17 +261,13 @@ class ChannelComparison:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What a level finer changes in one model.
-
-    ``settings`` that it changes, as they are now, first the one whose ratio is ``factor``; ``order`` at which
-    the error should follow it, and the one that three levels show.
-    """
+    """What a level finer changes in one model."""
 
     label: str
-    settings: Mapping[str, float]
+    settings: Mapping[str, float]  # that it changes, as they are; first the one whose ratio is the factor
     factor: float
-    order: float
-    observed: float = nan
+    order: float  # at which the error should follow that setting
+    observed: float = nan  # the order that three levels show
 
     @property
     def gain(self) -> float:
@@ -282,41 +277,23 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Attribution of the difference of a scene at one tier; unknown values are nan or empty.
+    """What the difference of a scene at one tier is due to; unknown values are nan or empty."""
 
-    Attributes
-    ----------
-    explained
-        Share of the judged samples of all excited channels together that are within k u.
-    cause
-        "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models".
-    remaining, channels
-        Remaining share of the difference with the run of "a", "b" or "both" refined; the same by channel.
-    still_moves
-        "a", "b": share of the samples outside the band near which refinement moves the run by as much.
-    unpredictable, unpredictable_from
-        Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
-        alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread
-        suffices. First of the most frequent of these, s.
-    outside_from, outside_in
-        First judged sample outside the band or the tolerance, s, and its channel.
-    refinements
-        Of both models, where both can be refined.
-    strict_helps
-        Whether the model that limits the coverage runs coarser than at "strict".
-    """
-
-    explained: float = nan
-    cause: str = ""
+    explained: float = nan  # share of the judged samples of all excited channels that are within k u
+    cause: str = ""  # "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"
+    # Remaining share of the difference with the run of "a", "b" or "both" refined; the same by channel
     remaining: dict[str, float] = field(default_factory=dict)
     channels: dict[str, dict[str, float]] = field(default_factory=dict)
+    # "a", "b": share of the samples outside the band near which refinement moves the run by as much
     still_moves: dict[str, float] = field(default_factory=dict)
+    # Why samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
+    # alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices.
     unpredictable: dict[str, float] = field(default_factory=dict)
-    unpredictable_from: float = nan
-    outside_from: float = nan
+    unpredictable_from: float = nan  # first of the most frequent of these, s
+    outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
-    refinements: tuple[Refinement, ...] = ()
-    strict_helps: bool = False
+    refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
+    strict_helps: bool = False  # the model that limits the coverage runs coarser than at "strict"
 
 
 class Doubt(Enum):
@@ -331,19 +308,14 @@ class Doubt(Enum):
 
 @dataclass(frozen=True)
 class Confirmation:
-    """What ensembles of runs from moved starts say of a verdict "differ".
+    """What ensembles of runs from moved starts say of a verdict "differ"."""
 
-    ``outcome``: "confirmed", "unconfirmed" by a doubt, or "underestimated": the uncertainty was too small.
-    """
-
-    outcome: str
+    outcome: str  # "confirmed", "unconfirmed" by a doubt, or "underestimated": the uncertainty was too small
     doubt: Doubt | None = None
     members: tuple[int, int] = (0, 0)  # runs in the ensemble of each model
     shifts: tuple[float, float] = (nan, nan)  # standard deviation of their starts, m
     farther: tuple[int, int] = (0, 0)  # how many of them are as far out as the other model's run
-    excess: float = (
-        nan  # the least distance of a run from the other's ensemble over that of its farthest member
-    )
+    excess: float = nan  # least distance of a run from the other's ensemble over that of its farthest member
     factor: float = nan  # by which the uncertainty was underestimated
     since: float = nan  # first sample at which the difference exceeded k u, s
     clustered: bool = False  # clusters farther apart than they are wide, and than the uncertainty
@@ -353,7 +325,7 @@ class Confirmation:
     @property
     def fewest(self) -> int:
         """Runs of the smaller ensemble; 0 without any."""
-        return min((count for count in self.members if count), default=0)
+        return min(filter(None, self.members), default=0)
 
     @property
     def suspicious(self) -> bool:
@@ -398,17 +370,18 @@ class SceneComparison:
     def decisive(self) -> ChannelComparison | None:
         """The channel nearest to its limit, or farthest beyond; None where no sample decides."""
         differs = self.verdict == "differ"
-        return decisive(self._with_verdict("differ") if differs else self.channels.values())
+        return decisive(self.that("differ") if differs else self.channels.values())
 
     @property
     def worst_channel(self) -> ChannelComparison | None:
         """The channel that decides: where indeterminate that with the least coverage, else `decisive`."""
-        same = self._with_verdict(self.verdict)
+        same = self.that(self.verdict)
         if self.verdict == "indeterminate" and same:
             return min(same, key=lambda channel: channel.coverage)
         return self.decisive or next(iter(same), None)
 
-    def _with_verdict(self, verdict: str) -> list[ChannelComparison]:
+    def that(self, verdict: str) -> list[ChannelComparison]:
+        """Return the channels with a verdict."""
         return [channel for channel in self.channels.values() if channel.verdict == verdict]
 
     @property
@@ -432,30 +405,32 @@ class SceneComparison:
         return (self,) if self.tight is None else (self, self.tight)
 
     @property
+    def worst_verdict(self) -> str:
+        """The worse of the verdicts at its tiers."""
+        return max((tier.verdict for tier in self.tiers), key=rank)
+
+    @property
     def situations(self) -> tuple[Mapping[str, float] | None, Mapping[str, float] | None]:
         """Time shares of the paper's four contact situations in both results."""
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        return self._shares(time_shares) if corners else (None, None)
+        return self._shares(time_shares, corners)
 
     @property
     def pin_contact(self) -> tuple[float | None, float | None]:
         """Time share of contact at the crank pin in both results; None without events or clearance."""
         clearance = self.scene is not None and self.scene["joints"]["crank_pin"] == "clearance"
-        return self._shares(pin_share) if clearance else (None, None)
+        return self._shares(pin_share, clearance)
 
-    def _shares(self, share: Callable[[pd.DataFrame, tuple[float, float]], T]) -> tuple[T | None, T | None]:
-        if not self.time.size:
+    def _shares(
+        self, share: Callable[[pd.DataFrame, tuple[float, float]], T], there: bool
+    ) -> tuple[T | None, T | None]:
+        if not there or not self.time.size:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else share(events, span) for events in self.events)
         return first, second
-
-    @property
-    def worst_verdict(self) -> str:
-        """The worse of the verdicts at its tiers."""
-        return max((tier.verdict for tier in self.tiers), key=rank)
 
     @cached_property
     def impacts(self) -> Mapping[str, Impacts] | None:
@@ -465,16 +440,8 @@ class SceneComparison:
         """
         x = self.channels.get("slider_x")
         decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
-        return impacts_of(
-            *self.events,
-            time=self.time,
-            period=self.period,
-            predictable={
-                place: channel.predictable
-                for place, channel in decisive.items()
-                if channel is not None and channel.u is not None
-            },
-        )
+        predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}
+        return impacts_of(*self.events, time=self.time, period=self.period, predictable=predictable)
 
 
 def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
@@ -497,6 +464,12 @@ def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     return sum(judged) / len(judged) if judged else nan
 
 
+def described(scene: Scene) -> dict[str, Any]:
+    """Return what a comparison takes over from its scene."""
+    names = ("name", "title", "description", "period")
+    return {name: getattr(scene, name) for name in names} | {"scene": scene.data}
+
+
 def no_comparison(
     scene: Scene, error: str, *, labels: tuple[str, str], command: str, tier: str, failed: Job | None = None
 ) -> SceneComparison:
@@ -514,12 +487,6 @@ def no_comparison(
         failed=failed,
         tier=tier,
     )
-
-
-def described(scene: Scene) -> dict[str, Any]:
-    """Return what a comparison takes over from its scene."""
-    names = ("name", "title", "description", "period")
-    return {name: getattr(scene, name) for name in names} | {"scene": scene.data}
 
 
 def rank(verdict: str) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,11 +22,11 @@ from comparison.reliability.difference import (
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import Run
-from comparison.verdict.refinement import RunFamilies, settle, without_violation
+from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
 Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
+Jobs = dict[tuple[str, str], Job]
 
 
 @dataclass(frozen=True)
@@ -42,33 +42,6 @@ class Validation:
     crashed: bool = False
     partial: dict[str, Table] = field(default_factory=dict)
     tracebacks: dict[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """A comparison to be made at one tier."""
-
-    scene: Scene
-    tier: str
-    models: tuple[str, str]
-    command: str
-    closer_command: str = ""
-
-    @cached_property
-    def jobs(self) -> list[dict[tuple[str, str], Job]]:
-        """Runs with the samples of the reliability, those of the ideal mechanism, other models' own.
-
-        Our models run once: the verdict takes its samples from the first. Another package's model may lack
-        accelerations that the scene does not ask for, and chooses its times.
-        """
-        ideal = {
-            (model, which): Job(scene, model)
-            for model in self.models
-            for which, scene in ideal_scenes(self.scene, model).items()
-        }
-        own = families(self.scene, self.models)
-        others = {which: job for which, job in own.items() if which[0] not in MODELS}
-        return [families(dense_scene(self.scene), self.models), ideal, others]
 
 
 def validate(
@@ -105,27 +78,19 @@ def validate(
         If a model is not known.
     """
 
-    def run(starts: Sequence[Scene], model: str) -> list[Table]:
-        members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
-        return [outcome.table for outcome in members if outcome.table is not None]
+    def start(jobs: Sequence[Job]) -> list[Outcome]:
+        return run_all(jobs, n_jobs, on_progress)
 
-    def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        jobs = families(scene, models)
-        outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
-        return None if _failed(outcomes) else sorted_runs(scene, models, outcomes)
-
-    plans = [plan for scene in scenes for plan in _plans(scene, models, accuracy, tiers)]
-    jobs = [job for plan in plans for part in plan.jobs for job in part.values()]
-    outcomes = iter(run_all(jobs, n_jobs, on_progress))
+    cases = [case for scene in scenes for case in _cases(scene, models, accuracy, tiers, start)]
+    outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
-    for plan in plans:
-        dense, ideal, others = ({which: next(outcomes) for which in part} for part in plan.jobs)
-        own = _at_own_samples(plan, dense) | others
-        result = _settled(plan, own, run, run_families)
+    for case in cases:
+        dense, ideal, others = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
+        result = case.judged(dense, others)
         if result.runs:
-            reliability = _reliability(plan, dense, ideal)
+            reliability = case.reliability(dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
-        if plan.tier == "tight":
+        if case.tier == "tight":
             usual = results.pop()
             result = Validation(
                 replace(usual.comparison, tight=result.comparison),
@@ -147,10 +112,132 @@ def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence
     )
 
 
-def _plans(
-    scene: Scene, models: tuple[str, str], accuracy: str | float | None, tiers: Sequence[str]
-) -> list[_Plan]:
-    """Return the comparisons of a scene, one a tier."""
+@dataclass(frozen=True)
+class _Case:
+    """A scene to be compared at one tier."""
+
+    scene: Scene
+    tier: str
+    models: tuple[str, str]
+    start: Callable[[Sequence[Job]], list[Outcome]]
+    command: str
+    closer_command: str = ""
+
+    @cached_property
+    def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
+        """Runs with the samples of the reliability, those of the ideal mechanism, other models' own.
+
+        Our models run once: the verdict takes its samples from the first. Another package's model may lack
+        accelerations that the scene does not ask for, and chooses its times.
+        """
+        ideal = {
+            (model, which): Job(scene, model)
+            for model in self.models
+            for which, scene in ideal_scenes(self.scene, model).items()
+        }
+        others = {which: job for which, job in self.own.items() if which[0] not in MODELS}
+        return families(dense_scene(self.scene), self.models), ideal, others
+
+    @cached_property
+    def own(self) -> Jobs:
+        """Runs with the samples of the scene."""
+        return families(self.scene, self.models)
+
+    def judged(self, dense: Outcomes, others: Outcomes) -> Validation:
+        """Compare the runs, and settle what is open with further ones."""
+        outcomes = others | {
+            which: _sampled(dense[which], job.scene) for which, job in self.own.items() if which[0] in MODELS
+        }
+        scene, models = self.scene, self.models
+        warnings: tuple[str, ...] = ()
+        if failed := _failed(outcomes):
+            of_models = [(model, outcome) for (model, _), outcome in failed.items()]
+            finer = without_violation(scene, of_models, models, self.run_families)
+            if finer is None:
+                return self.failure(failed)
+            scene, pair, warnings = finer
+        else:
+            pair = sorted_runs(scene, models, outcomes)
+        try:
+            comparison = compare(
+                *pair,
+                scene=scene,
+                tolerance=scene.tolerance,
+                time_tolerance=scene.time_tolerance,
+                gate=scene.gate,
+                labels=models,
+                command=self.command,
+                warnings=warnings,
+                tier=self.tier,
+            )
+        except TableError as error:
+            return Validation(self.refused(str(error)))
+        settled = settle(
+            comparison,
+            pair,
+            scene=scene,
+            models=models,
+            run=self.run,
+            run_families=self.run_families,
+            level=1 if failed else 0,
+        )
+        comparison = replace(settled.comparison, ran=settled.scene, closer_command=self.closer_command)
+        return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
+
+    def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
+        """Run an ensemble; the tables of what succeeded."""
+        members = self.start([Job(scene, model) for scene in starts])
+        return [outcome.table for outcome in members if outcome.table is not None]
+
+    def run_families(self, scene: Scene) -> tuple[Runs, Runs] | None:
+        """Run the families of both models at other settings; None if a run did not succeed."""
+        jobs = families(scene, self.models)
+        outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
+        return None if _failed(outcomes) else sorted_runs(scene, self.models, outcomes)
+
+    def failure(self, failed: Outcomes) -> Validation:
+        """Report a run that did not succeed: of several the first that crashed, if one did."""
+        which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
+        name, outcome, job = " ".join((self.tier, *which)), failed[which], self.own[which]
+        return Validation(
+            self.refused(failure(job.model, outcome), None if outcome.status == "bad input" else job),
+            crashed=outcome.status == "crashed",
+            partial={} if outcome.partial is None else {name: outcome.partial},
+            tracebacks={name: outcome.traceback} if outcome.traceback else {},
+        )
+
+    def refused(self, error: str, failed: Job | None = None) -> SceneComparison:
+        """Return a comparison that says why there is none."""
+        return no_comparison(
+            self.scene, error, labels=self.models, command=self.command, tier=self.tier, failed=failed
+        )
+
+    def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
+        """Compare the reliabilities of both models; a failed run for it is only reported."""
+        settings, unable = self.scene.reliability, ("bad input", "unusable")
+        if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
+            return None
+        for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
+            for which, outcome in _failed(outcomes).items():
+                return ReliabilityComparison(settings, missing=FailedRun(jobs[which], outcome))
+        runs, ideals = (sorted_runs(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
+        try:
+            quantities = compare_reliability(
+                runs, ideals, self.scene.period, settings, thresholds(self.tier).k
+            )
+        except TableError as error:
+            return ReliabilityComparison(settings, missing=error)
+        return ReliabilityComparison(settings, quantities)
+
+
+def _cases(
+    scene: Scene,
+    models: tuple[str, str],
+    accuracy: str | float | None,
+    tiers: Sequence[str],
+    start: Callable[[Sequence[Job]], list[Outcome]],
+) -> list[_Case]:
+    """Return what is to be compared of a scene, by tier."""
     usual = with_declared(scene, models)
     strict = tight(usual, models) if "tight" in tiers else None
     if accuracy is not None:
@@ -162,20 +249,14 @@ def _plans(
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
-    plans = [_Plan(usual, "standard", models, command, closer if refinable else "")]
-    return plans if strict is None else [*plans, _Plan(strict, "tight", models, command)]
+    cases = [_Case(usual, "standard", models, start, command, closer if refinable else "")]
+    return cases if strict is None else [*cases, _Case(strict, "tight", models, start, command)]
 
 
-def _at_own_samples(plan: _Plan, dense: Outcomes) -> Outcomes:
-    """Return the runs of our models at the samples of the scene."""
-    outcomes = {}
-    for which, job in families(plan.scene, plan.models).items():
-        if which[0] in MODELS:
-            run = dense[which]
-            table = run.table and at_own_samples(run.table, job.scene)
-            partial = run.partial and at_own_samples(run.partial, job.scene)
-            outcomes[which] = replace(run, table=table, partial=partial)
-    return outcomes
+def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
+    """Return a run with the samples of the scene itself."""
+    table, partial = (run and at_own_samples(run, scene) for run in (outcome.table, outcome.partial))
+    return replace(outcome, table=table, partial=partial)
 
 
 def _failed(outcomes: Outcomes) -> Outcomes:
@@ -183,80 +264,3 @@ def _failed(outcomes: Outcomes) -> Outcomes:
     return {
         which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
     }
-
-
-def _settled(plan: _Plan, outcomes: Outcomes, run: Run, run_families: RunFamilies) -> Validation:
-    """Compare the runs; confirm a difference, withdraw it, or refine the runs until the verdict stands."""
-    scene, models = plan.scene, plan.models
-    warnings: tuple[str, ...] = ()
-    if failed := _failed(outcomes):
-        of_models = [(model, outcome) for (model, _), outcome in failed.items()]
-        finer = without_violation(scene, of_models, models, run_families)
-        if finer is None:
-            return _failure(plan, failed)
-        scene, pair, warnings = finer
-    else:
-        pair = sorted_runs(scene, models, outcomes)
-    try:
-        comparison = compare(
-            *pair,
-            scene=scene,
-            tolerance=scene.tolerance,
-            time_tolerance=scene.time_tolerance,
-            gate=scene.gate,
-            labels=models,
-            command=plan.command,
-            warnings=warnings,
-            tier=plan.tier,
-        )
-    except TableError as error:
-        return Validation(_refused(plan, str(error)))
-    settled = settle(
-        comparison,
-        pair,
-        scene=scene,
-        models=models,
-        run=run,
-        run_families=run_families,
-        level=1 if failed else 0,
-    )
-    comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer_command)
-    return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
-
-
-def _refused(plan: _Plan, error: str, failed: Job | None = None) -> SceneComparison:
-    return no_comparison(
-        plan.scene, error, labels=plan.models, command=plan.command, tier=plan.tier, failed=failed
-    )
-
-
-def _failure(plan: _Plan, failed: Outcomes) -> Validation:
-    """Report a run that did not succeed: of several the first that crashed, if one did."""
-    which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
-    name, outcome = " ".join((plan.tier, *which)), failed[which]
-    job = families(plan.scene, plan.models)[which]
-    refusal = _refused(plan, failure(job.model, outcome), None if outcome.status == "bad input" else job)
-    return Validation(
-        refusal,
-        crashed=outcome.status == "crashed",
-        partial={} if outcome.partial is None else {name: outcome.partial},
-        tracebacks={name: outcome.traceback} if outcome.traceback else {},
-    )
-
-
-def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
-    """Compare the reliabilities of both models; a failed run for it is only reported."""
-    scene = plan.scene
-    unable = ("bad input", "unusable")
-    if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
-        return None
-    for jobs, outcomes in zip(plan.jobs[:2], (dense, ideal), strict=True):
-        for which, outcome in _failed(outcomes).items():
-            return ReliabilityComparison(scene.reliability, missing=FailedRun(jobs[which], outcome))
-    runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
-    limits = thresholds(plan.tier)
-    try:
-        quantities = compare_reliability(runs, ideals, scene.period, scene.reliability, limits.k)
-    except TableError as error:
-        return ReliabilityComparison(scene.reliability, missing=error)
-    return ReliabilityComparison(scene.reliability, quantities)

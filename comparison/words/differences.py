@@ -4,7 +4,7 @@ from math import inf, isfinite, isnan
 
 import pandas as pd
 
-from comparison.formatting import NO_BREAK, percent
+from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.results import (
@@ -16,6 +16,8 @@ from comparison.verdict.results import (
     SceneComparison,
 )
 
+_CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
+_MANY = 5  # contacts that begin in it
 _CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
 # Of the samples outside, near which a run must still move as far. Where a stiffness of 0.1 % makes the
 # difference it is 65 % at the standard tier, whose band is not much narrower.
@@ -30,12 +32,12 @@ _DOUBTS = {
     Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
 }
 _CAUSES = {
-    "a": "explained by {of_a}: {refining_a} {removed_a}; {second}",
-    "b": "explained by {of_b}: {refining_b} {removed_b}; {first}",
+    "a": "explained by {own_a}; {b}",
+    "b": "explained by {own_b}; {a}",
     "round-off": "at round-off: no setting has an effect",
-    "both": "both contribute: {first}, {second}, {both}",
-    "neither": "within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
-    "models": "difference of models: no refinement removes it ({first}, {second})",
+    "both": "both contribute: {a}, {b}, {both}",
+    "neither": "within the uncertainty, but not resolved by refinement: {a}, {b}, {both}",
+    "models": "difference of models: no refinement removes it ({a}, {b})",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",
@@ -55,8 +57,16 @@ def instant_of(time: float, scene: SceneComparison) -> str:
     recorded = zip(scene.labels, scene.events, strict=True)
     contacts = {label: contact(time, events) for label, events in recorded if events is not None}
     if len(set(contacts.values())) <= 1:
-        return ", ".join([where, *list(contacts.values())[:1]])
-    return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
+        where = ", ".join([where, *list(contacts.values())[:1]])
+    else:
+        where += ", " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
+    events = next((events for events in scene.events if events is not None), None)
+    if events is None or scene.period is None:
+        return where
+    before = _CHATTER * scene.period
+    count = int(((events["start"] > time - before) & (events["start"] <= time)).sum())
+    span = quantity(before, "s", 2).replace(NO_BREAK, " ")
+    return f"{where}, just after chatter ({count} contacts in the {span} before)" if count >= _MANY else where
 
 
 def contact(time: float, events: pd.DataFrame) -> str:
@@ -76,9 +86,8 @@ def contact(time: float, events: pd.DataFrame) -> str:
         current, word = begun[begun["end"] >= begun["start"].to_numpy()[last]], "after"
     order = list(CONTACTS)
     named = sorted(zip(current["corner"], current["count"], strict=True), key=lambda row: order.index(row[0]))
-    return f"{word} " + " and ".join(
-        f"the {_ordinal(count)} contact of the {_place(place)}" for place, count in named
-    )
+    places = (f"the {_ordinal(count)} contact of the {_place(place)}" for place, count in named)
+    return f"{word} {' and '.join(places)}"
 
 
 def _place(place: str) -> str:
@@ -88,8 +97,8 @@ def _place(place: str) -> str:
 def _ordinal(count: int) -> str:
     if count <= len(_ORDINALS):
         return _ORDINALS[count - 1]
-    ending = {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th") if count % 100 not in {11, 12, 13} else "th"
-    return f"{count}{ending}"
+    teens = count % 100 in (11, 12, 13)
+    return f"{count}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(count % 10, 'th')}"
 
 
 def confirmation(scene: SceneComparison) -> str:
@@ -141,38 +150,31 @@ def parting(result: Confirmation) -> str:
 
 def attribution_lines(scene: SceneComparison) -> list[str]:
     """Return what the difference of a scene is due to, most important first; empty if nothing is known."""
-    result = scene.attribution
-    outside = f"{result.outside_in} at {instant_of(result.outside_from, scene)}" if result.outside_in else ""
-    if isnan(result.explained):
-        return [f"first outside the {'band' if scene.known else 'tolerance'}: {outside}"] if outside else []
-    lines = [f"{plain_percent(result.explained)} of the judged samples explained"]
+    result, known = scene.attribution, not isnan(scene.attribution.explained)
+    lines = [f"{plain_percent(result.explained)} of the judged samples explained"] if known else []
     lines += [_cause(result)] if result.cause else []
-    lines += [f"first outside the band: {outside}"] if outside else []
+    if result.outside_in:
+        what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
+        lines.append(f"first outside the {what}: {result.outside_in} at {where}")
     lines += [
         f"but near {result.still_moves[key]:.0%} of the samples outside {label} still changes under "
         "refinement by as much as the difference: its uncertainty may be underestimated"
         for key, label in zip("ab", scene.labels, strict=True)
         if result.still_moves.get(key, 0.0) >= _SUSPECT
     ]
-    return [*lines, _unpredictable(result, scene.labels)] if result.unpredictable else lines
+    return [*lines, _unpredictable(result, scene.labels)] if known and result.unpredictable else lines
 
 
 def _cause(result: Attribution) -> str:
     left, (a, b) = result.remaining, result.refinements
-    both = f"both together {_effect(left['both'], min(a.gain, b.gain))}"
+    words = {"both": f"both together {_effect(left['both'], min(a.gain, b.gain))}"}
     if left["both"] > 1 + _CHANGED:
-        both += "; it grows, as accumulated round-off does with more steps"
-    return _CAUSES[result.cause].format(
-        of_a=_setting(a),
-        of_b=_setting(b),
-        refining_a=_refining(a, "it"),
-        refining_b=_refining(b, "it"),
-        removed_a=_effect(left["a"], a.gain, "the difference"),
-        removed_b=_effect(left["b"], b.gain, "the difference"),
-        first=f"{_refining(a, _setting(a))} {_effect(left['a'], a.gain)}",
-        second=f"{_refining(b, _setting(b))} {_effect(left['b'], b.gain)}",
-        both=both,
-    )
+        words["both"] += "; it grows, as accumulated round-off does with more steps"
+    for key, change in zip("ab", result.refinements, strict=True):
+        removed = _effect(left[key], change.gain, "the difference")
+        words[f"own_{key}"] = f"{_setting(change)}: {_refining(change, 'it')} {removed}"
+        words[key] = f"{_refining(change, _setting(change))} {_effect(left[key], change.gain)}"
+    return _CAUSES[result.cause].format(**words)
 
 
 def _refining(change: Refinement, setting: str) -> str:

@@ -56,6 +56,11 @@ _PAIRS = {
     "cannot compare": "{}: cannot compare",
     "agree": "{} agree",
 }
+_MARKS = {
+    "confirmed": "confirmed by at least {0.fewest} runs",
+    "unconfirmed": "unconfirmed, {0.fewest} runs",
+    "underestimated": "uncertainty underestimated {0.factor:.2g} times",
+}
 _TIMES = ("", "once", "twice", "three times", "four times")
 
 
@@ -117,24 +122,21 @@ def threshold_name(channel: ChannelComparison) -> str:
     return "" if channel.tolerance is None else "tolerance"
 
 
-def scene_reason(scene: SceneComparison) -> str:
-    """Return why the verdict of a scene is what it is."""
+def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
+    """Return why the verdict of a scene is what it is; if brief, not why channels beside it are open."""
     if scene.error:
         return f"scene {scene.name!r}: {scene.error}"
-    if not isnan(scene.allowed_shift) and scene.shift is not None:
+    if not isnan(scene.allowed_shift):
         return f"{shift_line(scene)} The tolerance allows {scene.allowed_shift:.2g} s"
-    excited = list(scene.excited.values())
-    differing, unsettled, agreeing = (
-        [channel for channel in excited if channel.verdict == verdict]
-        for verdict in ("differ", "indeterminate", "agree")
-    )
-    differ = f"{len(differing)} of {len(excited)} channels differ, most of all {_named(differing)}"
+    differing, unsettled, agreeing = map(scene.that, ("differ", "indeterminate", "agree"))
+    count = len(scene.excited)
+    differ = f"{len(differing)} of {count} channels differ, most of all {_named(differing)}"
     if scene.unsettled:
         return (
             "the models differ, but refinement still moves five bodies by as much at a step of "
             f"{_step(scene):g} s: what they converge to is unknown. {differ}"
         )
-    if not excited:
+    if not count:
         return "no channel is excited: nothing was compared"
     if scene.verdict == "differ":
         return differ
@@ -143,14 +145,14 @@ def scene_reason(scene: SceneComparison) -> str:
             return "too few samples are predictable"
         worst = min(unsettled, key=lambda channel: channel.coverage)
         which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
-        return f"{len(unsettled)} of {len(excited)} channels are indeterminate{which}: {reason(worst)}"
-    text = f"{len(agreeing)} of {len(excited)} excited channels agree"
+        return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
+    text = f"{len(agreeing)} of {count} excited channels agree"
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_named(agreeing)}"
     elif agreeing:  # by the limits of a gate
         text += f": {reason(agreeing[0])}"
     text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.known else ""
-    if unsettled:
+    if unsettled and not brief:
         text += f"; indeterminate: {', '.join(f'{c.channel} ({reason(c)})' for c in unsettled)}"
     return text
 
@@ -186,13 +188,8 @@ def why(scene: SceneComparison) -> str:
 def mark(scene: SceneComparison) -> str:
     """Return what stands beside the verdict: that its runs are finer, and its confirmation."""
     marks = [f"step halved {_TIMES[scene.refined]}"] if scene.refined else []
-    if (result := scene.confirmation) is not None:
-        sentences = {
-            "confirmed": f"confirmed by at least {result.fewest} runs",
-            "unconfirmed": f"unconfirmed, {result.fewest} runs",
-            "underestimated": f"uncertainty underestimated {result.factor:.2g} times",
-        }
-        marks.append(sentences[result.outcome])
+    if (made := scene.confirmation) is not None:
+        marks.append(_MARKS[made.outcome].format(made))
     return "; ".join(marks)
 
 
@@ -275,7 +272,6 @@ def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
 def standing(result: Standing) -> str:
     """Return the position of three or more models to each other as a sentence."""
     models, outlier = result.compared, result.outlier
-    head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
     elif result.outcome == "agree":
@@ -284,6 +280,7 @@ def standing(result: Standing) -> str:
         others = listed([model for model in models if model != outlier])
         text = f"{outlier} is the outlier: it differs from {others}, which agree"
     else:
+        head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
         ordered = sorted(result.verdicts.items(), key=lambda item: list(_PAIRS).index(item[1]))
         text = f"{head}: {'; '.join(_PAIRS[verdict].format(listed(pair)) for pair, verdict in ordered)}"
     if result.left_out:

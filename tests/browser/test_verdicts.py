@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
-MOVED = ["slider x: |E|/2u (99%) is ", ": 1.0 µm against"]
+MOVED = ["slider_x, |E|/2u (99%) = ", "the difference is -1e-06 m"]
 ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
 
 
@@ -36,9 +36,9 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(
         ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
         ("fault", "✗", "bad", [*MOVED, "unconfirmed, 3 runs", "formulation="]),
         ("confirmed", "✗", "bad", [*MOVED, "confirmed by at least 30 runs"]),
-        ("undecided", "?", "open", ["Not decided: ", "are required", "--accuracy strict"]),
-        ("underestimated", "✓", "good", ["underestimated 6.4 times and is corrected"]),
-        ("press", "✓", "good", ["no channel is nearer to its limit", "Nothing to do."]),
+        ("undecided", "?", "open", ["are indeterminate", "required: at least 50%", "--accuracy strict"]),
+        ("underestimated", "✓", "good", ["uncertainty underestimated 6.4 times"]),
+        ("press", "✓", "good", ["excited channels agree, nearest to its limit", "Nothing to do."]),
     ],
 )
 def test_each_verdict_says_what_how_much_and_what_next(

@@ -26,7 +26,7 @@ from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import Attribution, Refinement
 from comparison.words.cards import card, definition
 from comparison.words.differences import attribution_lines
-from comparison.words.verdicts import reason, scene_reason
+from comparison.words.verdicts import reason
 
 
 def part(html: str, start: str, end: str) -> str:
@@ -172,7 +172,7 @@ def test_each_tier_has_its_card_reasons_channels_and_runs(tiered) -> None:
         for line in (card(tier).sentence, card(tier).order, percent(tier.attribution.explained)):
             assert text(escape(line)) in own
         why = text(part(html, f'id="s0-{tier.tier}-why"', "</ul>"))
-        for line in (scene_reason(tier), *attribution_lines(tier)):
+        for line in attribution_lines(tier):
             assert text(escape(line)) in why
         excited = [name for name, channel in tier.channels.items() if channel.verdict != "unexcited"]
         assert list(rows(html, f'Channels of scene press, {tier.tier} tier"')) == excited

@@ -14,12 +14,13 @@ from bouncing_press import make_scene
 from comparison.accuracy.measured import expected
 from comparison.accuracy.plan import plan
 from comparison.accuracy.refine import Limit, accurate_run, expected_cost
-from comparison.formatting import number, quantity
+from comparison.execution.run import Job
 from comparison.scene import load_scene
-from comparison.verdict.results import Attribution, Confirmation, SceneComparison
+from comparison.verdict.results import Confirmation, SceneComparison
 from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
 from comparison.words.cards import card
 from comparison.words.differences import contact, instant_of
+from comparison.words.verdicts import scene_reason
 from tests.helpers.known_error import USUAL, KnownError, growing
 
 PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
@@ -36,6 +37,7 @@ EVENTS = pd.DataFrame(
     columns=["corner", "start", "end"],
 )
 BOTH = "the first contact of the lower left corner and the first contact of the upper left corner"
+SAME = "0.0201 s, during the first contact of the upper right corner"
 
 
 @pytest.mark.parametrize(
@@ -55,12 +57,13 @@ def test_the_contact_in_progress_or_the_last_one_counted_by_corner(time, words):
     assert contact(time, EVENTS.iloc[::-1]) == words  # whatever the order of the rows
 
 
-def test_many_contacts_are_counted_in_figures():
-    times = pd.Series(range(1, 123), dtype=float)
-    events = pd.DataFrame({"corner": "lr", "start": times, "end": times + 0.5})
-    counts = "first tenth 11th 12th 13th 21st 22nd 103rd 111th 122nd"
-    numbers = (1, 10, 11, 12, 13, 21, 22, 103, 111, 122)
-    assert " ".join(contact(n + 0.1, events).split()[2] for n in numbers) == counts
+@pytest.mark.parametrize(
+    ("count", "word"), [(1, "first"), (10, "tenth"), (11, "11th"), (22, "22nd"), (111, "111th")]
+)
+def test_many_contacts_are_counted_in_figures(count, word):
+    starts = np.arange(1.0, count + 1.0)
+    events = pd.DataFrame({"corner": "lr", "start": starts, "end": starts + 0.5})
+    assert contact(count + 0.1, events).split()[2] == word
 
 
 def compared(events=(None, None), scene=None) -> SceneComparison:
@@ -68,61 +71,75 @@ def compared(events=(None, None), scene=None) -> SceneComparison:
     return SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events, period=period, scene=scene)
 
 
-def test_both_models_are_named_only_where_they_are_in_different_contacts():
-    one, other = EVENTS, EVENTS.assign(corner="lr")
-    same = "0.0201 s, during the first contact of the upper right corner"
-    for events, words in (
-        ((one, one.copy()), same),
-        ((None, one), same),
-        ((one, other), f"{same} (a), during the third contact of the lower right corner (b)"),
+@pytest.mark.parametrize(
+    ("events", "words"),
+    [
+        ((EVENTS, EVENTS.copy()), SAME),
+        ((None, EVENTS), SAME),
+        ((EVENTS, EVENTS.assign(corner="lr")),
+         f"{SAME} (a), during the third contact of the lower right corner (b)"),
         ((None, None), "0.0201 s"),
-    ):
-        assert instant_of(0.0201, compared(events)) == words
+    ],
+)  # fmt: skip
+def test_both_models_are_named_only_where_they_are_in_different_contacts(events, words):
+    assert instant_of(0.0201, compared(events)) == words
 
 
 @pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
-def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
+def test_cycle_and_angle_of_the_crank_follow_the_scene_and_chatter_is_told(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
-    assert instant_of(0.42, compared(scene=scene)) == f"0.42 s (cycle 2, crank at {angle}°)"
+    where = f"0.42 s (cycle 2, crank at {angle}°)"
+    assert instant_of(0.42, compared(scene=scene)) == where
+    starts = np.array([0.401, 0.405, 0.41, 0.414, 0.419])
+    events = pd.DataFrame({"corner": "ll", "start": starts, "end": starts + 1e-4})
+    said = "after the fifth contact of the lower left corner"
+    chatter = "just after chatter (5 contacts in the 20 ms before)"
+    assert instant_of(0.42, compared((events, None), scene)) == f"{where}, {said}, {chatter}"
+    assert "chatter" not in instant_of(0.42, compared((events.iloc[1:], None), scene))
 
 
 # Accuracy
 
 
-def test_cautions_and_the_measured_part_of_the_run_are_stated():
-    other = "measured on 150rpm-0.2mm; this scene may magnify errors: estimate them by --check"
-    for scene, model, caution in (
-        (OWN, "reference", other),
-        (OWN, "exudyn", other),
+@pytest.mark.parametrize(
+    ("scene", "model", "said"),
+    [
+        (
+            OWN,
+            "reference",
+            "measured on 150rpm-0.2mm; this scene may magnify errors: estimate them by --check",
+        ),
+        (OWN, "exudyn", "this scene may magnify errors"),
         (USUAL.with_values({"solver.reference.method": "Radau"}), "reference", "with another method"),
         (load_scene("crank-pin"), "reference", "for y use a named accuracy"),
-    ):
-        assert caution in expectation(expected(scene, model))
-        assert any(caution in text for text in plan_lines(plan(scene, model)) if "  caution  " in text)
-    failed = expectation(replace(expected(OWN, "reference"), error=np.nan, failed="chatter"))
-    assert "expected: nothing recorded" in failed
+    ],
+)
+def test_cautions_stand_in_the_expectation_and_in_the_plan(scene, model, said):
+    assert said in expectation(expected(scene, model))
+    assert any(said in text for text in plan_lines(plan(scene, model)) if "  caution  " in text)
+
+
+def test_what_is_expected_names_the_part_of_the_run_and_what_is_not_known():
+    there = expected(OWN, "reference")
+    failed = expectation(replace(there, error=np.nan, failed="chatter"))
+    assert failed.startswith("expected: nothing recorded of slider_x over ")
     assert "no result at this setting: chatter; measured on" in failed
-    assert "slider_x over the first cycle, and" in expectation(expected(load_scene("69GPa"), "reference"))
     both = expectation(expected(load_scene("both-clearances"), "exudyn"))
     assert "slider_x over the first 0.06 cycles, and" in both
     assert unmeasured(expected(USUAL, "reference")) == unmeasured(expected(USUAL, "mine")) == ""
-    error = expected(OWN, "reference").error
-    assert f"on this scene (on 150rpm-0.2mm it is {error:.2g} m)" in unmeasured(expected(OWN, "reference"))
-
-
-def test_the_plan_has_the_materials_of_both_partners():
+    assert f"on this scene (on 150rpm-0.2mm it is {there.error:.2g} m)" in unmeasured(there)
     for changes, moduli in (({}, "210"), ({"contact.youngs_modulus.slider": 69e9}, "69 on 210")):
         (text,) = plan(load_scene("150rpm-0.2mm", changes), "exudyn").contacts
         assert text == f"four corners of the slider (hertz-corners; {moduli} GPa, Poisson's ratio 0.28)"
 
 
 def test_the_expected_cost_is_that_of_the_whole_family():
-    text = cost_before(expected_cost(OWN, "reference", 1e-8))
     head = (
         r"begins at solver\.reference\.tolerance = 1e-10, with 4 further runs: some (\S+) s of processor time"
     )
+    text = cost_before(expected_cost(OWN, "reference", 1e-8))
     (seconds,) = re.fullmatch(f"{head}, more if it has to be refined", text).groups()
     assert 4 < float(seconds) / expected(OWN, "reference").seconds < 6
     assert cost_before(expected_cost(OWN, "reference", "draft")).endswith(" s of processor time")
@@ -171,46 +188,30 @@ def test_the_page_has_every_reason_and_its_python_runs(capsys):
 # Cards
 
 
-@pytest.fixture(scope="module")
-def scene() -> SceneComparison:
-    """Two crank cycles of a made-up press on which both models agree."""
-    return make_scene()
-
-
-@pytest.fixture
-def differing() -> SceneComparison:
-    """The same with the second model's normal forces 3 % too large."""
-    return make_scene(
+def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
+    scene = make_scene()
+    differing = make_scene(
         "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
     )
-
-
-def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(differing: SceneComparison):
-    starts = np.array([0.231, 0.235, 0.24, 0.244, 0.249])
-    contacts = pd.DataFrame({"corner": "ll", "start": starts, "end": starts + 1e-4})
-    of = replace(
-        differing,
-        attribution=Attribution(outside_from=0.25, outside_in="corner_ll_normal"),
-        confirmation=Confirmation("confirmed", members=(99, 30)),
-        events=(contacts, None),
-    )
-    said, worst = card(of).sentence, of.worst_channel
-    size, limit = abs(worst.worst_difference), worst.worst_threshold
-    assert (
-        f"|E|/2u (99%) is {number(worst.ratio, 2)}, the maximum {number(size / limit, 2)}: "
-        f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)}; " in said
-    )
-    assert "the trajectories diverge at 0.25 s (cycle 1" in said
-    assert "just after chatter (5 contacts in the 20\u00a0ms before)" in said
-    assert said.endswith("confirmed by at least 30 runs.")
-    assert said.count(". ") == 0  # one sentence
-    assert "chatter" not in card(replace(of, events=(contacts.iloc[1:], None))).sentence
-
-
-def test_a_corrected_uncertainty_and_an_undecided_verdict_say_so(scene: SceneComparison):
+    confirmed = replace(differing, confirmation=Confirmation("confirmed", members=(99, 30)))
     corrected = replace(scene, confirmation=Confirmation("underestimated", members=(99, 30), factor=6.4))
-    assert "had been underestimated 6.4 times and is corrected" in card(corrected).sentence
-    undecided = card(replace(scene, verdict="indeterminate")).sentence
-    assert undecided.startswith("Not decided: ")
-    assert "at least 50% are required" in undecided
-    assert card(scene).commands == ()  # agreement asks for nothing
+    suspicious = replace(corrected, confirmation=replace(corrected.confirmation, clustered=True))
+    strict = "sixbar validate press --accuracy strict"
+    undecided = replace(scene, verdict="indeterminate", closer_command=strict)
+    failed = Job(load_scene("150rpm-0.2mm"), "exudyn")
+    crashed = replace(scene, verdict="cannot compare", channels={}, error="it crashed", failed=failed)
+    for of, said, advice, command in (
+        (scene, "", "Nothing to do.", ""),
+        (confirmed, "confirmed by at least 30 runs", "Find which model errs, by a third opinion:", "--set "),
+        (corrected, "uncertainty underestimated 6.4 times", "Nothing to do.", ""),
+        (suspicious, "uncertainty underestimated 6.4 times", "A discontinuous event decides.", ""),
+        (undecided, "", "See whether finer settings decide it:", strict),
+        (crashed, "", "Repeat the run that failed, alone:", "sixbar run 150rpm-0.2mm --model exudyn --out "),
+        (replace(crashed, failed=None), "", "Run the scene again once the cause is removed:", scene.command),
+    ):
+        found = card(of)
+        assert found.sentence == "; ".join(filter(None, (scene_reason(of, brief=True), said))) + "."
+        assert found.advice == advice
+        assert bool(found.commands) == bool(command)
+        assert command in " ".join(found.commands)
+    assert len(card(confirmed).commands) == 3  # a third formulation, the one to compare it with, and both
