@@ -93,17 +93,14 @@ def plain(name: str):
     return found
 
 
-def allowed(reliability: float) -> float:
-    """1e-5, or a hundredth of what is missing to one."""
-    return max(1e-5, 0.01 * (1.0 - reliability))
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_what_is_printed_is_what_a_second_computation_finds(name):
     found = assessed(name, dense_scene(scene(name)).data["output"]["samples_per_cycle"])
     for quantity, right in plain(name).items():
         of = found[quantity]
-        assert of.minimum == pytest.approx(right.reliability.min(), abs=allowed(right.reliability.min()))
+        # A hundredth of what is missing to one.
+        least = right.reliability.min()
+        assert of.minimum == pytest.approx(least, abs=max(1e-5, 0.01 * (1.0 - least)))
         assert of.worst == right.reliability.argmin()
         # Contacts of some three intervals at 90 rpm, where the average of a half wave errs by up to 10 %; in
         # parts of which one such contact makes up a third of the squares.
@@ -133,7 +130,7 @@ def test_peaks_of_a_cycle_are_those_of_a_second_computation_on_few_samples_too(n
                     assert abs(found.value) == pytest.approx(size, rel=1e-3)
 
 
-@pytest.mark.parametrize("samples", [300, 333, 500, 1000, 2000, 3000, 5000, 10_000, 30_000])
+@pytest.mark.parametrize("samples", [300, 333, 1000, 3000, 10_000])
 def test_the_stated_error_holds_what_more_samples_would_give(samples):
     """Tables as they are: the interval that the samples alone leave open, in parts and of the smallest."""
     inside, smallest = [], []
