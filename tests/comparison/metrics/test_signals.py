@@ -71,18 +71,6 @@ def test_a_peak_that_is_late_has_its_delay_and_both_are_sought_on_one_side():
     assert (value, other) == pytest.approx((-1.55, -1.45), rel=1e-15)
 
 
-@given(seeds)
-def test_russells_errors_and_the_correlation_are_those_of_the_formulas(seed):
-    time, m, c = noise(seed)
-    mm, cc = (np.trapezoid(of * of, time) for of in (m, c))
-    found, excess = russell(time, m, c), (cc - mm) / np.sqrt(mm * cc)
-    assert found.magnitude == pytest.approx(np.sign(excess) * np.log10(1 + abs(excess)), abs=1e-12)
-    assert found.phase == sprague_geers(time, m, c).phase
-    # Of a uniform grid whose ends are equal numpy's coefficient is that of all samples but one.
-    a, b = (np.append(of, of[0]) for of in (m, c))
-    assert correlation(np.arange(a.size), a, b) == pytest.approx(np.corrcoef(m, c)[0, 1], abs=1e-13)
-
-
 @given(seeds, st.floats(-10, 10))
 def test_exchange_sign_and_offset(seed, offset):
     time, m, c = noise(seed)
