@@ -64,7 +64,7 @@ def test_the_peak_of_a_window_is_that_of_its_cycle_with_its_sign_also_between_sa
     for window, size, at in (((), -100.0, high), ((0.0, 0.4), -100.0, high), ((0.4, 0.8), 77.5, low)):
         peak = errors.peak("slider_ay", *window)
         # The ideal one between its samples: as above.
-        assert (peak.value, peak.time) == (pytest.approx(size, abs=1e-4), at)
+        assert (peak.value, peak.time, peak.error) == (pytest.approx(size, abs=1e-4), at, 0.0)
     with pytest.raises(TableError, match=r"no sample from 0\.9 to 1 s"):
         errors.peak("slider_ay", 0.9, 1.0)
     assert abs(slider_errors(table, press(), PERIOD).peak("slider_ay", 0.4, 0.8).value) < 60.0
