@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from math import inf, nan
+from math import inf
 from typing import Any
 
 from comparison.accuracy.measured import formulation, front
@@ -31,7 +31,7 @@ def metres(accuracy: str | float) -> float:
     try:
         number = float(accuracy)
     except ValueError:
-        number = nan
+        number = 0.0
     if not 0 < number < inf:
         raise AccuracyError(
             f"accuracy {accuracy!r} must be {', '.join(NAMES)} or a positive number of metres"
@@ -40,11 +40,10 @@ def metres(accuracy: str | float) -> float:
 
 
 def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, object]:
-    """Return the solver settings of a built-in model for an accuracy, by dotted keys, for `Scene.variant`.
+    """Return a built-in model's solver settings for an accuracy, by dotted keys; `AccuracyError` if none.
 
-    The accuracy is one of `NAMES`, or an error bound of slider_x in metres over the first cycle, also as text
-    (``"1e-8"``): the cheapest setting with that bound for the formulation that the scene names. Raises
-    `AccuracyError` if it is none, smaller than the smallest recorded bound, or of an unmeasured model.
+    The accuracy is one of `NAMES`, or an error bound of slider_x in metres over the first cycle, also as
+    text: the cheapest setting with that bound for the formulation that the scene names.
     """
     if model not in OWN:
         raise AccuracyError(
@@ -81,11 +80,10 @@ def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
 
 
 def finer(model: str, scene: Scene) -> Scene | None:
-    """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
+    """Return the scene with the model's settings one level finer: tolerance / 10, step / 2; or None.
 
-    With Exudyn's five bodies both: Newton's iteration stops with an error that remains equal in both runs if
-    only the step is halved, and would appear as a difference of models. An installed model is refined in
-    whichever of ``step`` and ``tolerance`` the scene gives as a real number; None if neither.
+    With Exudyn's five bodies both: Newton's iteration stops with an error that is equal in both runs if only
+    the step is halved, and would appear as a difference of models.
     """
     return _level(model, scene, "finer")
 
@@ -93,6 +91,16 @@ def finer(model: str, scene: Scene) -> Scene | None:
 def coarser(model: str, scene: Scene) -> Scene | None:
     """Return the scene with the model's settings one level coarser: tolerance x 10, step x 2; or None."""
     return _level(model, scene, "coarser")
+
+
+def _level(model: str, scene: Scene, direction: str) -> Scene | None:
+    settings = scene.data["solver"].get(model, {})
+    values = {
+        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any path: one cached run
+        for key, factor in _record(model, settings)[direction].items()
+        if isinstance(settings.get(key), float)
+    }
+    return scene.variant(values) if values else None
 
 
 def refinement(model: str, scene: Scene) -> tuple[float, float]:
@@ -109,8 +117,8 @@ def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float,
 def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
     """Return the scene at the tight tier: the reference at ``strict``, Exudyn's tree with error control.
 
-    Where a scene requires five bodies (no clearance, reactions), these keep its settings. None if a model is
-    not built in: the accuracy of another package's model is unmeasured.
+    Where a scene requires five bodies these keep its settings. None if a model is not built in: nobody
+    measured.
     """
     if not set(models) <= set(OWN):
         return None
@@ -147,23 +155,14 @@ def thresholds(tier: str = "standard") -> Thresholds:
     return Thresholds(**common, **record[tier])
 
 
-def _level(model: str, scene: Scene, direction: str) -> Scene | None:
-    settings = scene.data["solver"].get(model, {})
-    values = {
-        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any path: one cached run
-        for key, factor in _record(model, settings)[direction].items()
-        if isinstance(settings.get(key), float)
-    }
-    return scene.variant(values) if values else None
-
-
-def _record(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _record(model: str, settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return how a model is refined; an installed one by the names of its settings."""
-    file = _read("accuracy.toml")
-    if model not in OWN:
-        return file["installed"]["step" if "step" in settings else "tolerance"]  # type: ignore[no-any-return]
-    record: dict[str, Any] = file[model]
-    return record.get("formulation", {}).get(str(settings.get("formulation")), record)  # type: ignore[no-any-return]
+    known = _read("accuracy.toml")
+    kinds, kind = known["installed"], "step" if "step" in settings else "tolerance"
+    if model in OWN:
+        kinds, kind = known[model].get("formulation", {}), str(settings.get("formulation"))
+    record: Mapping[str, Any] = kinds.get(kind, known.get(model))
+    return record
 
 
 @cache

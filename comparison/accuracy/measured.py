@@ -13,7 +13,7 @@ from enum import StrEnum
 from functools import cache
 from importlib.resources import files
 from math import inf, isclose, isfinite, log, nan
-from typing import Any
+from typing import Any, NamedTuple
 
 from comparison.models import forces, joints_with_clearance, key_of, model_of
 from comparison.scene import Scene, digest
@@ -46,13 +46,12 @@ class Caution(StrEnum):
     IDEAL_SLIDER = "slider_x does not depend on the setting"
 
 
-@dataclass(frozen=True)
-class Row:
-    """One setting, a tolerance or a step in s; ``failed``: why it has no result."""
+class Row(NamedTuple):
+    """One setting, a tolerance or a step in s, with errors in m; ``failed``: why it has no result."""
 
     setting: float
-    measured: float = nan  # the largest error of slider_x over some starts, m
-    error: float = inf  # error bound, m
+    measured: float = nan  # the largest error of slider_x over some starts
+    error: float = inf  # error bound
     seconds: float = nan  # processor time per cycle or per step
     failed: str = ""
 
@@ -81,8 +80,8 @@ class Front:
     def cheapest(self, wanted: float) -> float | None:
         """Return the cheapest setting with an error bound, m; None if there is none."""
         good = [row for row in self.rows if row.error <= wanted]
-        cost = {row.setting: row.seconds / (row.setting if self.unit == "step" else 1.0) for row in good}
-        return min(cost, key=cost.__getitem__) if cost else None
+        by_cost = sorted(good, key=lambda row: row.seconds / (row.setting if self.unit == "step" else 1.0))
+        return by_cost[0].setting if by_cost else None
 
 
 @dataclass(frozen=True)
@@ -105,9 +104,9 @@ class Expected:
 
 def front(scene: Scene, model: str) -> Front | None:
     """Return the measurements of the formulation that a scene names; None if there are none."""
-    own, joints = physics(scene), joints_with_clearance(scene.data)
-    equal = next((name for name, record in _file().items() if record["physics"] == own), None)
-    record, name = _file()[equal or USUAL[joints]], formulation(scene, model)
+    own, joints, name = physics(scene), joints_with_clearance(scene.data), formulation(scene, model)
+    equal = next((shipped for shipped, record in _file().items() if record["physics"] == own), None)
+    record = _file()[equal or USUAL[joints]]
     table = record.get(model, {}).get(name)
     if table is None:
         return None

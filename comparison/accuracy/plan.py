@@ -26,9 +26,7 @@ class Plan:
     contacts: tuple[str, ...]  # possible ones
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
     expected: Expected
-    instead: tuple[
-        tuple[str, str, float], ...
-    ]  # other formulations: setting, description, ratio of their time
+    instead: tuple[tuple[str, str, float], ...]  # other formulations: setting, words, ratio of their time
 
 
 def plan(scene: Scene, model: str) -> Plan:
@@ -36,38 +34,32 @@ def plan(scene: Scene, model: str) -> Plan:
     if model not in OWN:
         raise ValueError(f"model {model!r}: the plan of another package's model is not known")
     joints, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
+    pin, rows = "crank_pin" in joints, 15 if ideal_slider else 13
     integrated = tuple(body for joint in joints for body in _FREE[joint])
-    coordinates, constraints = len(integrated), 0
-    other: tuple[str, str] | None
+    coordinates, constraints, instead, words = len(integrated), 0, "", ""
     named = scene.data["solver"][model]["formulation"]
-    if model == "reference":
-        rows = 15 if ideal_slider else 13
-        if named == "multiplier":
-            integrated, coordinates, constraints, other = _BODIES, 15, rows, None
-            name = f"multiplier (15 coordinates, {rows} multipliers)"
-        else:
-            listed = f"{', '.join(integrated[:-1])} and {integrated[-1]}" if joints else ""
-            name = f"minimal: {listed} ({coordinates} coordinates)" if joints else "closed form"
-            multiplier = "multiplier", f"the paper's 15 coordinates and {rows} multipliers"
-            other = None if "crank_pin" in joints else multiplier  # which has an ideal pin
+    if model == "reference" and named == "multiplier":
+        name = f"multiplier (15 coordinates, {rows} multipliers)"
+        integrated, coordinates, constraints = _BODIES, 15, rows
+    elif model == "reference":
+        listed = f"{', '.join(integrated[:-1])} and {integrated[-1]}" if joints else ""
+        name = f"minimal: {listed} ({coordinates} coordinates)" if joints else "closed form"
+        if not pin:  # which the multipliers leave ideal
+            instead, words = "multiplier", f"the paper's 15 coordinates and {rows} multipliers"
     elif named == "tree":
-        integrated = _BODIES[1 if "crank_pin" in joints else 3 :]
+        name, integrated = f"{'rocker, rods' if pin else 'rod 4'} and slider tree", _BODIES[1 if pin else 3 :]
         # An ideal slider does not rotate: a point mass at the end of rod 4, constrained by the guide's force.
         coordinates = len(integrated) - ideal_slider
-        name = f"{'rocker, rods' if 'crank_pin' in joints else 'rod 4'} and slider tree"
-        other = "full", "all five bodies with their joints, in steps that are short in contacts"
+        instead, words = "full", "all five bodies with their joints, in steps that are short in contacts"
     else:
-        # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
-        constraints = 2 * (5 if "crank_pin" in joints else 6) + 1 + 2 * ideal_slider
         name, integrated, coordinates = "five bodies", _BODIES, 15
-        smaller = joints and not forces(scene.data)
-        other = ("tree", "only the free bodies, with error control") if smaller else None
+        # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
+        constraints = rows - 2 * pin
+        if joints and not forces(scene.data):
+            instead, words = "tree", "only the free bodies, with error control"
     known, key = expected(scene, model), f"solver.{model}.formulation"
-    instead: tuple[tuple[str, str, float], ...] = ()
-    if other is not None:
-        # At the scene's settings of that formulation, which are its own.
-        seconds = expected(scene.variant({key: other[0]}), model).seconds
-        instead = ((f"{key} = {other[0]!r}", other[1], seconds / known.seconds),)
+    # At the scene's settings of that formulation, which are its own.
+    seconds = expected(scene.variant({key: instead}), model).seconds if instead else 0.0
     return Plan(
         model=model,
         formulation=name,
@@ -78,20 +70,20 @@ def plan(scene: Scene, model: str) -> Plan:
         contacts=_contacts(scene, joints),
         left_out=_left_out(scene, joints),
         expected=known,
-        instead=instead,
+        instead=((f"{key} = {instead!r}", words, seconds / known.seconds),) if instead else (),
     )
 
 
 def _contacts(scene: Scene, joints: tuple[str, ...]) -> tuple[str, ...]:
     contact = scene.data["contact"]
 
-    def of_partners(number: float | dict[str, float], factor: float) -> str:
-        values = number.values() if isinstance(number, dict) else [number]
+    def of_partners(key: str, factor: float) -> str:
+        values = contact[key].values() if isinstance(contact[key], dict) else [contact[key]]
         return " on ".join(f"{factor * value:g}" for value in values)
 
-    modulus, ratio = of_partners(contact["youngs_modulus"], 1e-9), of_partners(contact["poisson"], 1.0)
+    materials = f"{of_partners('youngs_modulus', 1e-9)} GPa, Poisson's ratio {of_partners('poisson', 1.0)}"
     possible = {
-        "slider": f"four corners of the slider ({contact['law']}; {modulus} GPa, Poisson's ratio {ratio})",
+        "slider": f"four corners of the slider ({contact['law']}; {materials})",
         "crank_pin": "journal and bearing at the crank pin",
     }
     return tuple(text for joint, text in possible.items() if joint in joints)

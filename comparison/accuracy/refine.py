@@ -9,8 +9,6 @@ from enum import StrEnum
 from math import inf, nan
 from typing import NamedTuple
 
-import numpy as np
-
 from comparison.accuracy.levels import (
     NAMES,
     coarser,
@@ -38,25 +36,19 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table
 
-CHANNEL = "slider_x"
-"""Whose error an accuracy means."""
-FLOOR = thresholds("tight").coverage
-"""Share of the samples on which an error must be known to count, as for a verdict at the tight tier."""
-ENOUGH = 0.9
-"""Share of the samples that is enough; a smaller predictable part has grown if less of it was there."""
-MOST_LEVELS = 4
-"""To try, of a model whose finest useful setting is not known, or where the finer ones have no result."""
+CHANNEL = "slider_x"  # whose error an accuracy means
+FLOOR = thresholds("tight").coverage  # of the samples, on which an error must be known to count
+ENOUGH = 0.9  # of the samples; a smaller predictable part has grown if less of it was there
+MOST_LEVELS = 4  # of a model whose finest useful setting is not known, or has no result
 
 Run = Callable[[Sequence[Scene]], list[Outcome]]
-"""Runs scenes by a model."""
 
 
 def levels(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the scenes of the runs that give a model's uncertainty, by their names in `Runs`."""
-    coarse = coarser(model, scene)
-    family = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
-    available = {kind: level for kind, level in family.items() if level is not None}
-    return available if coarse is None else available | perturbed_scenes(coarse)
+    fine, coarse = finer(model, scene), coarser(model, scene)
+    scenes = {"base": scene} | ({} if fine is None else {"finer": fine})
+    return scenes if coarse is None else scenes | {"coarser": coarse} | perturbed_scenes(coarse)
 
 
 def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
@@ -72,9 +64,8 @@ def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job
 def table_of_family(kind: str, outcome: Outcome) -> Table | None:
     """Return the table of a run by its name in a family; None if there is none to use.
 
-    A run at the coarser setting may violate an invariant of its model (measured: the rate of a constraint in
-    one impact at 4e-6 s, not at the scene's own 2e-6 s): what it gets wrong widens the uncertainty of the
-    base run, which is the one that must hold them.
+    A coarser run may violate an invariant of its model: what it gets wrong widens the uncertainty of the base
+    run.
     """
     coarse = kind not in ("base", "finer")
     return outcome.partial if coarse and outcome.status == VIOLATED else outcome.table
@@ -84,18 +75,13 @@ def sorted_runs(
     scene: Scene, models: tuple[str, str], outcomes: dict[tuple[str, str], Outcome]
 ) -> tuple[Runs, Runs]:
     """Return the runs of both models from the outcomes of their families."""
-    a, b = (
-        Runs(
-            refinement=refinement(model, scene),
-            **{
-                kind: table
-                for (name, kind), outcome in outcomes.items()
-                if name == model and (table := table_of_family(kind, outcome)) is not None
-            },
-        )
-        for model in models
-    )
-    return a, b
+    tables = {which: table_of_family(which[1], outcome) for which, outcome in outcomes.items()}
+
+    def of(model: str) -> Runs:
+        own = {kind: table for (name, kind), table in tables.items() if name == model and table is not None}
+        return Runs(refinement=refinement(model, scene), **own)
+
+    return of(models[0]), of(models[1])
 
 
 @dataclass(frozen=True)
@@ -112,8 +98,7 @@ class Estimate:
 
     def until(self, error: float) -> float:
         """Return the time at which u first exceeds an error, m, in s; inf if it never does."""
-        outside = np.flatnonzero(self.u > error)
-        return float(self.time[outside[0]]) if outside.size else inf
+        return float(self.time[self.u > error].min(initial=inf))
 
     def held(self, share: float) -> float:
         """Return the smallest error that holds on a share of the samples, m."""
@@ -161,10 +146,9 @@ def tried_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -
 
 
 def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
-    """Yield the scene at the settings to try, each finer than the one before.
+    """Yield the scene at the settings to try, from one measured on the scene most like it to ``strict``.
 
-    The first is the measured one of the shipped scene that is most like this, the last is ``strict``. Another
-    package's model begins with the scene's own. `AccuracyError` for what is no accuracy of the model.
+    Another package's model begins with the scene's own. `AccuracyError` for what is no accuracy of it.
     """
     if accuracy is None:
         yield scene
@@ -185,10 +169,9 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
         metres(accuracy)
         level: Scene | None = scene
         for _ in range(MOST_LEVELS):
-            if level is None:
-                return
-            yield level
-            level = finer(model, level)
+            if level is not None:
+                yield level
+                level = finer(model, level)
 
 
 class Cost(NamedTuple):
@@ -253,16 +236,16 @@ class AccurateRun:
         """What keeps the wanted error from being reached; None if it is kept."""
         if self.kept:
             return None
-        if self.estimate is None:
+        if self.estimate is None or self.wanted is None:
             return Limit.UNKNOWN
-        if self.wanted is not None and covered(self.estimate.spread, self.wanted) < FLOOR:
+        if covered(self.estimate.spread, self.wanted) < FLOOR:
             return Limit.DIVERGENCE
         return Limit.FINEST if self.stopped is None else Limit.STOPPED
 
     def with_uncertainty(self) -> Table:
         """Return the table with the estimated error, m, as ``slider_x_u`` beside slider_x; nan if unknown."""
-        u = np.full(len(self.table.frame), nan) if self.estimate is None else self.estimate.u
         frame = self.table.frame.copy()
+        u = nan if self.estimate is None else self.estimate.u
         frame.insert(list(frame.columns).index(CHANNEL) + 1, CHANNEL + UNCERTAINTY, u)
         return replace(self.table, frame=frame)
 
@@ -303,6 +286,8 @@ def accurate_run(
     begun = time.perf_counter()
     scene = with_declared(scene, [model])
     wanted = None if accuracy is None or accuracy in NAMES else metres(accuracy)
+    known: dict[str, Outcome] = {}
+    tried: list[Level] = []
 
     def by_default(scenes: Sequence[Scene]) -> list[Outcome]:
         jobs = [Job(level, model) for level in scenes]
@@ -313,21 +298,19 @@ def accurate_run(
             return -1.0
         return 1.0 if wanted is None else level.estimate.coverage(wanted)
 
-    known: dict[str, Outcome] = {}
-    tried: list[Level] = []
-
-    def attempt(level: Scene) -> None:
+    def attempt(level: Scene) -> float:
         tried.append(tried_level(level, model, run or by_default, known))
+        return coverage(tried[-1])
 
-    steps = list(settings(scene, model, accuracy))
+    steps, before = list(settings(scene, model, accuracy)), -1.0
     while steps:
-        attempt(steps.pop(0))
-        before, now = coverage(tried[-2]) if len(tried) > 1 else -1.0, coverage(tried[-1])
+        now = attempt(steps.pop(0))
         # Without an estimate though the run has a result, it is the finer one that has none.
         if now >= ENOUGH or (now < 0.0 and tried[-1].table is not None):
             break
         if before >= FLOOR and 0.0 <= ENOUGH * now <= before:  # hardly more than before
             steps = steps[-1:]
+        before = now
     ended = [tried[-1].outcomes[kind] for kind in ("base", "finer") if kind in tried[-1].outcomes]
     stopped = next((outcome for outcome in ended if outcome.table is None), None)
     rough = coarser(model, tried[0].scene)
@@ -337,30 +320,24 @@ def accurate_run(
 
     def merit(level: Level) -> tuple[float, float]:
         """Return the predictable part, then how small the error is, or whether there is a result at all."""
-        if level.estimate is None:
-            return coverage(level), float(level.table is not None)
-        return coverage(level), -level.estimate.held(FLOOR)
+        small = float(level.table is not None) if level.estimate is None else -level.estimate.held(FLOOR)
+        return coverage(level), small
 
     best = max(tried, key=merit)
     table = successful(best.outcomes["base"], Job(best.scene, model))
     seconds = time.perf_counter() - begun
     result = AccurateRun(model, wanted, best, table, tuple(tried), stopped, len(known), seconds)
-    record = {**table.provenance, "accuracy": _record(result)}
-    return replace(result, table=replace(table, provenance=record))
-
-
-def _record(result: AccurateRun) -> dict[str, object]:
-    """Return what is recorded of an accuracy beside the table; lengths in m, times in s."""
+    # Lengths in m, times in s
     record: dict[str, object] = {
-        "wanted_m": result.wanted,
+        "wanted_m": wanted,
         "kept": result.kept,
         "limit": result.limit,
         "from": "runs on this scene",
         "runs": result.runs,
     }
-    if (error := result.estimate) is not None:
-        record |= {"estimated_m": {f"{share:g}": error.held(share) for share in (FLOOR, 0.5, 0.9, 1.0)}}
-        if result.wanted is not None:
-            until = error.until(result.wanted)
+    if (error := best.estimate) is not None:
+        record["estimated_m"] = {f"{share:g}": error.held(share) for share in (FLOOR, 0.5, 0.9, 1.0)}
+        if wanted is not None:
+            until = error.until(wanted)
             record |= {"coverage": result.coverage, "until_s": None if until == inf else until}
-    return record
+    return replace(result, table=replace(table, provenance={**table.provenance, "accuracy": record}))

@@ -64,8 +64,7 @@ class Runs:
     @property
     def gain(self) -> float:
         """Expected error ratio of two levels."""
-        factor, order = self.refinement
-        return float(factor**order)
+        return float(self.refinement[0] ** self.refinement[1])
 
     @property
     def perturbed_runs(self) -> tuple[Table, ...]:
@@ -80,7 +79,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Levels:
-    """One channel in the runs of one model at the same times, each of shape (n,); see `Runs`."""
+    """One quantity in the runs of one model, each of shape (n,); see `Runs`."""
 
     base: Array
     finer: Array
@@ -91,17 +90,14 @@ class Levels:
     ensemble: tuple[Array, ...] = ()
 
 
-def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
-    """Return the scenes with their start moved by a multiple of `perturbation`, by their names in `Runs`.
-
-    Where only the crank pin has clearance it is moved along its circle, in one sense; without clearance none.
-    """
+def perturbed_scenes(scene: Scene) -> dict[str, Scene]:
+    """Return the scenes with their start moved by `perturbation`, if it can be, by their names in `Runs`."""
     joint = movable(scene)
     if joint is None:
         return {}
-    shift = times * perturbation(scene)
-    signs = {"perturbed": 1.0, "other_perturbed": -1.0} if joint == "slider" else {"perturbed": 1.0}
-    return {name: moved(scene, shift, sign * shift) for name, sign in signs.items()}
+    shift = perturbation(scene)
+    scenes = {"perturbed": moved(scene, shift, shift)}
+    return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if joint == "slider" else {})
 
 
 def movable(scene: Scene) -> str | None:
@@ -116,24 +112,18 @@ def perturbation(scene: Scene) -> float:
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:
-    """Return a `movable` scene with the slider moved across its guide, m, and turned: angle times length, m.
-
-    Where only the crank pin has clearance, that pin is moved across, along its circle.
-    """
+    """Return a scene with slider, else crank pin, moved across, m, and turned: angle times length, m."""
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
-    if movable(scene) == "slider":
-        return scene.variant(
-            {
-                "initial.slider_offset": start["slider_offset"] + across,
-                "initial.slider_angle": start["slider_angle"] + turned / mechanism["slider"]["length"],
-            }
-        )
-    angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
-    return scene.variant({"mechanism.crank_angle_deg": angle})
+    if movable(scene) != "slider":
+        angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
+        return scene.variant({"mechanism.crank_angle_deg": angle})
+    angle = start["slider_angle"] + turned / mechanism["slider"]["length"]
+    offset = start["slider_offset"] + across
+    return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
 
 
 def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
-    """Evaluate u(t) for one channel in its unit, shape (n,), from a window's half-width in samples."""
+    """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples."""
     distance = _widened(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
@@ -157,8 +147,7 @@ def model_uncertainty(
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
-    From the period of a crank cycle, s (where the distance of the samples varies, the window is the largest
-    number of them that its hundredth holds), more runs at the base's setting and times from moved starts, and
+    From the period of a crank cycle, s, further runs at the base's setting and times from moved starts, and
     of ``every`` so many samples the first.
     """
     if runs.finer is None:
@@ -190,8 +179,7 @@ def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Arra
 
 def _widened(distance: Array, half_width: int) -> Array:
     """Return the largest distance within the window, shape (n,)."""
-    widest: Array = maximum_filter1d(distance, 2 * half_width + 1, mode="nearest")
-    return widest
+    return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
 
 
 def combined(u_a: Array, u_b: Array) -> Array:
@@ -218,9 +206,8 @@ def window_samples(period: float, interval: float) -> int:
 def round_off(values: Array, time: Array, absolute: float) -> float:
     """Return the round-off of one sample in double precision, in the channel's unit.
 
-    The largest of: its absolute number (``round_off`` of ``channels.toml``), some epsilon of its largest
-    value, and its change within the error of time (s), which a solver with fixed steps adds up from
-    thousands.
+    The largest of: its absolute number (``channels.toml``), some epsilon of its largest value, and its change
+    within the error of time (s).
     """
     rate = float(np.abs(np.diff(values) / np.diff(time)).max())
     clock = TIME_ROUND_OFF * float(time[-1] - time[0])
@@ -234,16 +221,15 @@ def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) ->
     scale, of the judged samples of all channels (name -> samples, shape (n,), and scale), it is log(d_c /
     d_f) / log(r): of runs in their asymptotic range, which located events and a tolerance need not have.
     """
-    coarser, base, finer = runs.coarser, runs.base, runs.finer
-    if coarser is None or finer is None:
+    if runs.coarser is None or runs.finer is None:
         return nan
     coarse = fine = 0.0
-    for name, (predictable, scale) in judged.items():
-        values = base.values(name)
-        if values.shape != predictable.shape:  # it was interpolated
+    for name, (samples, scale) in judged.items():
+        coarser, base, finer = (run.values(name) for run in (runs.coarser, runs.base, runs.finer))
+        if base.shape != samples.shape:  # it was interpolated
             return nan
-        coarse += float(np.sum(((coarser.values(name) - values)[predictable] / scale) ** 2))
-        fine += float(np.sum(((values - finer.values(name))[predictable] / scale) ** 2))
+        coarse += float(np.sum(((coarser - base)[samples] / scale) ** 2))
+        fine += float(np.sum(((base - finer)[samples] / scale) ** 2))
     if not (coarse > 0.0 and fine > 0.0):
         return nan
     order = log(sqrt(coarse / fine)) / log(runs.refinement[0])

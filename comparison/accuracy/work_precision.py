@@ -37,12 +37,9 @@ from comparison.tables.channels import channels
 
 EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
 """Formulation -> its most accurate setting that a minute allows: what the others are held against."""
-DECADES = tuple(10.0**-n for n in range(5, 13))
-"""Errors for which the cheapest setting is looked for, m."""
-WARM = 0.02
-"""Cycles of the run before, in which code is compiled: its time does not count."""
-SHORT = 0.1
-"""s of processor time within which a run is repeated up to twice: the least counts."""
+DECADES = tuple(10.0**-n for n in range(5, 13))  # m, for which the cheapest setting is looked for
+WARM = 0.02  # cycles of the run before, in which code is compiled: its time does not count
+SHORT = 0.1  # s of processor time within which a run is repeated up to twice: the least counts
 LATE, WAITING = "time limit", "not begun"
 _warm: set[str] = set()
 
@@ -96,10 +93,7 @@ class WorkPrecision:
 
     @cached_property
     def resolution(self) -> float:
-        """How well the motion must be known where errors of settings are compared, m.
-
-        As the predictable part of the tightest tier asks that covers enough; of none, what covers enough.
-        """
+        """How well the motion must be known where errors are compared, m: so that it is on enough of it."""
         scale = channels()[CHANNEL].scale_value(self.scene.data, nan)
         wanted = [thresholds(tier).alpha * scale for tier in reversed(TIERS)]
         enough = [error for error in wanted if self.coverage(error) >= FLOOR]
@@ -109,9 +103,8 @@ class WorkPrecision:
         """Return the largest error of a run, m, where the motion is known so well, or to `resolution`."""
         if row.x is None or self.exact is None or self.exact.x is None or not self.known.size:
             return nan
-        limit = self.resolution if known is None else known
-        error = np.abs(row.x - self.exact.x) + self.known / SAFETY_FACTOR
-        return float(np.max(error[self.known <= limit], initial=0.0))
+        counts = self.known <= (self.resolution if known is None else known)
+        return float(np.max((np.abs(row.x - self.exact.x) + self.known / SAFETY_FACTOR)[counts], initial=0.0))
 
     @cached_property
     def front(self) -> tuple[Timed, ...]:
@@ -121,13 +114,10 @@ class WorkPrecision:
         return tuple(row for row, kept in zip(rows, best, strict=True) if kept)
 
     def cheapest(self, error: float) -> Timed | None:
-        """Return the setting with the least processor time that keeps an error, m, where it can be seen.
-
-        None if there is none, or the motion is known to that error on less than `FLOOR` of the samples.
-        """
+        """Return the setting with the least processor time that keeps an error, m, if it can be seen."""
         if self.coverage(error) < FLOOR:
             return None
-        good = [row for row in self.rows if row.x is not None and self.error(row, error) <= error]
+        good = [row for row in self.rows if self.error(row, error) <= error]
         return min(good, key=lambda row: row.seconds, default=None)
 
 
@@ -145,11 +135,11 @@ def candidates(scene: Scene) -> list[Candidate]:
         seconds = expected(named, model_of(formulation)).seconds
         return Candidate(named, formulation, setting, inf if isnan(seconds) else seconds)
 
-    exact = [(name, EXACT[name]) for name in ("minimal", smallest)]
+    exact = [candidate(name, EXACT[name]) for name in ("minimal", smallest)]
+    first = {(of.formulation, of.setting) for of in exact}
     names = [name for name in formulations(scene.data) if name in wanted]
-    others = [(name, setting) for name in names for setting in SETTINGS[name] if (name, setting) not in exact]
-    rest = [candidate(*other) for other in others]
-    return [*(candidate(*first) for first in exact), *sorted(rest, key=lambda other: other.cost)]
+    others = [(name, setting) for name in names for setting in SETTINGS[name] if (name, setting) not in first]
+    return exact + sorted((candidate(*other) for other in others), key=lambda other: other.cost)
 
 
 def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
@@ -194,22 +184,18 @@ def work_precision(
     begun = time.monotonic()
     planned = {str(number): candidate for number, candidate in enumerate(candidates(scene))}
     rows = {name: Timed(candidate, WAITING) for name, candidate in planned.items()}
-    exact = {name: planned.pop(name) for name in ("0", "1")}
-    moved = {
-        name: replace(exact["0"], scene=start) for name, start in perturbed_scenes(exact["0"].scene).items()
-    }
-    affordable = {name: task for name, task in planned.items() if task.cost <= seconds * n_jobs}
-    tasks = exact | moved | affordable
+    first = planned["0"]
+    moved = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
+    affordable = {name: of for name, of in planned.items() if of.cost <= seconds * n_jobs}
+    tasks = {name: planned[name] for name in ("0", "1")} | moved | affordable
     interrupted = False
     try:
         with closing(work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue
-                if isinstance(event, Timed):
-                    rows[name] = event
-                else:
-                    rows[name] = Timed(tasks[name], event.words if isinstance(event, Died) else LATE)
+                ended = event.words if isinstance(event, Died) else LATE
+                rows[name] = event if isinstance(event, Timed) else Timed(tasks[name], ended)
                 if on_finished and name not in moved:
                     on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
     except KeyboardInterrupt:
@@ -230,11 +216,12 @@ def held_against_each_other(
     reference, exudyn = ([row for row in finished if row.candidate.model == model] for model in MODELS)
     pair = [reference[0], exudyn[0]] if reference and exudyn else (reference or exudyn)[:2]
     exact, confirming = [*pair, None, None][:2]
-    known = np.empty(0)
     moved = [row.x for row in neighbours if row.x is not None] if exact is rows[0] else []
-    if exact is not None and confirming is not None and exact.x is not None and confirming.x is not None:
-        half_width = window_samples(scene.period, scene.duration / (exact.x.size - 1))
-        known = spread(exact.x, [confirming.x, *moved], half_width)
+    known = np.empty(0)
+    if len(pair) == 2:
+        x, other = (row.x for row in pair if row.x is not None)
+        half_width = window_samples(scene.period, scene.duration / (x.size - 1))
+        known = spread(x, [other, *moved], half_width)
     return WorkPrecision(scene, tuple(rows), exact, confirming, known, len(moved), interrupted)
 
 

@@ -42,12 +42,10 @@ _NOTED = 5  # points that a model must have noted of a contact, its peak among t
 class Impacts:
     """Agreement of the contacts of b with those of a; a number is nan where there is nothing to compare.
 
-    ``pairs`` are the matched rows of the two event tables, shape (m, 2); precision and recall are the shares
-    of b's and of a's contacts that are matched, delays those of matched starts (s). Errors of normal speed
-    and peak force are the largest of matched contacts, over the largest value considered; that of the total
-    impulse is of all contacts considered, matched or not, that of the impulse the sum of the absolute
-    differences of matched ones, both over the mean of the two totals. Impulses are preferred to peak forces,
-    which depend on compliance.
+    ``pairs`` are the matched rows of both, shape (m, 2); precision and recall the shares of b's and of a's
+    contacts that are matched. Errors of speed and peak force are the largest over the largest value; that of
+    the total impulse is of all contacts, matched or not, that of the impulse the sum over matched ones, both
+    over the mean of the two totals. Impulses depend less on compliance than peak forces.
     """
 
     pairs: IntArray
@@ -86,39 +84,35 @@ def compare_impacts(
 ) -> Impacts:
     """Compare the contacts of two event tables, matched within a window.
 
-    A ``part`` names those to consider, by rows, see `begin_where`. The tables are matched as a whole, and a
-    matched contact is considered if its partner is: none loses its partner at the edge of the part.
+    A ``part`` names those to consider, by rows. The tables are matched as a whole, and a matched contact is
+    considered if its partner is: none loses its partner at the edge of the part.
     """
-    pairs = match(a, b, window)
-    in_a, in_b = part or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
-    pairs = pairs[in_a[pairs[:, 0]] | in_b[pairs[:, 1]]]
-    first, second = pairs[:, 0], pairs[:, 1]
-    in_a, in_b = in_a.copy(), in_b.copy()
-    in_a[first], in_b[second] = True, True
+    pairs, events = match(a, b, window), (a, b)
+    part = part or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
+    pairs = pairs[part[0][pairs[:, 0]] | part[1][pairs[:, 1]]]
+    counted = [np.union1d(np.flatnonzero(own), pairs[:, side]) for side, own in enumerate(part)]
 
     def differences(name: str) -> Array:
-        return np.abs(_column(a, name)[first] - _column(b, name)[second])
+        first, second = (_column(of, name)[pairs[:, side]] for side, of in enumerate(events))
+        return np.abs(first - second)
 
     def largest(name: str) -> float:
-        if not len(pairs):
-            return np.nan
-        whole = max(_column(a, name)[in_a].max(), _column(b, name)[in_b].max())
-        return _ratio(differences(name).max(), whole)
+        whole = [_column(of, name)[rows].max(initial=0.0) for of, rows in zip(events, counted, strict=True)]
+        return _ratio(differences(name).max(), max(whole)) if len(pairs) else np.nan
 
-    count_a, count_b = int(in_a.sum()), int(in_b.sum())
     delays = differences("start")
-    total_a, total_b = _column(a, "impulse")[in_a].sum(), _column(b, "impulse")[in_b].sum()
-    mean = (total_a + total_b) / 2
+    totals = [_column(of, "impulse")[rows].sum() for of, rows in zip(events, counted, strict=True)]
+    mean = sum(totals) / 2
     return Impacts(
         pairs=pairs,
-        count_a=count_a,
-        count_b=count_b,
-        precision=_ratio(len(pairs), count_b),
-        recall=_ratio(len(pairs), count_a),
+        count_a=counted[0].size,
+        count_b=counted[1].size,
+        precision=_ratio(len(pairs), counted[1].size),
+        recall=_ratio(len(pairs), counted[0].size),
         largest_delay=float(delays.max()) if delays.size else np.nan,
         median_delay=float(np.median(delays)) if delays.size else np.nan,
         normal_speed_error=largest("normal_speed"),
-        total_impulse_error=_ratio(abs(total_a - total_b), mean),
+        total_impulse_error=_ratio(abs(totals[0] - totals[1]), mean),
         impulse_error=_ratio(differences("impulse").sum(), mean) if len(pairs) else np.nan,
         peak_force_error=largest("peak_force"),
     )
@@ -142,57 +136,41 @@ def impacts_of(
     period: float | None,
     predictable: Mapping[str, BoolArray],
 ) -> dict[str, Impacts] | None:
-    """Compare the contacts of two runs: "all", and those of the "predictable" part where that is known.
-
-    ``predictable`` says by corner where its contacts are, at each time, shape (n,). None where a table or the
-    period of a crank cycle is unknown.
-    """
+    """Compare the contacts of two runs: "all", and those of the "predictable" part, by corner; or None."""
     if a is None or b is None or period is None:
         return None
-    window = WINDOW * period
-    impacts = {"all": compare_impacts(a, b, window)}
+    impacts = {"all": compare_impacts(a, b, WINDOW * period)}
     if predictable:
         part = begin_where(a, time, predictable), begin_where(b, time, predictable)
-        impacts["predictable"] = compare_impacts(a, b, window, part)
+        impacts["predictable"] = compare_impacts(a, b, WINDOW * period, part)
     return impacts
 
 
 def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> dict[str, float]:
-    """Return the share of a span of time that the slider spends in each of the `SITUATIONS`.
-
-    Exact from the contacts' starts and ends, to round-off; what is outside the span does not count.
-    """
-    lengths, touches = _touches(events, tuple(CORNERS), span)
-    left = touches["ll"].astype(int) + touches["ul"]
-    right = touches["lr"].astype(int) + touches["ur"]
-    holds = (
-        left + right == 0,
-        left + right == 1,
-        (np.maximum(left, right) == 2) & (np.minimum(left, right) == 0),
-        np.minimum(left, right) > 0,
-    )
-    return {name: float(lengths[where].sum()) for name, where in zip(SITUATIONS, holds, strict=True)}
+    """Return the share of a span of time that the slider spends in each of the `SITUATIONS`, to round-off."""
+    lengths, touches = _touches(events, list(CORNERS), span)
+    left, right = touches["ll"] + touches["ul"], touches["lr"] + touches["ur"]
+    situation = np.where(np.minimum(left, right) > 0, 3, np.maximum(left, right))
+    return {name: float(lengths[situation == k].sum()) for k, name in enumerate(SITUATIONS)}
 
 
 def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
     """Return the share of a span of time in which the journal at A touches its bearing; see `time_shares`."""
-    lengths, touches = _touches(events, (PIN,), span)
-    return float(lengths[touches[PIN]].sum())
+    lengths, touches = _touches(events, [PIN], span)
+    return float(lengths[touches[PIN] > 0].sum())
 
 
 def _touches(
-    events: pd.DataFrame, places: tuple[str, ...], span: tuple[float, float]
-) -> tuple[Array, dict[str, BoolArray]]:
-    """Return the lengths between all starts and ends, as shares of the span, and which places touch there."""
-    bounds = np.column_stack([_column(events, "start"), _column(events, "end")])
-    spans = {place: np.clip(bounds[starts_at(events, place)[0]], *span) for place in places}
-    edges = np.unique(np.concatenate([span, *(contacts.ravel() for contacts in spans.values())]))
+    events: pd.DataFrame, places: list[str], span: tuple[float, float]
+) -> tuple[Array, dict[str, IntArray]]:
+    """Return the lengths between all starts and ends, as shares of the span, and 1 where a place touches."""
+    bounds = np.clip(np.column_stack([_column(events, "start"), _column(events, "end")]), *span)
+    of = {place: bounds[starts_at(events, place)[0]] for place in places}
+    edges = np.unique(np.concatenate([span, *(bounds.ravel() for bounds in of.values())]))
     touches = {}
-    for place, contacts in spans.items():
-        starts, ends = (
-            np.bincount(np.searchsorted(edges, instants), minlength=edges.size) for instants in contacts.T
-        )
-        touches[place] = np.cumsum(starts - ends)[:-1] > 0
+    for place, bounds in of.items():
+        begun, ended = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in bounds.T)
+        touches[place] = (begun > ended).astype(np.intp)
     return np.diff(edges) / (span[1] - span[0]), touches
 
 
@@ -229,26 +207,24 @@ def noted(table: Table) -> list[Pulse]:
     return pulses
 
 
-def _column(events: pd.DataFrame, name: str) -> Array:
-    return events[name].to_numpy(dtype=np.float64) if len(events) else np.empty(0)
-
-
 def starts_at(events: pd.DataFrame, place: str) -> tuple[IntArray, Array]:
     """Return row positions and starts of the contacts at one place, by increasing start."""
     if not len(events):
         return np.empty(0, dtype=np.intp), np.empty(0)
-    rows = np.flatnonzero(events["corner"].to_numpy() == place)
-    starts = _column(events, "start")[rows]
-    order = np.argsort(starts, kind="stable")
-    return rows[order], starts[order]
+    rows, starts = np.flatnonzero(events["corner"].to_numpy() == place), _column(events, "start")
+    rows = rows[np.argsort(starts[rows], kind="stable")]
+    return rows, starts[rows]
+
+
+def _column(events: pd.DataFrame, name: str) -> Array:
+    return events[name].to_numpy(dtype=np.float64) if len(events) else np.empty(0)
 
 
 def _nearest(values: Array, among: Array) -> IntArray:
     """Return for each value the position of the nearest in an increasing array; of two the earlier."""
-    after = np.clip(np.searchsorted(among, values), 1, max(1, among.size - 1))
-    before = after - 1
-    after = np.minimum(after, among.size - 1)
-    return np.where(values - among[before] <= among[after] - values, before, after)
+    after = np.searchsorted(among, values)
+    bounded = np.concatenate([[-np.inf], among, [np.inf]])
+    return np.where(values - bounded[after] <= bounded[after + 1] - values, after - 1, after)
 
 
 def _ratio(part: float, whole: float) -> float:

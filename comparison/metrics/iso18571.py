@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,7 @@ MAX_SLOPE = 2.0
 WARP = 0.1  # how far the time may be warped, as a share of the duration
 SMOOTHED = 4  # samples on either side of the one whose slope is smoothed
 MOST_POINTS = 5000
-EQUAL = 1e-12
-"""Two numbers that differ by less, relatively, are equal: what their sums round to, with a margin."""
+EQUAL = 1e-12  # numbers that differ by less, relatively, are equal: their sums round so
 
 
 class Rating(NamedTuple):
@@ -53,13 +52,12 @@ def rating(reference: Array, other: Array) -> Rating:
     unit = max(float(np.abs(reference).max()), float(np.abs(other).max()))
     reference, other = reference / unit, other / unit
     shift = best_shift(reference, other)
-    allowed = MAX_SHIFT * reference.size
     kept = reference.size - abs(shift)
     first, second = reference[max(-shift, 0) :][:kept], other[max(shift, 0) :][:kept]
     largest = float(np.abs(reference).max())
     inside = (OUTER * largest - np.abs(reference - other)) / ((OUTER - INNER) * largest)
     corridor = float(np.mean(np.clip(inside, 0.0, 1.0) ** 2))
-    phase = 1.0 - abs(shift) / allowed
+    phase = 1.0 - abs(shift) / (MAX_SHIFT * reference.size)
     magnitude = max(0.0, 1.0 - warped_difference(first, second) / MAX_MAGNITUDE)
     slopes = _slope(first), _slope(second)
     size = float(np.abs(slopes[0]).sum())
@@ -70,23 +68,16 @@ def rating(reference: Array, other: Array) -> Rating:
 
 
 def best_shift(reference: Array, other: Array) -> int:
-    """Return by how many samples the other is late (negative: early) where both are most alike.
-
-    Of equal ones the smallest, late before early; shifts at which either part is constant do not count.
-    """
-    size = reference.size
-    shifts = np.arange(int(MAX_SHIFT * size), -int(MAX_SHIFT * size) - 1, -1)
-    shifts = shifts[np.argsort(np.abs(shifts), kind="stable")]
-    late, count = np.maximum(shifts, 0), size - np.abs(shifts)
-    # About their means, lest the sums of squares cancel.
-    t, c = reference - reference.mean(), other - other.mean()
-    starts = (np.maximum(-shifts, 0), late)
-    sum_t, square_t, sum_c, square_c = (
-        total[start + count] - total[start]
-        for signal, start in zip((t, c), starts, strict=True)
-        for total in (_running(signal), _running(signal * signal))
+    """Return by how many samples the other is late where both are most alike; of equal ones the smallest."""
+    size, late = reference.size, np.arange(1, int(MAX_SHIFT * reference.size) + 1)
+    shifts = np.concatenate([[0], np.column_stack([late, -late]).ravel()])
+    count = size - np.abs(shifts)
+    signals = reference - reference.mean(), other - other.mean()  # lest the sums of squares cancel
+    (sum_t, square_t), (sum_c, square_c) = (
+        [total[start + count] - total[start] for total in (_running(signal), _running(signal * signal))]
+        for signal, start in zip(signals, (np.maximum(-shifts, 0), np.maximum(shifts, 0)), strict=True)
     )
-    product = np.correlate(c, t, "full")[size - 1 + shifts]
+    product = np.correlate(signals[1], signals[0], "full")[size - 1 + shifts]
     moves_t, moves_c = square_t - sum_t * sum_t / count, square_c - sum_c * sum_c / count
     moves = (moves_t > EQUAL * square_t[0]) & (moves_c > EQUAL * square_c[0])
     alike = np.full(shifts.shape, -np.inf)
@@ -97,8 +88,7 @@ def best_shift(reference: Array, other: Array) -> int:
 
 def warped_difference(reference: Array, other: Array) -> float:
     """Return sum |C_w - T_w| / sum |T_w| along the warping path; infinite where the reference is zero."""
-    width = int(np.ceil(WARP * reference.size)) - 1
-    difference, size = _warp()(reference, other, width)
+    difference, size = _warp()(reference, other, int(np.ceil(WARP * reference.size)) - 1)
     return float(difference / size) if size > 0 else float("inf")
 
 
@@ -111,8 +101,7 @@ def _slope(signal: Array) -> Array:
     total = _running(np.gradient(signal))
     at = np.arange(signal.size)
     half = np.minimum(SMOOTHED, np.minimum(at, signal.size - 1 - at))
-    smoothed: Array = (total[at + half + 1] - total[at - half]) / (2 * half + 1)
-    return smoothed
+    return np.asarray((total[at + half + 1] - total[at - half]) / (2 * half + 1))
 
 
 @cache
@@ -121,42 +110,36 @@ def _warp() -> Callable[[Array, Array, int], tuple[float, float]]:
     from numba import njit
 
     try:
-        compiled = njit(cache=True)(_warp_sums)
+        compiled: Any = njit(cache=True)(_warp_sums)
         compiled(np.zeros(2), np.zeros(2), 1)  # loads or compiles it
     except Exception:  # numba's, of many kinds: no folder, one that is full, damaged files in it
         compiled = njit(_warp_sums)
-    return cast(Callable[[Array, Array, int], tuple[float, float]], compiled)
+    return compiled  # type: ignore[no-any-return]
 
 
 def _warp_sums(reference: Array, other: Array, width: int) -> tuple[float, float]:
     """Sum |C - T| and |T| along the path of least squares, |i - j| <= width.
 
     Dynamic time warping after Sakoe and Chiba (1978), steps (1, 1), (1, 0) and (0, 1) of equal weight; of
-    equal costs the diagonal step. Both sums are carried along with the cost: no path has to be kept.
+    equal costs the diagonal step. Both sums are carried along with the cost: no path has to be kept. Entry
+    j + 1 is that of sample j, in this row up to the one in question, from there on in the row above.
     """
     size = reference.size
-    cost = np.full(size, np.inf)
-    difference, total = np.zeros(size), np.zeros(size)
+    cost = np.full(size + 1, np.inf)
+    difference, total = np.zeros(size + 1), np.zeros(size + 1)
+    cost[0] = 0.0
     for i in range(size):
         first = max(0, i - width)
-        # Of the row above, one to the left; nothing at the start.
-        above_cost, above_difference, above_total = np.inf, 0.0, 0.0
-        if i == 0:
-            above_cost = 0.0
-        elif first > 0:
-            k = first - 1
-            above_cost, above_difference, above_total = cost[k], difference[k], total[k]
-        left_cost, left_difference, left_total = np.inf, 0.0, 0.0
+        diagonal = cost[first], difference[first], total[first]
+        cost[first] = np.inf
         for j in range(first, min(size, i + width + 1)):
-            best, best_difference, best_total = above_cost, above_difference, above_total
-            above_cost, above_difference, above_total = cost[j], difference[j], total[j]
-            if above_cost < best:
-                best, best_difference, best_total = above_cost, above_difference, above_total
-            if left_cost < best:
-                best, best_difference, best_total = left_cost, left_difference, left_total
+            best, diagonal = diagonal, (cost[j + 1], difference[j + 1], total[j + 1])
+            if diagonal[0] < best[0]:
+                best = diagonal
+            if cost[j] < best[0]:
+                best = cost[j], difference[j], total[j]
             gap = other[j] - reference[i]
-            left_cost = best + gap * gap
-            left_difference = best_difference + abs(gap)
-            left_total = best_total + abs(reference[i])
-            cost[j], difference[j], total[j] = left_cost, left_difference, left_total
-    return left_difference, left_total
+            cost[j + 1] = best[0] + gap * gap
+            difference[j + 1] = best[1] + abs(gap)
+            total[j + 1] = best[2] + abs(reference[i])
+    return difference[size], total[size]

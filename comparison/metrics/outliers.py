@@ -29,8 +29,7 @@ PARTED = 0.9  # by how much the shares of two groups that have a contact must di
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     """Return T of one channel, for each of n >= 3 members left out, and for a run; zero without a sample.
 
-    Shapes (n, m) and (m,). The floor is the numerical uncertainty u, shape (m,), positive: without it the
-    local errors of a solver would count, which moved starts do not show where motion forgets them.
+    Shapes (n, m) and (m,). Without the floor u, shape (m,), the local errors of a solver would count.
     """
     count = members.shape[0]
     if not run.size:
@@ -48,8 +47,8 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
 def clustered(members: Array, floor: Array) -> BoolArray:
     """Return the samples, shape (m,), at which an ensemble, shape (n, m), falls into two clusters.
 
-    That is into groups of at least `SMALLEST` of the members each, farther apart than `SEPARATION` times the
-    width of either, and than the floor.
+    Of at least `SMALLEST` of the members each, farther apart than `SEPARATION` times either's width and the
+    floor.
     """
     count = members.shape[0]
     least = max(2, ceil(SMALLEST * count))
@@ -58,17 +57,15 @@ def clustered(members: Array, floor: Array) -> BoolArray:
     ordered = np.sort(members, axis=0)
     gaps = np.diff(ordered, axis=0)[least - 1 : count - least]
     row, column = gaps.argmax(axis=0) + least - 1, np.arange(members.shape[1])
-    gap = ordered[row + 1, column] - ordered[row, column]
-    width = np.maximum(ordered[row, column] - ordered[0], ordered[-1] - ordered[row + 1, column])
-    parted: BoolArray = (gap > SEPARATION * width) & (gap > floor)
-    return parted
+    below, above = ordered[row, column], ordered[row + 1, column]
+    width = np.maximum(below - ordered[0], ordered[-1] - above)
+    return np.asarray((above - below > SEPARATION * width) & (above - below > floor))
 
 
 def split(values: Array) -> BoolArray:
     """Return which of the values lie above the widest gap between them, shape (n,)."""
     ordered = np.sort(values)
-    above: BoolArray = values > ordered[np.diff(ordered).argmax()]
-    return above
+    return np.asarray(values > ordered[np.diff(ordered).argmax()])
 
 
 class Parting(NamedTuple):
@@ -85,28 +82,25 @@ def parting_contact(
 ) -> Parting | None:
     """Find the first contact that parts two groups of runs, of their event tables; None where none does.
 
-    A run has a contact if one of the same corner starts within `comparison.metrics.contacts.WINDOW` of a
-    crank cycle of it. Contacts later than ``until`` (s) are consequences.
+    A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
+    consequences.
     """
-    first = None
+    found = []
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
+
+    def near(instants: Array, starts: Array) -> BoolArray:
+        return np.searchsorted(starts, instants + window) > np.searchsorted(starts, instants - window)
+
     for corner in CONTACTS:
         starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
         candidates = np.concatenate([own for group in starts for own in group])
         candidates = candidates[candidates <= until]
-        one, other = (np.sum([_near(candidates, own, window) for own in group], axis=0) for group in starts)
+        one, other = (np.sum([near(candidates, own) for own in group], axis=0) for group in starts)
         apart = np.abs(one / sizes[0] - other / sizes[1])
-        if not np.any(apart >= PARTED):
-            continue
-        # Of the starts of this contact in all runs that by which most of them are told apart.
-        earliest = candidates[apart >= PARTED].min()
-        nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
-        k = int(nearby[apart[nearby].argmax()])
-        if first is None or candidates[k] < first.start:
-            first = Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes)
-    return first
-
-
-def _near(instants: Array, starts: Array, window: float) -> BoolArray:
-    first, last = (np.searchsorted(starts, instants + side * window) for side in (-1.0, 1.0))
-    return np.asarray(last > first)
+        if np.any(apart >= PARTED):
+            # Of the starts of this contact in all runs that by which most of them are told apart.
+            earliest = candidates[apart >= PARTED].min()
+            nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
+            k = nearby[apart[nearby].argmax()]
+            found.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
+    return min(found, key=lambda parting: parting.start, default=None)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from comparison.metrics.iso18571 import EQUAL, MOST_POINTS, rating
 from comparison.tables.arrays import Array
@@ -22,11 +23,7 @@ def maximum(difference: Array) -> float:
 
 
 def rms(time: Array, difference: Array) -> float:
-    """Return the root mean square over time: a sample weighs the mean distance to its neighbours.
-
-    The largest value is taken out before squaring, so that neither overflow nor underflow changes the result
-    with the unit (as in LAPACK's dnrm2).
-    """
+    """Return the root mean square over time: a sample weighs the mean distance to its neighbours."""
     largest = maximum(difference)
     if largest == 0.0:
         return 0.0
@@ -41,8 +38,8 @@ def scaled(value: float, scale: float) -> float:
 def peaks(time: Array, a: Array, b: Array, zero: float = 0.0) -> tuple[tuple[float, float], ...]:
     """Return value and instant of the peak of either signal: the sample farthest from a zero.
 
-    Of both signals on the side to which the two go farther: else a wave that is as high as it is deep would
-    have its peak above in one and below in the other. Of samples equally far but for round-off the first.
+    On the side to which the two go farther: a wave that is as high as it is deep would else have its peak
+    above in one and below in the other. Of samples equally far but for round-off the first.
     """
     above = max(float(a.max()), float(b.max())) - zero
     below = zero - min(float(a.min()), float(b.min()))
@@ -69,12 +66,14 @@ def correlation(time: Array, a: Array, b: Array) -> float:
 
 
 class Errors(NamedTuple):
-    """Errors of a signal against a reference; pure numbers, 0 for equal signals, nan where either is zero."""
+    """Errors of a signal against a reference; pure numbers, 0 for equal signals, nan where either is zero.
+
+    The magnitude's error is how much larger it is, whatever its phase; that of the phase the angle between
+    the two over pi, 0 to 1, whatever their magnitudes.
+    """
 
     magnitude: float
-    """How much larger it is, whatever its phase."""
     phase: float
-    """Angle between the two over pi, 0 to 1, whatever their magnitudes."""
     combined: float
 
 
@@ -106,26 +105,23 @@ def russell(time: Array, reference: Array, other: Array) -> Errors:
 def tube_share(time: Array, reference: Array, other: Array) -> float:
     """Return the share of the samples that lie in a tube around the reference; alone a poor gate.
 
-    The reference, with straight lines between its samples, at uniform times, is widened by a rectangle of
-    half-width `TUBE` of its duration and half-height `TUBE` of its range, the rule of csv-compare (Modelica
-    Association). Every peak shorter than the tube is wide passes: **a contact force that is missing is
-    inside**.
+    The reference, at uniform times, is widened by a rectangle of half-width `TUBE` of its duration and half-
+    height `TUBE` of its range, the rule of csv-compare (Modelica Association): a contact force that is
+    missing is inside.
     """
-    half = int(TUBE * (reference.size - 1) + 1e-9)  # 0.002 of 500 is a sample, whichever way it rounds
+    width = 2 * int(TUBE * (reference.size - 1) + 1e-9) + 1  # 0.002 of 500 is a sample, however it rounds
     height, reach = TUBE * float(np.ptp(reference)), TUBE * float(time[-1] - time[0])
     ends = [np.interp(time + side * reach, time, reference) for side in (-1.0, 1.0)]
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(reference, half, mode="edge"), 2 * half + 1)
-    low = np.min([windows.min(axis=1), *ends], axis=0) - height
-    high = np.max([windows.max(axis=1), *ends], axis=0) + height
+    low = np.min([minimum_filter1d(reference, width, mode="nearest"), *ends], axis=0) - height
+    high = np.max([maximum_filter1d(reference, width, mode="nearest"), *ends], axis=0) + height
     return float(np.mean((other >= low) & (other <= high)))
 
 
 def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
     """Return the distance of two signals of which either may be early or late, shape (n,).
 
-    Each is held against the range of the other within ``reach`` (s) to either side, with straight lines
-    between samples, and the larger distance counts: a peak that one of them lacks altogether is as far away
-    as it is high.
+    Each is held against the range of the other within ``reach`` (s), and the larger distance counts: a peak
+    that one of them lacks altogether is as far away as it is high.
     """
     return np.maximum(_beyond_range(time, a, b, reach), _beyond_range(time, b, a, reach))
 
@@ -147,25 +143,28 @@ def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Arr
 
 
 def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str, float]:
-    """Measure b against a in the usual ways, for information.
+    """Measure b against a in the usual ways; nan where a measure is undefined.
 
-    If the channel is a position, its zero is arbitrary (the slider moves by 0.2 mm at x = -0.55 m), and both
-    are measured from the mean of the two. All but `peaks` are of at most 5,000 points: a longer table is
-    resampled without a filter, so that of force channels some impacts are missed. nan where a measure is
-    undefined.
+    Of a position the zero is arbitrary (the slider moves by 0.2 mm at x = -0.55 m): both are measured from
+    the mean of the two. All but `peaks` are of at most 5,000 points, to which a longer table is resampled.
     """
     grid = np.linspace(time[0], time[-1], min(time.size, MOST_POINTS))
     first, second = np.interp(grid, time, a), np.interp(grid, time, b)
     zero = float(first.mean() + second.mean()) / 2 if position else 0.0
     first, second = first - zero, second - zero
     (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero)
-    parts = ("magnitude", "phase")
-    rated = rating(first, second)
+    found: dict[str, float] = {}
+    for name, last, measure in (
+        ("sprague_geers", "combined", sprague_geers),
+        ("russell", "comprehensive", russell),
+    ):
+        parts = (f"{name}_{part}" for part in ("magnitude", "phase", last))
+        found |= dict(zip(parts, measure(grid, first, second), strict=True))
+    overall, *scores = rating(first, second)._asdict().items()
     return {
-        **_named("sprague_geers", (*parts, "combined"), sprague_geers(grid, first, second)),
-        **_named("russell", (*parts, "comprehensive"), russell(grid, first, second)),
-        "iso18571": rated.overall,
-        **_named("iso18571", rated._fields[1:], rated[1:]),
+        **found,
+        "iso18571": overall[1],
+        **{f"iso18571_{name}": score for name, score in scores},
         "tube_share": tube_share(grid, first, second),
         "correlation": correlation(grid, first, second),
         "peak_a": peak_a,
@@ -175,10 +174,6 @@ def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str,
         "peak_time_b": time_b,
         "peak_time_difference": time_b - time_a,
     }
-
-
-def _named(name: str, parts: tuple[str, ...], values: tuple[float, ...]) -> dict[str, float]:
-    return {f"{name}_{part}": value for part, value in zip(parts, values, strict=True)}
 
 
 def _root_weights(time: Array) -> Array:

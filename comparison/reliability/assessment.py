@@ -66,9 +66,8 @@ def sensitivity(limits: Limits, mean: Array | float, deviation: Array | float) -
 def implied_limit(published: float, mean: float, deviation: float) -> float:
     """Return the upper limit, for a lower one of zero, that gives a published reliability, 0 < R < 1.
 
-    In the unit of the error; infinite from the cap on, where a positive error cannot be that reliable, nan
-    where no positive limit gives R. Close to the cap the limit grows as mean / (3 - beta): ask for the whole
-    interval of a rounded figure.
+    In the unit of the error; infinite from the cap on, nan where no positive limit gives R. Close to the cap
+    it grows as mean / (3 - beta): ask for the whole interval of a rounded figure.
     """
     beta = float(ndtri(published))
     leading = 0.25 - beta**2 / 36.0
@@ -77,8 +76,8 @@ def implied_limit(published: float, mean: float, deviation: float) -> float:
     # (limit / 2 - mean)^2 = beta^2 (limit^2 / 36 + deviation^2), whose sides lost their signs
     roots = np.roots([leading, -mean, mean**2 - (beta * deviation) ** 2])
     real = roots[np.isreal(roots)].real
-    fitting = [root for root in real if root > 0.0 and (root / 2.0 - mean) * beta >= 0.0]
-    return float(min(fitting)) if fitting else float("nan")
+    fitting = real[(real > 0.0) & ((real / 2.0 - mean) * beta >= 0.0)]
+    return float(fitting.min()) if fitting.size else float("nan")
 
 
 def _strength(limits: Limits) -> tuple[float, float]:  # mean and deviation, Eq. 38
@@ -91,11 +90,6 @@ class Open(NamedTuple):
     cycles: Array
     halves: Array
     excess: Array
-
-    def less(self, other: Open, factor: float, factor_of_other: float) -> Open:
-        """Return what is left open of a difference of these, times their factors."""
-        pairs = zip(self, other, strict=True)
-        return Open(*(factor * mine - factor_of_other * theirs for mine, theirs in pairs))
 
     @property
     def sampling(self) -> float:
@@ -157,14 +151,15 @@ class Assessment:
     @property
     def interval(self) -> tuple[float, float]:
         """Interval of the smallest reliability; what samples leave open may make another bin the worst."""
-        r, k = self.minimum, self.worst
         quadrature = np.array([left.quadrature for left in self.left_open])
-        ends = []
-        for sign in (-1.0, 1.0):
-            cycles = ndtr(self.index[k] + sign * self.left_open[k].sampling) - r
-            samples = ndtr(self.index + sign * quadrature).min() - r
-            ends.append(float(np.clip(r + sign * np.hypot(cycles, samples), 0.0, 1.0)))
-        return ends[0], ends[1]
+        sampling = self.left_open[self.worst].sampling
+
+        def end(sign: float) -> float:
+            cycles = ndtr(self.index[self.worst] + sign * sampling) - self.minimum
+            samples = ndtr(self.index + sign * quadrature).min() - self.minimum
+            return float(np.clip(self.minimum + sign * np.hypot(cycles, samples), 0.0, 1.0))
+
+        return end(-1.0), end(1.0)
 
     @property
     def capped(self) -> BoolArray:
@@ -174,16 +169,15 @@ class Assessment:
 
 def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
     """Return the assessment of each quantity, by the bins, limits and sign of errors that a scene states."""
-    held = [name for name, channel in QUANTITIES.items() if channel in errors.by_channel]
-    return {quantity: _assess(quantity, errors, settings) for quantity in held}
+    held = {name: channel for name, channel in QUANTITIES.items() if channel in errors.by_channel}
+    return {quantity: _assess(quantity, channel, errors, settings) for quantity, channel in held.items()}
 
 
-def _assess(quantity: str, errors: SliderErrors, settings: Settings) -> Assessment:
-    channel, time = QUANTITIES[quantity], errors.time
+def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Settings) -> Assessment:
+    time, signed = errors.time, errors.by_channel[channel]
     limits: Limits = getattr(settings, quantity)
     edges = part_edges(float(time[-1]), errors.period, settings.bins)
     width, count = np.diff(edges), min(settings.bins, edges.size - 1)
-    signed = errors.by_channel[channel]
 
     def averaged(signed: Array) -> Array:
         sizes = np.abs(signed)
@@ -200,12 +194,12 @@ def _assess(quantity: str, errors: SliderErrors, settings: Settings) -> Assessme
     r = np.asarray(ndtr(index))
 
     halves = halved(time, series, edges) / width[:, None]
-    largest = abs(errors.peak(channel).value)
     excess = np.zeros((width.size, BLOCKS))
     if (primitive := errors.by_channel.get(PRIMITIVES.get(channel, ""))) is not None:
         excess = mismatch(time, signed, primitive, edges) / width[:, None]
     # What samples do not show is no larger than the largest error, and outside the limit no longer than its
     # size over the limit.
+    largest = abs(errors.peak(channel).value)
     steepest = np.abs(slopes[0]) + np.abs(slopes[1]) * largest
     outside = 1.0 / limits.upper if largest > limits.upper else 0.0
 
@@ -213,9 +207,10 @@ def _assess(quantity: str, errors: SliderErrors, settings: Settings) -> Assessme
     for k in range(count):
         instants = edges[k:-1:count, None] + width[k::count, None] * (np.arange(PHASES) + 1) / PHASES
         e = np.interp(instants, time, signed)
-        stress, squares, inside = averaged(e)
-        cycles = np.tensordot(slopes[:, k], np.array([stress, squares]), axes=1)
-        halves_of_index = np.tensordot(slopes[:, k], halves[:2, k::count], axes=1)
+        *moments, inside = averaged(e)
+        cycles, halves_of_index = (
+            np.tensordot(slopes[:, k], of, axes=1) for of in (np.array(moments), halves[:2, k::count])
+        )
         left_open.append(Open(cycles, halves_of_index, steepest[k] * excess[k::count]))
         least, most = proportion(inside > 0.0, np.abs(e))
         unseen = quadrature_error(halves[2, k::count], outside * excess[k::count])

@@ -21,16 +21,12 @@ from comparison.tables.arrays import Array, BoolArray
 BLOCKS = 8  # of a part in one cycle
 SAFETY = 2.0  # of a normal error's deviation, 95 %
 LEVEL = 0.95
-ENOUGH = 30
-"""Cycles, from which on their averages are the sample."""
+ENOUGH = 30  # cycles, from which on their averages are the sample
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: an average and a subtraction
 
 
 def part_edges(end: float, period: float, count: int) -> Array:
-    """Return the edges (s) of the parts, ``count`` a cycle, that a run to ``end`` covers.
-
-    Whole parts; of a run shorter than a cycle also its last, incomplete one.
-    """
+    """Return the edges (s) of the parts, ``count`` a cycle, whole ones but for a run shorter than a cycle."""
     width = period / count
     whole = int(end / width + 1e-9)
     edges = width * np.arange(whole + 1)
@@ -52,13 +48,13 @@ def integrals(time: Array, values: Array, edges: Array) -> Array:
 
 
 def halved(time: Array, values: Array, edges: Array) -> Array:
-    """Return by how much integrals over blocks change with either half of the samples, (..., n, 2 BLOCKS)."""
+    """Return by how much integrals over blocks change with either half of the samples, (k, n, 2 BLOCKS)."""
     changes = []
     for half in (slice(None, None, 2), slice(1, None, 2)):
-        rows = [np.interp(time, time[half], row[half]) for row in values.reshape(-1, time.size)]
-        changes.append(integrals(time, values - np.reshape(rows, values.shape), _blocks(edges)))
-    shape = (*values.shape[:-1], edges.size - 1, BLOCKS)
-    return np.concatenate([change.reshape(shape) for change in changes], axis=-1)
+        coarse = np.array([np.interp(time, time[half], row[half]) for row in values])
+        change = integrals(time, values - coarse, _blocks(edges))
+        changes.append(change.reshape(len(values), -1, BLOCKS))
+    return np.concatenate(changes, axis=-1)
 
 
 def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Array:
@@ -70,10 +66,7 @@ def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Arra
 
 
 def quadrature_error(halves: Array, excess: Array) -> float:
-    """Return the error (95 %) that samples leave of the average over one part of N cycles.
-
-    From `halved` and `mismatch` over the part's length, shapes (N, 2 BLOCKS), (N, BLOCKS).
-    """
+    """Return the error (95 %) that samples leave of an average, from (N, ...) of `halved` and `mismatch`."""
     # Either half of the samples tells the same, so that of 2 BLOCKS squares half the sum counts.
     root = np.sqrt(0.5 * np.sum(halves**2)) + np.sqrt(np.sum(excess**2))
     return SAFETY * float(root) / len(excess)
@@ -112,15 +105,14 @@ def standard_error(values: Array) -> StandardError:
     products: Array = np.fft.irfft(spectrum, 2 * length, axis=-1)[..., :length]
     covariance = products * (cycles / groups / count)
     variance = np.maximum(covariance[..., 0], 0.0)
-    width = np.clip(2 * _memory(covariance, count), 1, length)
-    lags = np.arange(1, length)
-    window = np.clip(2.0 * (1.0 - lags / width[..., None]), 0.0, 1.0)
+    width = np.clip(2 * _memory(covariance, count), 1, length)[..., None]
+    window = np.clip(2.0 * (1.0 - np.arange(1, length) / width), 0.0, 1.0)
     if several:  # of one cycle the covariances of all lags add up to zero, since the mean is its own
-        window = np.where(width[..., None] == length, 1.0, window)
+        window = np.where(width == length, 1.0, window)
     total = variance + 2.0 * (window * covariance[..., 1:]).sum(-1)
     # Anticorrelation that would make the average better than that of independent values is not relied upon.
     total = np.maximum(total, variance)
-    freedom = np.maximum(groups * length / width - (not several), 1.0)
+    freedom = np.maximum(groups * length / width[..., 0] - (not several), 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         independent = np.where(total > 0.0, count * variance / total, float(drawn))
     return StandardError(np.sqrt(total / count), freedom, independent)
@@ -139,10 +131,9 @@ def proportion(within: BoolArray, errors: Array) -> tuple[Array, Array]:
     samples are on one side, the ``errors`` that the limit is set to tell how many independent ones these are.
     """
     estimate = standard_error(within.astype(np.float64))
-    share = within.mean((-2, -1))
+    share, tail = within.mean((-2, -1)), (1.0 - LEVEL) / 2.0
     with np.errstate(divide="ignore", invalid="ignore"):
         effective = share * (1.0 - share) / estimate.error**2
-    tail = (1.0 - LEVEL) / 2.0
     effective *= (ndtri(1.0 - tail) / stdtrit(estimate.freedom, 1.0 - tail)) ** 2
     effective = np.where(estimate.error > 0.0, effective, standard_error(errors).independent)
     effective = np.minimum(effective, float(within.shape[-1] * within.shape[-2]))
@@ -159,13 +150,13 @@ def _blocks(edges: Array) -> Array:
 
 def _memory(covariance: Array, count: int) -> NDArray[np.intp]:
     """Return the lag after which the autocorrelation is insignificant; where it never is, their number."""
-    length = covariance.shape[-1]
+    length, scale = covariance.shape[-1], np.log10(max(count, 2))
     seldom = length / (length - np.arange(length))  # a lag has the fewer pairs, the longer it is
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = covariance * seldom / covariance[..., :1]
     # Comparisons with nan are false: a constant has no measurable memory.
-    large = ~(np.abs(correlation) < 2.0 * np.sqrt(np.log10(max(count, 2)) / count))
-    run = max(5, int(np.ceil(np.sqrt(np.log10(max(count, 2))))))
+    large = ~(np.abs(correlation) < 2.0 * np.sqrt(scale / count))
+    run = max(5, int(np.ceil(np.sqrt(scale))))
     if length <= run:
         return np.full(covariance.shape[:-1], length)
     quiet = ~np.lib.stride_tricks.sliding_window_view(large[..., 1:], run, axis=-1).any(-1)

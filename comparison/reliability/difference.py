@@ -9,7 +9,6 @@ averages, paired too. Where the smallest reliabilities of the two are in differe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from math import ceil
 
@@ -18,7 +17,7 @@ import numpy as np
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 from comparison.execution.run import Job, Outcome
-from comparison.reliability.assessment import Assessment, assess
+from comparison.reliability.assessment import Assessment, Open, assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
@@ -29,15 +28,13 @@ from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID
 
-MARGIN = 1e-3
-"""Of reliability: an interval that reaches further leaves it undecided whether two models agree."""
+MARGIN = 1e-3  # of reliability: what an interval may reach of two models that agree
 STEPS = 10_000
 """Exudyn's steps per crank cycle of an ideal mechanism: positions err by 1e-12 m, velocities by 1e-7 m/s and
 accelerations by 5e-7 m/s^2 at 150 rpm (measured against the closed form)."""
 DENSE = 10_000
 """Samples per crank cycle at least: of the central case R errs by 6e-7 (acceleration), on 1,000 by 4e-4."""
-MOST = 400_000
-"""Samples of a run at most, some 80 MB."""
+MOST = 400_000  # samples of a run, some 80 MB
 _WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
 
 
@@ -95,11 +92,7 @@ class ReliabilityComparison:
 
 
 def dense_scene(scene: Scene) -> Scene:
-    """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own.
-
-    The steps of a run do not depend on its samples, but for those of five bodies, which are whole parts of a
-    sample interval.
-    """
+    """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own."""
     output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
     own = int(output["samples_per_cycle"])
     times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
@@ -115,8 +108,8 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
     frame = table.frame.loc[::every, names].reset_index(drop=True)
     # As a run with these samples counts its times, to the last digit: those of an ensemble must be the same.
     interval = scene.period / own
-    times, grid = frame["time"].to_numpy(), np.arange(len(frame)) * interval
-    if np.allclose(times, grid, rtol=0.0, atol=SAME_GRID * interval):
+    grid = np.arange(len(frame)) * interval
+    if np.allclose(frame["time"], grid, rtol=0.0, atol=SAME_GRID * interval):
         frame["time"] = grid
     return replace(
         table,
@@ -131,18 +124,16 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
 
     Samples are those of `dense_scene`, but a coarser run's the scene's. What does not affect a motion that
     the drive alone prescribes is set to one value, also the settings of our two models: scenes that differ in
-    nothing else share the run. The reference has a closed form of the ideal mechanism; Exudyn moves its five
-    bodies, in `STEPS` steps per cycle. An installed model keeps its settings.
+    nothing else share the run.
     """
     base = load_scene(BASE).data
     sections = {section: base[section] for section in _WITHOUT_MEANING} | {
         "solver.reference": ReferenceSolver().model_dump(),
         "solver.exudyn": ExudynSolver(step=scene.period / STEPS).model_dump(),
+        "joints": {"slider": "ideal", "crank_pin": "ideal"},
+        "output": {"groups": ["accelerations"]},
     }
-    values: dict[str, object] = {
-        f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()
-    }
-    values |= {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
+    values = {f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()}
     ideal = scene.variant(values)
     coarse = coarser(model, ideal)
     # Its step, twice that of the other, would not fit between dense samples
@@ -157,22 +148,24 @@ def compare_reliability(
     k: float,
     start: float = 0.0,
 ) -> dict[str, Difference]:
-    """Compare the reliabilities of two models, by quantity: those whose channels the tables hold.
+    """Compare the reliabilities of two models, by quantity, of their runs and ideal mechanisms.
 
-    Of each model's runs (without a finer one it has no numerical uncertainty) and of the ideal mechanism by
-    it (a coarser run gives its uncertainty). ``k`` numerical uncertainties explain a difference; the first
-    cycle that counts starts at ``start`` (s). A `TableError` if the tables cannot be compared.
+    ``k`` numerical uncertainties explain a difference; the first cycle that counts starts at ``start`` (s). A
+    `TableError` if the tables cannot be compared.
     """
 
-    def assessed(table: Table, ideal: Table) -> dict[str, Assessment]:
-        return assess(slider_errors(table, ideal, period, start=start), settings)
+    def assessed(run: Table, ideal: Table) -> dict[str, Assessment]:
+        return assess(slider_errors(run, ideal, period, start=start), settings)
 
     def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
         """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
-        by_run = {kind: assessed(table, ideal.base) for kind, table in _others(runs)}
-        by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal)}
+        by_run = {kind: assessed(table, ideal.base) for kind, table in _others(runs).items()}
+        by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal).items()}
+        sides = (by_run, runs.refinement), (by_ideal, ideal.refinement)
         return {
-            name: np.hypot(_uncertainty(name, base, by_run, runs), _uncertainty(name, base, by_ideal, ideal))
+            name: np.hypot(
+                *(_uncertainty(base, {kind: of[name] for kind, of in by.items()}, r) for by, r in sides)
+            )
             for name, base in own.items()
         }
 
@@ -181,47 +174,49 @@ def compare_reliability(
     if a_cycles != b_cycles:
         raise TableError("the two results: cover other parts of the cycles, or hold other channels")
     u_first, u_second = (numerical(*sides) for sides in zip(runs, ideals, (first, second), strict=True))
-    differences = {}
-    for quantity, a in first.items():
-        b = second[quantity]
-        wide = k * np.hypot(u_first[quantity], u_second[quantity])
-        bins = zip(a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True)
-        left = [of_a.less(of_b, density_a, density_b) for of_a, of_b, density_a, density_b in bins]
-        sampling = np.array([part.sampling for part in left])
-        quadrature = np.array([part.quadrature for part in left])
-        paired = a.worst == b.worst
-        differences[quantity] = Difference(
-            a=a,
-            b=b,
-            curve=a.reliability - b.reliability,
-            curve_half_width=np.linalg.norm([sampling, quadrature, wide[:-1]], axis=0),
-            minimum=a.minimum - b.minimum,
-            sampling=float(sampling[a.worst]) if paired else _apart(a, b, "sampling"),
-            numerical=float(wide[-1]),
-            quadrature=float(quadrature[a.worst]) if paired else _apart(a, b, "quadrature"),
-        )
-    return differences
+    return {
+        name: _difference(a, second[name], k * np.hypot(u_first[name], u_second[name]))
+        for name, a in first.items()
+    }
 
 
-def _apart(a: Assessment, b: Assessment, source: str) -> float:
-    parts = (model.density[model.worst] * getattr(model.left_open[model.worst], source) for model in (a, b))
-    return float(np.hypot(*parts))
+def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
+    def parts(each: Open) -> tuple[float, float]:
+        return each.sampling, each.quadrature
+
+    slopes = a.density.tolist(), b.density.tolist()
+    paired = np.array(
+        [
+            parts(Open(*(of_a * x - of_b * y for x, y in zip(left, right, strict=True))))
+            for left, right, of_a, of_b in zip(a.left_open, b.left_open, *slopes, strict=True)
+        ]
+    )
+    sampling, quadrature = paired[a.worst]
+    if a.worst != b.worst:
+        apart = [np.multiply(of.density[of.worst], parts(of.left_open[of.worst])) for of in (a, b)]
+        sampling, quadrature = np.hypot(*apart)
+    return Difference(
+        a=a,
+        b=b,
+        curve=a.reliability - b.reliability,
+        curve_half_width=np.linalg.norm([*paired.T, numerical[:-1]], axis=0),
+        minimum=a.minimum - b.minimum,
+        sampling=float(sampling),
+        numerical=float(numerical[-1]),
+        quadrature=float(quadrature),
+    )
 
 
-def _others(runs: Runs) -> Iterator[tuple[str, Table]]:
-    for kind in ("finer", "coarser", "perturbed", "other_perturbed"):
-        if (table := getattr(runs, kind)) is not None:
-            yield kind, table
+def _others(runs: Runs) -> dict[str, Table]:
+    kinds = ("finer", "coarser", "perturbed", "other_perturbed")
+    return {kind: table for kind in kinds if (table := getattr(runs, kind)) is not None}
 
 
-def _uncertainty(
-    quantity: str, base: Assessment, others: dict[str, dict[str, Assessment]], runs: Runs
-) -> Array:
+def _uncertainty(base: Assessment, others: dict[str, Assessment], refinement: tuple[float, float]) -> Array:
     own = np.append(base.reliability, base.minimum)
-    known = {kind: np.append(by[quantity].reliability, by[quantity].minimum) for kind, by in others.items()}
+    known = {kind: np.append(of.reliability, of.minimum) for kind, of in others.items()}
     if not known:
         return np.full(own.shape, np.nan)
-    finer = known.get("finer", own)  # without one the coarser run decides alone
-    perturbed = tuple(known[kind] for kind in ("perturbed", "other_perturbed") if kind in known)
-    levels = Levels(own, finer, known.get("coarser"), perturbed, *runs.refinement)
+    finer = known.pop("finer", own)  # without one the coarser run decides alone
+    levels = Levels(own, finer, known.pop("coarser", None), tuple(known.values()), *refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)

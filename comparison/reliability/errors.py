@@ -19,12 +19,11 @@ PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}  # channels, an
 
 @dataclass(frozen=True)
 class Peak:
-    """An error of largest size, signed, and its instant, s."""
+    """An error of largest size, signed, and its instant, s; between samples it may be larger by ``error``."""
 
     value: float
     time: float
     error: float = 0.0
-    """By which the largest size may exceed its own between samples, where it is concave."""
 
 
 @dataclass(frozen=True)
@@ -50,27 +49,23 @@ class SliderErrors:
         points = np.concatenate([samples, extrema], axis=1)
         if not points.size:
             raise TableError(f"the result: has no sample from {start:g} to {end:g} s")
-        time, value = points[:, np.abs(points[1]).argmax()]
+        time, value = points[:, np.abs(points[1]).argmax()].tolist()
         heights = _heights(samples[0], np.abs(samples[1]))
         # Where the model has its extremum it is known
         places = np.searchsorted(samples[0], extrema[0])[:, None] + np.arange(-2, 2)
         heights[places[(places >= 0) & (places < heights.size)]] = 0.0
-        beyond = float(heights.max(initial=0.0)) - abs(float(value))
-        return Peak(float(value), float(time), max(0.0, beyond))
+        return Peak(value, time, max(0.0, float(heights.max(initial=0.0)) - abs(value)))
 
 
 def _heights(time: Array, sizes: Array) -> Array:
-    """Return what a concave signal does not exceed in each interval, where the lines from either side meet.
-
-    Shape (n - 1,); zero where they do not.
-    """
+    """Return what a concave signal does not exceed in each interval, where lines meet; elsewhere zero."""
     heights = np.zeros(max(time.size - 1, 0))
     if time.size < 4:
         return heights
-    step, rise = np.diff(time), np.diff(sizes) / np.diff(time)
-    up, down, width = rise[:-2], -rise[2:], step[1:-1]
+    step, change = np.diff(time), np.diff(sizes)
+    up, down, width = (change / step)[:-2], -(change / step)[2:], step[1:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        at = (np.diff(sizes)[1:-1] + down * width) / (up + down)
+        at = (change[1:-1] + down * width) / (up + down)
     meets = (up > 0.0) & (down > 0.0) & (at >= 0.0) & (at <= width)
     heights[1:-1] = np.where(meets, sizes[1:-2] + up * np.where(meets, at, 0.0), 0.0)
     return heights
@@ -84,15 +79,10 @@ def slider_errors(
     start: float = 0.0,
     names: Sequence[str] = tuple(QUANTITIES.values()),
 ) -> SliderErrors:
-    """Return the errors of a result against the ideal mechanism's, from a start (s) on.
+    """Return the errors of a result, from a start (s) on, against the ideal mechanism's at its times.
 
-    Both may be any tables that start at the crank's start; the ideal motion is smooth, and interpolated to
-    the times of the result. It must hold all of the channels ``names`` that the result does.
-
-    Raises
-    ------
-    TableError
-        If a channel is missing, a table does not start at zero, or they have too few times in common.
+    Of the channels ``names`` that the result holds; `TableError` if the ideal one lacks one of them, a table
+    does not start at zero, or they have too few times in common.
     """
     held = [name for name in names if name in actual.names]
     if not held:
@@ -107,12 +97,18 @@ def slider_errors(
     time = actual.time[counts]
     if time.size < 2:
         raise TableError("the result and the ideal mechanism's: have no interval in common")
+
+    def off(name: str, at: Array, values: Array) -> Array:
+        slopes = np.gradient(ideal.values(name), ideal.time, edge_order=2 if ideal.time.size > 2 else 1)
+        within = np.clip(at, ideal.time[0], ideal.time[-1])
+        return values - hermite(ideal.time, ideal.values(name), slopes, within)[0]
+
     by_channel, between = {}, {}
     for name in held:
         at, values = _extrema(actual, name)
         kept = (at >= start - slack) & (at <= time[-1] + slack)
-        by_channel[name] = actual.values(name)[counts] - _interpolated(ideal, name, time)
-        between[name] = np.array([at - start, values - _interpolated(ideal, name, at)])[:, kept]
+        by_channel[name] = off(name, time, actual.values(name)[counts])
+        between[name] = np.array([at - start, off(name, at, values)])[:, kept]
     return SliderErrors(time - start, period, by_channel, between)
 
 
@@ -121,20 +117,12 @@ def unit_of(quantity: str) -> str:
     return channels()[QUANTITIES[quantity]].unit
 
 
-def _extrema(table: Table, name: str) -> tuple[Array, Array]:
+def _extrema(table: Table, name: str) -> Array:
     """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
     parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
     whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
     held = next((known for known in (table.cycle_extrema or {}, whole) if known.keys() >= set(parts)), None)
     if held is None:
-        return np.empty(0), np.empty(0)
-    times, values = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)
-    known = np.isfinite(times) & np.isfinite(values)
-    return times[known], values[known]
-
-
-def _interpolated(ideal: Table, name: str, at: Array) -> Array:
-    """Return a channel of the ideal mechanism at other times, by cubics with the slopes of its samples."""
-    time, values = ideal.time, ideal.values(name)
-    slopes = np.gradient(values, time, edge_order=2 if time.size > 2 else 1)
-    return hermite(time, values, slopes, np.clip(at, time[0], time[-1]))[0]
+        return np.empty((2, 0))
+    points = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)
+    return points[:, np.isfinite(points).all(axis=0)]

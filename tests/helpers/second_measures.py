@@ -1,4 +1,4 @@
-"""Measures of signals once more, from their printed formulas: by loops, full tables and scipy's minimiser."""
+"""Measures of signals once more, from their printed formulas: by loops and scipy's minimiser."""
 
 from __future__ import annotations
 
@@ -36,52 +36,6 @@ def tube_share(time, m, c, width: float = 0.002) -> float:
         near = [*m[(first <= time) & (time <= last)], *np.interp([first, last], time, m)]
         inside += min(near) - height <= value <= max(near) + height
     return inside / time.size
-
-
-def shifted(t, c, late: int):
-    """Both signals where they overlap, the second one so many samples late."""
-    return (t[: t.size - late], c[late:]) if late >= 0 else (t[-late:], c[: t.size + late])
-
-
-def iso18571(t: np.ndarray, c: np.ndarray) -> dict[str, float]:
-    """Scores of ISO/TS 18571 by its printed formulas, with a full table for the warping."""
-    n, top = t.size, np.abs(t).max()
-    corridor = np.clip((0.5 * top - np.abs(t - c)) / (0.5 * top - 0.05 * top), 0.0, 1.0) ** 2
-    most, shift = -math.inf, 0
-    for late in (sign * size for size in range(int(0.2 * n) + 1) for sign in (1, -1)):
-        part_t, part_c = shifted(t, c, late)
-        if np.ptp(part_t) and np.ptp(part_c):
-            alike = np.corrcoef(part_t, part_c)[0, 1]
-            if alike > most + 1e-12:
-                most, shift = alike, late
-    first, second = shifted(t, c, shift)
-    size, back = first.size, {}
-    band = math.ceil(0.1 * size) - 1
-    cost = np.full((size + 1, size + 1), math.inf)
-    cost[0, 0] = 0.0
-    for i in range(1, size + 1):
-        for j in range(max(1, i - band), min(size, i + band) + 1):
-            steps = [(i - 1, j - 1), (i - 1, j), (i, j - 1)]
-            best, _, back[i, j] = min((cost[step], rank, step) for rank, step in enumerate(steps))
-            cost[i, j] = best + (second[j - 1] - first[i - 1]) ** 2
-    at, off, total = (size, size), 0.0, 0.0
-    while at != (0, 0):
-        off, total = off + abs(second[at[1] - 1] - first[at[0] - 1]), total + abs(first[at[0] - 1])
-        at = back[at]
-
-    def smooth(signal):
-        slope = np.gradient(signal)
-        half = [min(4, i, slope.size - 1 - i) for i in range(slope.size)]
-        return np.array([slope[i - h : i + h + 1].mean() for i, h in enumerate(half)])
-
-    slope_t, slope_c = smooth(first), smooth(second)
-    scores = {
-        "corridor": float(np.mean(corridor)),
-        "phase": 1 - abs(shift) / (0.2 * n),
-        "magnitude": max(0.0, 1 - off / total / 0.5),
-        "slope": max(0.0, 1 - np.abs(slope_c - slope_t).sum() / np.abs(slope_t).sum() / 2),
-    }
-    return scores | {"overall": 0.2 * (sum(scores.values()) + scores["corridor"])}
 
 
 def shift_between(time, a: dict, b: dict, rates: dict, reach: float) -> float:

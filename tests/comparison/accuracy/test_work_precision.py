@@ -10,7 +10,7 @@ import pytest
 from comparison.accuracy.refine import FLOOR
 from comparison.accuracy.work_precision import Timed, candidates, held_against_each_other, pareto
 from comparison.scene import load_scene
-from comparison.words.accuracy import settings_basis, settings_commands, settings_table
+from comparison.words.accuracy import settings_basis
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
 CANDIDATES = candidates(SCENE)
@@ -84,25 +84,6 @@ def test_one_model_alone_is_unconfirmed():
     nothing = measured(lost=("minimal", "tree", "full"))
     assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
     assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
-    assert {row[3] for row in settings_table(nothing)[1:]} == {"chatter"}
-
-
-def test_a_row_for_each_setting_and_a_command_for_each_error():
-    result = measured(lost=(1e-7,))
-    rows = settings_table(result)
-    assert len(rows) == 1 + len(CANDIDATES)
-    settings = [(row.candidate.formulation, row.candidate.setting) for row in result.rows]
-    coarsest = result.rows[settings.index(("minimal", 1e-6))]
-    assert rows[1] == ("reference minimal, tolerance 1e-06", "1.0e-06", f"{coarsest.seconds:.3g}", "*")
-    assert rows[2] == ("reference minimal, tolerance 1e-07", "", "", "chatter")
-    (first, command), (second, _), *_ = settings_commands(result)
-    assert first.startswith("1e-05 m on 49% of the run, ")  # a window less than half
-    assert command == (
-        f"{SCENE.command('run')} --set solver.reference.formulation=minimal --set "
-        f"solver.reference.tolerance=1e-06 --model reference --out {SCENE.name}.csv"
-    )
-    # Without 1e-7 one setting is the cheapest for two errors.
-    assert second.startswith("1e-06 to 1e-07 m on ")
 
 
 @pytest.mark.parametrize("seed", range(5))

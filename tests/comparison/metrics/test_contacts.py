@@ -9,13 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from contact_tables import contacts_of
-from hypothesis import given
-from hypothesis import strategies as st
 
 from comparison.execution.run import run_one
 from comparison.metrics.contacts import (
     PULSE_POINTS,
     compare_impacts,
+    impacts_of,
     noted,
     pin_share,
     time_shares,
@@ -25,96 +24,75 @@ from comparison.tables.channels import touching
 from comparison.tables.table import Table
 
 CORNERS = ("ll", "lr", "ul", "ur")
-GAP = 0.01  # s, the least between two starts at a corner in `contacts`
-ERRORS = ("largest_delay", "median_delay", "normal_speed_error", "impulse_error", "peak_force_error")
+END = 8.0
 
 
-def contacts(seed: int, count: int = 40) -> pd.DataFrame:
-    """Return contacts at every corner, in a random order of rows."""
-    rng = np.random.default_rng(seed)
-    starts = np.concatenate([np.cumsum(GAP + rng.exponential(GAP, count)) for _ in CORNERS])
-    events = pd.DataFrame({"corner": np.repeat(CORNERS, count), "start": starts, "end": starts + 0.1 * GAP})
-    for name, least, most in (("normal_speed", 0.01, 0.2), ("impulse", 1e-4, 1e-2), ("peak_force", 1, 60)):
-        events[name] = rng.uniform(least, most, starts.size)
-    return events.sample(frac=1, random_state=seed, ignore_index=True)
-
-
-@given(st.integers(0, 2**31))
-def test_a_copy_matches_every_contact_without_error(seed):
-    a = contacts(seed)
-    order = np.random.default_rng(seed).permutation(len(a))
-    found = compare_impacts(a, a.iloc[order], window=0.0)
-    assert (found.precision, found.recall, found.count_a, found.count_b) == (1.0, 1.0, 160, 160)
-    np.testing.assert_array_equal(order[found.pairs[:, 1]], found.pairs[:, 0])
-    assert [getattr(found, name) for name in ERRORS] == [0.0] * 5
-    # 160 terms in another order.
-    assert found.total_impulse_error == pytest.approx(0, abs=1e-14)
-    assert np.all(np.diff(a["start"].to_numpy()[found.pairs[:, 0]]) >= 0)
+def contacts(*starts_and_impulses: tuple[float, float]) -> pd.DataFrame:
+    """Contacts of one corner, equal but for these."""
+    events = pd.DataFrame(starts_and_impulses, columns=["start", "impulse"])
+    return events.assign(corner="ll", end=events["start"] + 0.1, normal_speed=0.1, peak_force=9.0)
 
 
 def test_a_lasting_contact_that_one_model_interrupts_changes_single_impulses_and_not_the_total():
-    whole = contacts(0).iloc[:1].assign(corner="ll", start=1.0, impulse=1.0)
-    parts = pd.concat([whole.assign(impulse=0.01), whole.assign(start=1.5, impulse=0.99)])
-    found = compare_impacts(whole, parts, window=0.1)
-    assert (found.recall, found.precision) == (1.0, 0.5)
+    found = compare_impacts(contacts((1.0, 1.0)), contacts((1.5, 0.99), (1.0, 0.01)), window=0.1)
+    assert (found.recall, found.precision, found.pairs.tolist()) == (1.0, 0.5, [[0, 1]])
     assert found.impulse_error == pytest.approx(0.99, rel=1e-14)
     assert found.total_impulse_error == pytest.approx(0, abs=1e-15)
+    assert (found.largest_delay, found.normal_speed_error, found.peak_force_error) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("empty", [pd.DataFrame(), contacts(0).iloc[:0]])
+def test_of_two_equally_near_the_earlier_matches():
+    found = compare_impacts(contacts((1.0, 1.0)), contacts((0.75, 1.0), (1.25, 1.0)), window=0.25)
+    assert (found.pairs.tolist(), found.median_delay) == ([[0, 0]], 0.25)
+
+
+@pytest.mark.parametrize("empty", [pd.DataFrame(), contacts()])
 def test_without_contacts_there_are_no_shares(empty):
     found = compare_impacts(empty, empty, 0.1)
     assert (found.count_a, found.count_b, len(found.pairs)) == (0, 0, 0)
     assert np.isnan([found.precision, found.recall]).all()
-    found = compare_impacts(contacts(0), empty, 0.1)
+    found = compare_impacts(contacts((1.0, 1.0)), empty, 0.1)
     assert (np.isnan(found.precision), found.recall) == (True, 0.0)
+    predictable = {"ll": np.ones(2, dtype=bool)}
+    impacts = impacts_of(empty, empty, time=np.arange(2.0), period=1.0, predictable=predictable)
+    assert list(impacts) == ["all", "predictable"]
+    assert impacts_of(empty, None, time=np.arange(2.0), period=1.0, predictable={}) is None
 
 
-def shares(events: pd.DataFrame, end: float = 8.0) -> list[float]:
-    return list(time_shares(events, (0.0, end)).values())
+def shares(events: pd.DataFrame) -> list[float]:
+    return [*time_shares(events, (0.0, END)).values(), pin_share(events, (0.0, END))]
 
 
 @pytest.mark.parametrize(
     ("rows", "eighths"),
     [
-        ([], [8, 0, 0, 0]),
-        ([("ll", 1, 3)], [6, 2, 0, 0]),
-        ([("ll", 1, 5), ("ul", 3, 6)], [3, 3, 2, 0]),
-        ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
-        ([("ur", 0, 2), ("ur", 2, 3)], [5, 3, 0, 0]),  # one corner's contacts that touch
-        ([("ll", 1, 5), ("ur", 3, 6)], [3, 3, 0, 2]),  # a diagonal
-        ([("ul", 0, 8), ("lr", 0, 8)], [0, 0, 0, 8]),
-        ([("ll", 1, 5), ("lr", 3, 6)], [3, 3, 0, 2]),  # facing: both walls, though no slider can do it
-        ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
-        ([("ll", -1, 1), ("ur", 7, 9)], [6, 2, 0, 0]),  # what is outside the run does not count
+        ([("ll", 1, 5), ("ul", 3, 6)], [3, 3, 2, 0, 0]),
+        ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0, 0]),  # touching ends: never both
+        ([("ur", 0, 2), ("ur", 2, 3)], [5, 3, 0, 0, 0]),  # one corner's contacts that touch
+        ([("ll", 1, 5), ("ur", 3, 6)], [3, 3, 0, 2, 0]),  # a diagonal
+        ([("ul", 0, 8), ("lr", 0, 8)], [0, 0, 0, 8, 0]),
+        ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2, 0]),  # three corners touch both walls
+        ([("ll", -1, 1), ("ur", 7, 9)], [6, 2, 0, 0, 0]),  # what is outside the run does not count
         # The journal at A is no corner, and rows that overlap are no second contact.
         ([("pin", -1, 1), ("pin", 1, 4), ("pin", 3, 5)], [8, 0, 0, 0, 5]),
     ],
 )
 def test_hand_made_tables(rows, eighths):
-    found = [*shares(contacts_of(*rows)), pin_share(contacts_of(*rows), (0.0, 8.0))]
     # Sums of at most some ten quotients of binary fractions: a few units of the last place.
-    assert found == pytest.approx([n / 8 for n in (*eighths, 0)[:5]], rel=0, abs=1e-15)
-
-
-def random_contacts(seed: int) -> pd.DataFrame:
-    rng = np.random.default_rng(seed)
-    edges = {corner: np.sort(rng.uniform(0, 8, size=2 * rng.integers(0, 40))) for corner in CORNERS}
-    return contacts_of(*[(corner, *pair) for corner, of in edges.items() for pair in of.reshape(-1, 2)])
+    assert shares(contacts_of(*rows)) == pytest.approx([n / 8 for n in eighths], rel=0, abs=1e-15)
 
 
 def test_a_count_over_fine_samples_comes_to_the_same():
-    events, end, count = random_contacts(3), 8.0, 200_000
-    at = (np.arange(count) + 0.5) * end / count
-    ll, lr, ul, ur = (
-        np.any([(start <= at) & (at < stop) for start, stop in of[["start", "end"]].to_numpy()], axis=0)
-        for of in (events[events["corner"] == corner] for corner in CORNERS)
-    )
+    rng, count = np.random.default_rng(3), 200_000
+    edges = {corner: np.sort(rng.uniform(0, END, 2 * rng.integers(0, 40))) for corner in CORNERS}
+    at = (np.arange(count) + 0.5) * END / count
+    ll, lr, ul, ur = (np.searchsorted(of, at, side="right") % 2 == 1 for of in edges.values())
     both, free = (ll | ul) & (lr | ur), ~(ll | lr | ul | ur)
     one_side = ((ll & ul) | (lr & ur)) & ~both
     sampled = [free.mean(), 1 - free.mean() - one_side.mean() - both.mean(), one_side.mean(), both.mean()]
+    events = contacts_of(*[(corner, *pair) for corner, of in edges.items() for pair in of.reshape(-1, 2)])
     # Every one of at most 320 edges may be off by half a sample.
-    assert shares(events) == pytest.approx(sampled, abs=160 / count)
+    assert shares(events)[:4] == pytest.approx(sampled, abs=160 / count)
 
 
 def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opposite_corners():
@@ -181,7 +159,6 @@ def test_what_a_model_notes_is_what_samples_inside_contacts_show(model, changes)
         # (pi / 8)^2 / 8 of its peak, 0.019
         line = np.interp(time[inside], pulse.time, pulse.force)
         np.testing.assert_allclose(line, force, rtol=0, atol=0.04 * pulse.force.max())
-        assert pulse.time.size >= 20
         assert pulse.force.max() == pytest.approx(event["peak_force"], rel=0.01)
         assert np.all(np.diff(pulse.time) > 0.0)
         # The pulse's zero of time is the touch

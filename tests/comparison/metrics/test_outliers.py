@@ -26,16 +26,18 @@ def normal(rng: np.random.Generator, count: int) -> np.ndarray:
     return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
 
 
-def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
-    members = np.array([[0.0, 1.0], [2.0, 1.0], [4.0, 1.0], [10.0, 4.0]])
-    of_members, of_run = distances(members, np.array([9.0, 1.0]), np.full(2, 0.5))
-    expected = []
-    for left_out in range(4):
-        others = np.delete(members, left_out, axis=0)
-        away = np.abs(members[left_out] - others.mean(axis=0)) / np.maximum(others.std(axis=0), 0.5)
-        expected.append(away.max())
+@pytest.mark.parametrize("seed", range(5))
+def test_left_out_members_are_held_against_the_others_and_a_run_against_all(seed):
+    members, run = np.split(np.random.default_rng(seed).normal(size=(9, 5)) ** 3, [8])
+    floor = np.full(5, 0.5)
+
+    def away(of, others):
+        return (np.abs(of - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
+
+    of_members, of_run = distances(members, run[0], floor)
+    expected = [away(members[n], np.delete(members, n, axis=0)) for n in range(8)]
     np.testing.assert_allclose(of_members, expected, rtol=1e-12)
-    assert of_run == pytest.approx(5.0 / np.sqrt(14.0))
+    assert of_run == pytest.approx(away(run[0], members))
     assert distances(members[:, :0], np.empty(0), np.empty(0))[1] == 0.0
 
 
@@ -83,10 +85,8 @@ def test_two_families_are_clusters_and_errors_over_six_decades_are_not():
 def test_the_first_contact_that_parts_two_groups_is_named():
     rng, window = np.random.default_rng(3), WINDOW * 0.4
 
-    def run(*extra: tuple[str, float]) -> pd.DataFrame:
-        common = [("ll", 0.01), ("ul", 0.01), ("ll", 0.1)]
-        moved = 0.2 * window * rng.uniform(-1.0, 1.0, 3)
-        rows = [(corner, start + by) for (corner, start), by in zip(common, moved, strict=True)]
+    def run(*extra: tuple[str, float], common=(("ll", 0.01), ("ul", 0.01), ("ll", 0.1))) -> pd.DataFrame:
+        rows = [(corner, start + 0.2 * window * rng.uniform(-1.0, 1.0)) for corner, start in common]
         return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
 
     def parted(one, other, until=0.3):
@@ -98,10 +98,8 @@ def test_the_first_contact_that_parts_two_groups_is_named():
     assert (found.corner, found.having, found.sizes) == ("ul", (0, 5), (20, 5))
     assert found.start == pytest.approx(0.05)
     # A corner that the first run of either group does not touch parts them all the same.
-    most = [run(), *with_contact[1:], *(run(("ul", 0.05)) for _ in range(6))]
-    bare = [events[events["corner"] != "ul"] for events in without]
-    most[0] = most[0][most[0]["corner"] != "ul"]
-    found = parted(bare, most)
+    bare = run(common=[("ll", 0.01)])
+    found = parted([bare] * 20, [bare, *(run(("ul", 0.05)) for _ in range(10))])
     assert (found.corner, found.having) == ("ul", (0, 10))
     # What comes later is a consequence; and a contact that half of both have parts nothing.
     assert parted(without, with_contact, 0.04) is None
