@@ -17,21 +17,10 @@ from pathlib import Path
 import typer
 
 INTERRUPTED = 130
-_COLOURS = {
-    "agree": "green",
-    "differ": "red",
-    "cannot compare": "red",
-    "indeterminate": "yellow",
-    "undecided": "yellow",
-}
+_COLOURS = {"agree": "green", "differ": "red", "cannot compare": "red", "indeterminate": "yellow"}
 _HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of what a terminal would obey instead of showing it."""
 _LEAST = 12  # columns of a text that is cut
-
-
-class _Warnings(logging.Handler):
-    def emit(self, record: logging.LogRecord) -> None:
-        warn([record.getMessage()])
 
 
 @contextmanager
@@ -44,7 +33,8 @@ def session(*, program: bool) -> Iterator[None]:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # such as in an ASCII locale
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home that cannot be written
-    logger, handler = logging.getLogger("comparison"), _Warnings(logging.WARNING)
+    logger, handler = logging.getLogger("comparison"), logging.Handler(logging.WARNING)
+    handler.emit = lambda record: warn([record.getMessage()])  # type: ignore[method-assign]
     logger.addHandler(handler)
     try:
         with warnings.catch_warnings():
@@ -75,11 +65,6 @@ def print_json(value: object) -> int:
     return 0
 
 
-def _width() -> int:
-    """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
-    return shutil.get_terminal_size((80, 24)).columns
-
-
 def printable(text: str) -> str:
     r"""Escape what is not shown by itself: ``\x1b``, but for the colours of this module."""
     return "".join(
@@ -94,6 +79,11 @@ def coloured(text: str) -> str:
     """Return a verdict in its colour; plain where ``$NO_COLOR`` is set. A file gets no colours."""
     colour = None if os.environ.get("NO_COLOR") else _COLOURS.get(text.strip())
     return text if colour is None else typer.style(text, fg=colour)
+
+
+def _width() -> int:
+    """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
+    return shutil.get_terminal_size((80, 24)).columns
 
 
 def columns(
@@ -140,8 +130,7 @@ def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]
 
 def warn(warnings: Sequence[str]) -> None:
     """Print warnings to stderr."""
-    for warning in warnings:
-        say(f"sixbar: warning: {' '.join(warning.split())}", err=True)
+    say(*(f"sixbar: warning: {' '.join(warning.split())}" for warning in warnings), err=True)
 
 
 def warn_about_the_cache() -> None:

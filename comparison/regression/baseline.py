@@ -7,7 +7,7 @@ tree at the tight tier. Of each: settings, counters, and some checkpoints (`comp
 import json
 import os
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
@@ -23,6 +23,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=0, strict=True)]
 Rate = Count | Finite | list[Finite]
 Rates = dict[str, Rate | dict[str, Rate]]
+Which = tuple[str, str]
+"""A model and a tier."""
 
 HEADER = """\
 # What the models gave when this file was made. `sixbar gate` compares; `sixbar gate --update` makes it anew.
@@ -66,8 +68,8 @@ class SceneRecord(_Part):
     exudyn: dict[Literal["standard", "tight"], RunRecord] = {}
 
     @property
-    def runs(self) -> dict[tuple[str, str], RunRecord]:
-        """(Model, tier) -> run."""
+    def runs(self) -> dict[Which, RunRecord]:
+        """Its runs by model and tier."""
         models = {"reference": self.reference, "exudyn": self.exudyn}
         return {(model, tier): run for model, tiers in models.items() for tier, run in tiers.items()}
 
@@ -121,25 +123,9 @@ def checksum(baseline: Baseline) -> str:
     return digest(baseline.model_dump(mode="json", exclude={"checksum"}))
 
 
-def write(baseline: Baseline, path: Path) -> Path:
-    """Write a baseline under a temporary name first; equal ones give the same bytes."""
-    write_text("\n".join(_lines(baseline)) + "\n", path)
-    return path
-
-
 def physics_hash(scene: Scene) -> str:
     """Hash of a scene's numbers without the solvers' settings, which the baseline holds itself."""
     return digest({key: part for key, part in scene.data.items() if key not in ("scene", "solver")})[:16]
-
-
-def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
-    """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
-    paths = {
-        name: scene.source if scene.source in shipped_scenes() else folder / scene.source
-        for name, scene in baseline.scenes.items()
-    }
-    gone = [name for name, path in paths.items() if isinstance(path, Path) and not path.is_file()]
-    return [load_scene(path) for name, path in paths.items() if name not in gone], gone
 
 
 def source(scene: Scene, folder: Path) -> str:
@@ -149,27 +135,38 @@ def source(scene: Scene, folder: Path) -> str:
     return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
 
 
-def _lines(baseline: Baseline) -> Iterator[str]:
-    yield HEADER
-    yield f"checksum = {_value(checksum(baseline))}"
-    for key in ("platform", "versions", "thresholds"):
-        yield f"{key} = {_value(getattr(baseline, key))}"
+def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
+    """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
+    found, gone = [], []
+    for name, scene in baseline.scenes.items():
+        if scene.source in shipped_scenes():
+            found.append(load_scene(scene.source))
+        elif (folder / scene.source).is_file():
+            found.append(load_scene(folder / scene.source))
+        else:
+            gone.append(name)
+    return found, gone
+
+
+def write(baseline: Baseline, path: Path) -> Path:
+    """Write a baseline under a temporary name first; equal ones give the same bytes."""
+    lines = [HEADER, f"checksum = {_value(checksum(baseline))}"]
+    lines += [f"{key} = {_value(getattr(baseline, key))}" for key in ("platform", "versions", "thresholds")]
     if baseline.detection is not None:
-        yield "\n[detection]"
-        yield from (f"{name} = {_value(rates)}" for name, rates in baseline.detection)
+        lines += ["\n[detection]", *(f"{name} = {_value(rates)}" for name, rates in baseline.detection)]
     for name, scene in baseline.scenes.items():
         section = f"scenes.{_value(name)}"
-        yield f"\n[{section}]\nsource = {_value(scene.source)}\nhash = {_value(scene.hash)}"
+        lines += [f"\n[{section}]", f"source = {_value(scene.source)}", f"hash = {_value(scene.hash)}"]
         for (model, tier), run in scene.runs.items():
-            yield f"\n[{section}.{model}.{tier}]"
+            lines.append(f"\n[{section}.{model}.{tier}]")
             for key in ("settings", "counters", "spread", "unexcited", "unpredictable"):
                 if (value := getattr(run, key)) or key in ("settings", "counters"):
-                    yield f"{key} = {_value(value)}"
-            yield f"\n[{section}.{model}.{tier}.channels]"
-            for channel, checkpoints in run.channels.items():
-                yield f"{channel} = ["
-                yield from (f"  {_value(list(checkpoint))}," for checkpoint in checkpoints)
-                yield "]"
+                    lines.append(f"{key} = {_value(value)}")
+            lines.append(f"\n[{section}.{model}.{tier}.channels]")
+            for channel, points in run.channels.items():
+                lines += [f"{channel} = [", *(f"  {_value([*point])}," for point in points), "]"]
+    write_text("\n".join(lines) + "\n", path)
+    return path
 
 
 def _value(value: object) -> str:

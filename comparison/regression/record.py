@@ -31,6 +31,7 @@ from comparison.regression.baseline import (
     Detection,
     RunRecord,
     SceneRecord,
+    Which,
     parsed,
     physics_hash,
     source,
@@ -52,9 +53,6 @@ LATER = 5
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
-
-Which = tuple[str, str]
-"""A model and a tier."""
 
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:
@@ -96,15 +94,14 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     ``runs`` are the run, made by ``gated`` at a tier, and the others of its family that give the uncertainty;
     ``neighbours`` those from starts next to its own.
     """
-    limits, scene, time = thresholds(tier), gated.scene, runs.base.time
+    limits, scene, table = thresholds(tier), gated.scene, runs.base
     predictable: dict[str, BoolArray] = {}
-    checkpoints: dict[str, list[Checkpoint]] = {}
-    unexcited, unpredictable = [], []
+    checkpoints, unexcited, unpredictable = {}, [], []
     for name in expected(scene.data):  # positions come before what follows from them
-        channel, values = channels()[name], runs.base.values(name)
+        channel, values = channels()[name], table.values(name)
         u = model_uncertainty(runs, name, scene.period)
         assert u is not None  # every model of ours can be refined
-        u = np.maximum(u, scatter(gated, runs.base, neighbours, name))
+        u = np.maximum(u, scatter(gated, table, neighbours, name))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
@@ -116,10 +113,11 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
             unpredictable.append(name)
         else:
             at = candidates[np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))]
-            checkpoints[name] = [_checkpoint(time[i], float(values[i]), limits.k * u[i]) for i in at]
+            rows = zip(table.time[at], values[at], limits.k * u[at], strict=True)
+            checkpoints[name] = [_checkpoint(*map(float, row)) for row in rows]
     return RunRecord(
-        settings=settings(scene.data, runs.base, gated.model),
-        counters=counters(runs.base),
+        settings=settings(scene.data, table, gated.model),
+        counters=counters(table),
         spread=_spread(runs, neighbours),
         unexcited=unexcited,
         unpredictable=unpredictable,
@@ -129,7 +127,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
 
 def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
     """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
-    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(threshold))
     return Checkpoint(float(f"{time:.9g}"), round(value, 2 - floor(log10(threshold))), float(rounded))
 
 
@@ -179,18 +177,18 @@ def renewed(
     """
     rates = _rates(folder / RATES, old)
     planned = [
-        (scene, which, gated, dict(family(gated.scene, gated.model)), neighbours(gated, which[1], RECORDED))
+        (scene, which, gated, family(gated.scene, gated.model), neighbours(gated, which[1], RECORDED))
         for scene in scenes
         for which, gated in gated_runs(scene).items()
     ]
-    jobs = [job for *_, levels, others in planned for job in (*levels.values(), *others)]
+    jobs = [job for *_, relatives, others in planned for job in (*(job for _, job in relatives), *others)]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     records: dict[str, Any] = {
         scene.name: {"source": source(scene, folder), "hash": physics_hash(scene)} for scene in scenes
     }
-    for scene, (model, tier), gated, levels, others in planned:
+    for scene, (model, tier), gated, relatives, others in planned:
         tables = {}
-        for kind, job in levels.items():
+        for kind, job in relatives:
             outcome = next(outcomes)
             table = table_of_family(kind, outcome)
             tables[kind] = successful(outcome, job) if table is None else table

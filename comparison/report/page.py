@@ -1,6 +1,6 @@
 """The report: one self-contained HTML file of the verdict, the worst channel, an overview and the scenes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from comparison.report import tables
 from comparison.report.figures import channel_figure
 from comparison.report.plots import independent, scene_plots, shown
 from comparison.report.schematic import schematic
-from comparison.report.templates import Origin, interactive_page
+from comparison.report.templates import interactive_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.words import cards, differences, verdicts
 from comparison.words.reliability import notes
@@ -31,7 +31,7 @@ def write_report(
     *,
     title: str,
     command: str,
-    origin: Origin | None = None,
+    origin: Mapping[str, str] | None = None,
 ) -> Path:
     """Write ``report.html`` of scenes into a folder; equal arguments give identical bytes.
 
@@ -43,7 +43,11 @@ def write_report(
 
 
 def render(
-    comparisons: Sequence[SceneComparison], *, title: str, command: str, origin: Origin | None = None
+    comparisons: Sequence[SceneComparison],
+    *,
+    title: str,
+    command: str,
+    origin: Mapping[str, str] | None = None,
 ) -> str:
     """Return the page as text; see `write_report`."""
     # Equally severe scenes stay in their order.
