@@ -114,15 +114,12 @@ def test_names_are_shown_as_they_are_or_shortened(scene: SceneComparison) -> Non
         assert all(f">{name}</text>" in drawing for name in shown)
 
 
-@pytest.mark.parametrize("n", [2, 401])
-@pytest.mark.parametrize("value", [0.0, 1e300])
-def test_short_tables_and_constant_values_are_drawn_without_a_warning(
-    scene: SceneComparison, n: int, value: float
-) -> None:
-    same = np.full(n, value)
-    changes = {"time": np.linspace(0.0, 0.8, n), "a": same, "b": same, "predictable": same == value}
-    short = replace(scene.channels["corner_ll_normal"], u_a=None, u_b=None, **changes)
-    assert channel_figure(scene, short, "k").startswith("<svg ")
+def test_short_tables_and_constant_values_are_drawn_without_a_warning(scene: SceneComparison) -> None:
+    for n, value in ((2, 0.0), (2, 1e300), (401, 0.0), (401, 1e300)):
+        same = np.full(n, value)
+        changes = {"time": np.linspace(0.0, 0.8, n), "a": same, "b": same, "predictable": same == value}
+        short = replace(scene.channels["corner_ll_normal"], u_a=None, u_b=None, **changes)
+        assert channel_figure(scene, short, "k").startswith("<svg ")
 
 
 def test_a_figure_of_many_cycles_stays_small(scene: SceneComparison) -> None:
