@@ -89,11 +89,7 @@ def _width() -> int:
 def columns(
     rows: Sequence[Sequence[str]], *, right: Collection[int] = (), verdict: int | None = None
 ) -> list[str]:
-    """Return rows (the headings among them) as aligned lines; no column is left out.
-
-    Columns named in ``right`` are aligned to the right, that of the verdict is coloured. Where lines are
-    longer than the terminal, text in the last column is cut.
-    """
+    """Return rows, the headings first, as aligned lines; too long text in the last column is cut."""
     rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     last = len(widths) - 1
@@ -114,10 +110,7 @@ def columns(
 
 
 def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]:
-    """Return a text as lines no longer than the terminal is wide; names and paths are not broken.
-
-    The first line begins with ``first``, the others with ``rest`` or are indented alike.
-    """
+    """Return a text as lines that fit, indented by ``first`` and ``rest``; no name is broken."""
     return textwrap.wrap(
         printable(text),
         max(_width(), 40),

@@ -70,10 +70,7 @@ def _usual(tables: list[Path], end: str) -> Path:
 
 
 def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
-    """Read one table or two by their names; refuse numbers of these channels that cannot be drawn.
-
-    Whether channels are missing is said by what draws them.
-    """
+    """Read one table or two by their names; refuse numbers of these channels that cannot be drawn."""
     from comparison.tables.table import check
     from comparison.tables.table_files import read
 

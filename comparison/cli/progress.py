@@ -17,10 +17,7 @@ Reporter = Callable[..., None]
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
-    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked.
-
-    Before it stands a warning where results cannot be kept in the usual place.
-    """
+    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
     warn_about_the_cache()
     if quiet:
         yield _silence

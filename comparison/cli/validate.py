@@ -96,10 +96,7 @@ def validate(
 
 
 def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[int, dict[str, Any]]:
-    """Validate two models, print the verdicts, write the report; return the exit code and the summary.
-
-    The summary is empty if Ctrl-C came before a scene was finished.
-    """
+    """Validate two models, write the report; return exit code and summary, {} if nothing was finished."""
     from comparison.cli.results import verdict_lines, write_validation
     from comparison.files import check_folder, plain
     from comparison.models import MODELS
@@ -233,11 +230,7 @@ def _validate_batches(
 
 
 def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
-    """Validate all pairs of models and write the page of all of them; return the worst exit code.
-
-    The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
-    Ctrl-C ends with the report of the pair under way: no page of all models is written.
-    """
+    """Validate all pairs of models and write the page of all; after Ctrl-C no such page is written."""
     from comparison.files import check_folder, write_json
     from comparison.report.other_pages import Row, write_pairwise
     from comparison.verdict.results import exit_code

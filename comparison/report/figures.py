@@ -31,10 +31,7 @@ _COLUMNS = 1200  # of a picture's curve: enough to be enlarged three times
 
 
 def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:
-    """Return what is subtracted to draw a channel: from x the guide's centre line (m), else 0.
-
-    A clearance of 0.2 mm is invisible on an axis of half a metre.
-    """
+    """Return what is subtracted to draw a channel: of x the guide's centre line (m), else 0."""
     if channel.channel != "slider_x" or scene.scene is None:
         return 0.0
     return float(scene.scene["mechanism"]["guide_x"])
@@ -127,10 +124,7 @@ def picture(
     start: float | None = None,
     end: float | None = None,
 ) -> Picture:
-    """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded.
-
-    `TableError` if a table lacks a channel, or has no two samples between start and end.
-    """
+    """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded."""
     parts = {label: _between(table, label, start, end) for label, table in tables.items()}
     with svg.style():
         figure = Picture(layout="constrained")

@@ -33,10 +33,7 @@ def write_report(
     command: str,
     origin: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write ``report.html`` of scenes into a folder; equal arguments give identical bytes.
-
-    ``command`` reproduces the whole report; where it comes from is stated if it is given.
-    """
+    """Write ``report.html`` of scenes, which ``command`` reproduces; equal arguments give identical bytes."""
     path = out / "report.html"
     write_text(render(comparisons, title=title, command=command, origin=origin), path)
     return path

@@ -47,10 +47,7 @@ class Curve(NamedTuple):
 
 
 def independent(scene: SceneComparison) -> list[str]:
-    """Return the excited channels but a corner's gaps and friction forces that do not differ.
-
-    These follow from positions and normal forces, which are drawn, and would triple the corners' plots.
-    """
+    """Return the excited channels but gaps and frictions of corners (they follow from others) that agree."""
     return [
         name
         for name, channel in scene.excited.items()
@@ -87,11 +84,7 @@ def table_plots(
     guide: float,
     pulses: Sequence[Sequence[Pulse]] = (),
 ) -> str:
-    """Return plots of the channels that all tables have, at the times of the first, as Base64.
-
-    ``period`` is that of a crank cycle (s), ``guide`` the centre line that x is measured from (m), and
-    ``pulses`` are each table's contacts resolved in time.
-    """
+    """Return plots of the channels of all tables as Base64; ``guide`` is what x is measured from (m)."""
     time = next(iter(tables.values())).time
     curves = [
         Curve(

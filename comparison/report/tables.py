@@ -231,10 +231,7 @@ def _curves(difference: Difference) -> Markup:
 
 
 def information_table(scene: SceneComparison) -> Table | None:
-    """Return common measures of similarity of each excited channel; None without one.
-
-    Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
-    """
+    """Return common measures of similarity, to two digits: the third depends on the sampling."""
     rows = {
         name: [
             ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),

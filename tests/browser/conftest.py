@@ -14,7 +14,7 @@ from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from comparison.execution.run import Job
-from comparison.report import write_report
+from comparison.report.page import write_report
 from comparison.scene import load_scene
 from comparison.verdict.results import Basis, Confirmation, Doubt, SceneComparison
 

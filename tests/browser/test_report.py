@@ -11,7 +11,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
-from comparison.report import write_report
+from comparison.report.page import write_report
 from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
