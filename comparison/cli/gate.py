@@ -44,8 +44,8 @@ def gate(
     """
     from comparison.execution.pool import cpus
     from comparison.files import check_folder, expanded, replacing_in, write_json
-    from comparison.regression.baseline import read, scenes_of
     from comparison.regression.check import gate as hold_against
+    from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
     from comparison.scene import load_scene
     from comparison.words.regression import cases, message, notes, summary
@@ -100,8 +100,7 @@ def gate(
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.baseline import read, scenes_of, write
-    from comparison.regression.record import renewed
+    from comparison.regression.record import read, renewed, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)

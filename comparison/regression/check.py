@@ -16,8 +16,19 @@ import numpy as np
 from comparison.accuracy.levels import thresholds, thresholds_record
 from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.models import platform_name, versions
-from comparison.regression.baseline import Baseline, Checkpoint, RunRecord, Which, physics_hash
-from comparison.regression.record import CONFIRMING, counters, gated_runs, neighbours, scatter, settings
+from comparison.regression.record import (
+    CONFIRMING,
+    Baseline,
+    Checkpoint,
+    RunRecord,
+    Which,
+    counters,
+    gated_runs,
+    neighbours,
+    physics_hash,
+    scatter,
+    settings,
+)
 from comparison.scene import Scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table

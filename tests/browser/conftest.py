@@ -1,35 +1,30 @@
 """The made-up comparisons of the report's own tests, and a browser that shows their pages."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 from bouncing_press import make_scene
 from half_sines import half_sines
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import sync_playwright
 
 from comparison.execution.run import Job
 from comparison.report.page import write_report
 from comparison.scene import load_scene
-from comparison.verdict.results import Basis, Confirmation, Doubt, SceneComparison
+from comparison.verdict.results import Basis, Confirmation, Doubt
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 @pytest.fixture(scope="session")
-def comparisons() -> list[SceneComparison]:
+def comparisons():
     """Verdicts of all kinds, and none in the order of the page.
 
     Agreement at both tiers; a seeded fault; a difference that was confirmed, one that was withdrawn; too few
     predictable samples; a run that crashed.
     """
 
-    def moved(columns: dict[str, Any]) -> dict[str, Any]:
+    def moved(columns):
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
     press, fault = make_scene("press"), make_scene("fault", alter=moved)
@@ -55,14 +50,14 @@ def comparisons() -> list[SceneComparison]:
 
 
 @pytest.fixture(scope="session")
-def report(comparisons: list[SceneComparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(comparisons, tmp_path_factory):
     return write_report(
         comparisons, tmp_path_factory.mktemp("report"), title="Press", command="sixbar validate"
     )
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def browser():
     """The machine's own Chromium."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
@@ -73,14 +68,11 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def show(browser: Browser, report: Path) -> Iterator[Callable[..., Page]]:
+def show(browser, report):
     """Return what opens the report or another page; an error, or a request that leaves it, fails the test."""
-    wrong: list[str] = []
-    contexts = []
+    wrong, contexts = [], []
 
-    def opened(
-        width: int = 1440, height: int = 900, anchor: str = "", path: Path = report, **options: Any
-    ) -> Page:
+    def opened(width=1440, height=900, anchor="", path=report, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
         page, own = context.new_page(), path.as_uri()

@@ -1,18 +1,12 @@
 """The report as a browser shows it: nothing missing, cut off or on top of something else, wide and narrow."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page
 
 from comparison.report.page import write_report
-from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
 
@@ -54,9 +48,7 @@ MEASURE = """
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(
-    width: int, show: Callable[..., Page], comparisons: list[SceneComparison]
-) -> None:
+def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(width, show, comparisons):
     seen = show(width).evaluate(MEASURE)
     assert seen["figures"] == 5  # one a scene with channels
     # Axes with grid and ticks, both models, the difference and its threshold, legends.
@@ -73,7 +65,7 @@ def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_overview_is_on_the_first_screen(show: Callable[..., Page], scheme: str) -> None:
+def test_the_overview_is_on_the_first_screen(show, scheme):
     page = show(1440, 900, color_scheme=scheme)
     for part in (".lead", ".failing", ".contents", ".worst svg", ".grid tbody tr:last-child", ".terms"):
         box = page.locator(part).first.bounding_box()
@@ -82,7 +74,7 @@ def test_the_overview_is_on_the_first_screen(show: Callable[..., Page], scheme: 
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (1440, "dark"), (390, "light")])
-def test_axe_finds_nothing(show: Callable[..., Page], width: int, scheme: str) -> None:
+def test_axe_finds_nothing(show, width, scheme):
     page = show(width, 900, color_scheme=scheme)
     page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
     for root in page.locator(".viewer").all():
@@ -92,9 +84,7 @@ def test_axe_finds_nothing(show: Callable[..., Page], width: int, scheme: str) -
     assert [(rule["id"], rule["impact"], rule["nodes"][0]["html"]) for rule in found] == []
 
 
-def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view(
-    show: Callable[..., Page],
-) -> None:
+def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view(show):
     page = show()
     link = page.locator('.grid a.cell[href="#s4-standard"]')
     assert not page.locator("#s4-standard").is_visible()
@@ -112,7 +102,7 @@ def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view
     assert heading["y"] >= bar["height"]
 
 
-def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show: Callable[..., Page]) -> None:
+def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show):
     on_screen, printed, without = show(anchor="#s1"), show(anchor="#s1"), show(java_script_enabled=False)
     printed.emulate_media(media="print")
     without.locator("details.scene > summary").nth(1).click()
@@ -121,9 +111,7 @@ def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show: Call
         assert page.locator("#s1 .viewer").is_visible() != drawn
 
 
-def test_eleven_scenes_are_printed_on_twelve_pages(
-    browser: Browser, comparisons: list[SceneComparison], tmp_path: Path
-) -> None:
+def test_eleven_scenes_are_printed_on_twelve_pages(browser, comparisons, tmp_path):
     scenes = [replace(comparisons[0], name=f"press{n}") for n in range(11)]
     report = write_report(scenes, tmp_path, title="Press", command="sixbar validate")
     page = browser.new_page()
@@ -131,3 +119,49 @@ def test_eleven_scenes_are_printed_on_twelve_pages(
     printed = page.pdf(format="A4", print_background=True)
     page.close()
     assert len(re.findall(rb"/Type\s*/Page\b", printed)) <= 12
+
+
+# ---- what a reader sees of each kind of verdict: named, first, in words and numbers
+
+
+MOVED = ["slider x: |E|/2u (99%) is ", ": 1.0 µm against"]
+ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
+SHADE = """name => {
+  const s = document.createElement("span"); s.style.color = `var(--${name})`; document.body.append(s);
+  const c = getComputedStyle(s).color; s.remove(); return c;
+}"""
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show, width):
+    page = show(width)
+    assert page.locator(".grid tbody th").all_inner_texts() == ORDER
+    assert page.locator(".lead .verdict").inner_text().split(maxsplit=1)[1] == "cannot compare"
+    named = page.locator(".failing a").all_inner_texts()
+    assert [text.split(",")[0] for text in named] == ORDER[:4]
+
+
+@pytest.mark.parametrize(
+    ("scene", "sign", "shade", "said"),
+    [
+        ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
+        ("fault", "✗", "bad", [*MOVED, "unconfirmed, 3 runs", "formulation="]),
+        ("confirmed", "✗", "bad", [*MOVED, "confirmed by at least 30 runs"]),
+        ("undecided", "?", "open", ["Not decided: ", "are required", "--accuracy strict"]),
+        ("underestimated", "✓", "good", ["underestimated 6.4 times and is corrected"]),
+        ("press", "✓", "good", ["no channel is nearer to its limit", "Nothing to do."]),
+    ],
+)
+def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):
+    key = f"s{ORDER.index(scene)}"
+    page = show(anchor=f"#{key}-standard")
+    cell = page.locator(f'.grid a.cell[href="#{key}-standard"]')
+    assert sign in cell.inner_text()
+    card = page.locator(f"#{key}-standard")
+    card.wait_for(state="visible")
+    assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == page.evaluate(SHADE, shade)
+    text = " ".join(card.inner_text().split())
+    for words in said:
+        assert words in text
+    # Nothing is drawn of a run that does not exist.
+    assert page.locator(f"#{key} .viewer").count() == (scene != "crashed")

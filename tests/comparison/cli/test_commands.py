@@ -34,6 +34,11 @@ def summary(folder: str = "v") -> list[dict]:
     return json.loads(Path(folder, "summary.json").read_text())["scenes"]
 
 
+def validate(*arguments: str) -> int:
+    """One worker: starting another costs more than the fakes' runs."""
+    return main(["validate", "--jobs", "1", *arguments])
+
+
 def last_page(capsys) -> Path:
     return Path(capsys.readouterr().out.splitlines()[-1])
 
@@ -96,7 +101,7 @@ def test_each_command_of_the_report_repeats_the_changed_scene(what, count, gravi
     path = shutil.copy(scene_file("own", extra="[drive]\ncycles = 1\n"), "my scenes")
     changes = [f"environment.gravity={getattr(gravity, what)}", "mechanism.rocker_pivot=[0.2568, 0.21]"]
     options = [word for change in changes for word in ("--set", change)]
-    code = main(["validate", path, "--quick", "-q", *options])
+    code = validate(path, "--quick", "-q", *options)
     asked = load_scene(path, parse_set(changes))
     own, *advice = dict.fromkeys(commands(last_page(capsys)))
     assert own == asked.command("validate", "--quick")
@@ -117,16 +122,16 @@ def test_each_command_of_the_report_repeats_the_changed_scene(what, count, gravi
 
 def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file, capsys):
     path = scene_file("coarse", extra="[solver.exudyn]\nstep = 1e-3\n")
-    assert main(["validate", path, "--set", "drive.cycles=1", "--quick", "-q"]) == 3
+    assert validate(path, "--set", "drive.cycles=1", "--quick", "-q") == 3
     finer = load_scene(path, {"drive.cycles": 1}).command("validate", "--quick", "--accuracy", "strict")
     assert finer in commands(last_page(capsys))
-    assert main([*shlex.split(finer)[1:], "-q"]) == 0
+    assert validate(*shlex.split(finer)[2:], "-q") == 0
 
 
 def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gravity, capsys):
     """The rule's: what 99 % of the judged samples stay within. The maximum is called so."""
     for name, value in (("good", gravity.normal), ("bad", gravity.differ)):
-        main(["validate", scene_file(name, value), "--quick", "--out", name])
+        validate(scene_file(name, value), "--quick", "--out", name)
         heading, line, *_ = capsys.readouterr().out.splitlines()
         start = heading.index("|E|/2u (99%)")
         shown = line[start : start + 12].strip()
@@ -148,7 +153,7 @@ def test_it_says_last_where_a_verdict_is_not_the_one_on_record(options, said, ca
     """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
     departed = Departure("ideal", "tight", "agree", "differ")
     monkeypatch.setattr("comparison.verdict.shipped.departures", lambda *_: [departed])
-    assert main(["validate", "ideal", "--out", "v", *options]) == 0
+    assert validate("ideal", "--out", "v", *options) == 0
     *_, before, page = capsys.readouterr().out.splitlines()
     assert Path(page).is_file()
     assert ("ideal, tight: agree, not differ" in before) == said
@@ -157,14 +162,14 @@ def test_it_says_last_where_a_verdict_is_not_the_one_on_record(options, said, ca
 def test_a_fault_in_one_scene_costs_that_scene_alone(scene_file, monkeypatch, capsys):
     usual = judge.validate
 
-    def validate(scenes, **options):
+    def faulty(scenes, **options):
         if any(scene.name == "two" for scene in scenes):
             raise ZeroDivisionError("a\nb")
         return usual(scenes, **options)
 
-    monkeypatch.setattr(judge, "validate", validate)
+    monkeypatch.setattr(judge, "validate", faulty)
     files = [scene_file(name) for name in ("one", "two", "three")]
-    assert main(["validate", *files, "--quick", "--out", "v", "--jobs", "8"]) == 70
+    assert validate(*files, "--quick", "--out", "v", "--jobs", "8") == 70
     assert [scene["verdict"] for scene in summary()] == ["agree", "cannot compare", "agree"]
     reason = "scene 'two': internal error: ZeroDivisionError: a b at test_commands"
     assert summary()[1]["reason"].startswith(reason)
@@ -176,7 +181,7 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
     names = ["ideal", "wedge", "crank-pin", "69GPa", "surface"]
     sizes, shares = [], []
 
-    def validate(batch, *, on_progress, tiers, **_):
+    def judged(batch, *, on_progress, tiers, **_):
         sizes.append((len(batch), len(tiers)))
         for share in (0.0, 1.0, 0.2):  # an ensemble starts anew
             on_progress(share)
@@ -185,9 +190,9 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
             for scene in batch
         ]
 
-    monkeypatch.setattr(judge, "validate", validate)
+    monkeypatch.setattr(judge, "validate", judged)
     monkeypatch.setattr("comparison.cli.progress._silence", lambda share, _="": shares.append(share))
-    assert main(["validate", *names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v"]) == 2
+    assert validate(*names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v") == 2
     assert sizes == [(1, 1), (2, 2), (2, 2), (1, 2)]  # a first verdict at one tier
     assert [scene["name"] for scene in summary()] == [f"{name}+drive.cycles=1" for name in names]
     assert shares == sorted(shares)
@@ -201,7 +206,7 @@ def confirmations(capsys) -> list[str]:
 
 
 def test_an_uncertainty_that_was_too_small_by_chance_is_no_difference(scene_file, gravity, capsys):
-    assert main(["validate", scene_file("lucky", gravity.lucky), "--out", "v", "--jobs", "2", "-v"]) == 0
+    assert validate(scene_file("lucky", gravity.lucky), "--out", "v", "-v") == 0
     (scene,), page = summary(), Path("v/report.html").read_text()
     for tier, sentence in zip((scene, scene["tight"]), confirmations(capsys), strict=True):
         assert sentence.startswith("no difference of models, the uncertainty was underestimated by a ")
@@ -223,7 +228,7 @@ def test_an_ensemble_whose_runs_break_an_invariant_confirms_nothing(scene_file, 
         return [s.with_values(bad if model == "exudyn" and n >= 5 else {}) for n, s in enumerate(moved)]
 
     monkeypatch.setattr(confirmation, "moved_starts", starts)
-    assert main(["validate", scene_file("apart", gravity.differ), "--out", "v", "--jobs", "2", "-v"]) == 1
+    assert validate(scene_file("apart", gravity.differ), "--out", "v", "-v") == 1
     standard, tight = confirmations(capsys)
     # Five bodies at the standard tier have no ensemble of their own, the tree at the tight one has.
     assert "by 99 reference runs from moved starts: the exudyn run is outside those of reference" in standard
@@ -231,7 +236,7 @@ def test_an_ensemble_whose_runs_break_an_invariant_confirms_nothing(scene_file, 
     assert tight.endswith("fewer than 19 runs from moved starts succeeded")
 
 
-PAIRS = ["--models", "reference,exudyn,third", "--out", "all"]
+PAIRS = ["--models", "reference,exudyn,third", "--out", "all", "--quick"]
 
 
 def test_each_model_runs_once_for_all_its_pairs_which_an_interruption_ends(
@@ -240,10 +245,10 @@ def test_each_model_runs_once_for_all_its_pairs_which_an_interruption_ends(
     """The third does what the fake reference does, under another name."""
     install("third_press", "from reference_model import simulate\n", {"third": "third_press:simulate"})
     scene = scene_file("same", extra="[solver.third]\ntolerance = 1e-9\n")
-    assert main(["validate", scene, "--models", "reference,exudyn", "--out", "two"]) == 0
+    assert validate(scene, "--models", "reference,exudyn", "--out", "two", "--quick") == 0
     before = fake_models.read_text().count("exudyn ")
     assert before > 3
-    assert main(["validate", scene, *PAIRS]) == 0
+    assert validate(scene, *PAIRS) == 0
     assert fake_models.read_text().count("exudyn ") == before
     assert summary("all")[0]["outcome"] == "agree"
     Path("all/summary.json").unlink()
@@ -254,7 +259,7 @@ def test_each_model_runs_once_for_all_its_pairs_which_an_interruption_ends(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(judge, "validate", interrupted)
-    assert main(["validate", scene, *PAIRS]) == 130
+    assert validate(scene, *PAIRS) == 130
     assert asked == [("reference", "exudyn")]
     assert not Path("all/summary.json").exists()
     assert capsys.readouterr().err.endswith("sixbar: interrupted; finished runs are cached\n")

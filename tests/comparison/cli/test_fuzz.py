@@ -81,7 +81,7 @@ def given_command(*arguments: str) -> tuple[int, str, str]:
     return code, out.getvalue(), err.getvalue()
 
 
-def held(arguments: list[str]) -> None:
+def held(arguments: list[str]):
     code, out, err = given_command(*arguments)
     assert code in (0, 1, 2, 3), (code, err)
     assert "Traceback" not in out + err

@@ -21,7 +21,7 @@ from comparison.accuracy.levels import thresholds_record
 from comparison.cli import main
 from comparison.execution.run import VIOLATED
 from comparison.regression import record
-from comparison.regression.baseline import Baseline, checksum, read
+from comparison.regression.record import Baseline, checksum, read
 from comparison.scene import shipped_scenes
 
 BASELINE = Path("sixbar-baseline.toml")
@@ -73,7 +73,7 @@ def gate(*arguments: str) -> int:
     return main(["gate", *arguments, "--jobs", "1"])
 
 
-def edit(pattern: str, by: str, *, seal: bool = True) -> None:
+def edit(pattern: str, by: str, *, seal: bool = True):
     """Change the baseline; with the checksum of what it holds then, if that is a baseline at all."""
     text, count = re.subn(pattern, by, BASELINE.read_text(), count=1, flags=re.MULTILINE)
     assert count == 1
@@ -239,7 +239,7 @@ def test_an_update_that_fails_leaves_the_baseline_alone(made, scene_file, gravit
     assert made.read_text() == before
 
 
-def rates(**changes: object) -> None:
+def rates(**changes: object):
     record.RATES.parent.mkdir(parents=True, exist_ok=True)
     measured = {
         "false_alarms": {"count": 0, "runs": 300, "upper95": 0.00994},

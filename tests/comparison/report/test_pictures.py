@@ -134,7 +134,7 @@ def test_what_cannot_be_animated_is_refused(tables, central_case, tmp_path):
 
 
 @pytest.mark.parametrize("angle", [0.0, 111.36, 200.0, 290.0])
-def test_the_joints_keep_the_lengths_and_the_branches(angle: float) -> None:
+def test_the_joints_keep_the_lengths_and_the_branches(angle):
     mechanism = load_scene("150rpm-0.2mm").data["mechanism"]
     at = joints(mechanism, angle)
     assert at is not None
@@ -148,7 +148,7 @@ def test_the_joints_keep_the_lengths_and_the_branches(angle: float) -> None:
     assert ((at["B"] - at["A"]) / (at["H"] - at["A"])).imag > 0  # B is left of the line from A to H
 
 
-def test_the_dimensions_are_the_scenes_and_without_an_assembly_nothing_is_drawn() -> None:
+def test_the_dimensions_are_the_scenes_and_without_an_assembly_nothing_is_drawn():
     for name, said in (
         ("90rpm-0.5mm", ["clearance 0.5\u00a0mm on each side", "50\u00a0mm wide", "90 rpm"]),
         ("crank-pin", ["held by its guide", "clearance at the crank pin A 0.2\u00a0mm"]),
