@@ -154,8 +154,7 @@ def test_the_dimensions_are_the_scenes_and_without_an_assembly_nothing_is_drawn(
         ("crank-pin", ["held by its guide", "clearance at the crank pin A 0.2\u00a0mm"]),
     ):
         found = schematic(load_scene(name).data)
-        assert found is not None
-        assert all(words in found.caption and words in found.alt for words in said)
-        assert ("no clearance" in found.svg) == ("held by" in found.caption)
+        assert all(words in found["caption"] and words in found["alt"] for words in said)
+        assert ("no clearance" in found["svg"]) == ("held by" in found["caption"])
     assert schematic(None) is None
     assert schematic(load_scene("150rpm-0.2mm", {"mechanism.rod2.length": 0.01}).data) is None
