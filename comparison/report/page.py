@@ -2,10 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from math import isnan
-from pathlib import Path
 from typing import Any
 
-from comparison.files import write_text
 from comparison.formatting import number, percent
 from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
@@ -25,20 +23,6 @@ _BUILT_IN = {
 """What a built-in model is, for its label."""
 
 
-def write_report(
-    comparisons: Sequence[SceneComparison],
-    out: Path,
-    *,
-    title: str,
-    command: str,
-    origin: Mapping[str, str] | None = None,
-) -> Path:
-    """Write ``report.html`` of scenes, which ``command`` reproduces; equal arguments give identical bytes."""
-    path = out / "report.html"
-    write_text(render(comparisons, title=title, command=command, origin=origin), path)
-    return path
-
-
 def render(
     comparisons: Sequence[SceneComparison],
     *,
@@ -46,7 +30,7 @@ def render(
     command: str,
     origin: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the page as text; see `write_report`."""
+    """Return the page of scenes, which ``command`` reproduces; equal arguments give identical text."""
     # Equally severe scenes stay in their order.
     scenes = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
     cells = [(scene, tier, f"s{n}-{tier.tier}") for n, scene in enumerate(scenes) for tier in scene.tiers]
@@ -92,7 +76,7 @@ def render(
         card_of=cards.card,
         channel_figure=channel_figure,
         schematic=schematic,
-        by_severity=_by_severity,
+        by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
         plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
         drawn=_drawn,
         independent=independent,
@@ -103,11 +87,6 @@ def render(
         differences=differences,
         notes=notes,
     )
-
-
-def _by_severity(scene: SceneComparison) -> list[SceneComparison]:
-    """Return the tiers of a scene, that with the worst verdict first."""
-    return sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:

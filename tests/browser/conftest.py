@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from bouncing_press import make_scene
 from half_sines import half_sines
+from outline import page
 from playwright.sync_api import sync_playwright
 
 from comparison.execution.run import Job
-from comparison.report.page import write_report
 from comparison.scene import load_scene
 from comparison.verdict.results import Basis, Confirmation, Doubt
 
@@ -51,9 +51,9 @@ def comparisons():
 
 @pytest.fixture(scope="session")
 def report(comparisons, tmp_path_factory):
-    return write_report(
-        comparisons, tmp_path_factory.mktemp("report"), title="Press", command="sixbar validate"
-    )
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    path.write_text(page(*comparisons), "utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")
@@ -75,12 +75,12 @@ def show(browser, report):
     def opened(width=1440, height=900, anchor="", path=report, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
-        page, own = context.new_page(), path.as_uri()
-        page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
-        page.on("console", lambda message: wrong.append(f"console: {message.text}"))
-        page.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
-        page.goto(own + anchor)
-        return page
+        shown, own = context.new_page(), path.as_uri()
+        shown.on("pageerror", lambda error: wrong.append(f"error: {error}"))
+        shown.on("console", lambda message: wrong.append(f"console: {message.text}"))
+        shown.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
+        shown.goto(own + anchor)
+        return shown
 
     yield opened
     for context in contexts:
