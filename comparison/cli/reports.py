@@ -80,11 +80,10 @@ def generated(readmes: dict[str, str], measured: str) -> str:
 
 def with_generated(readme: str, text: str) -> str:
     """Return a README with the text between its markers replaced; `ValueError` where these are missing."""
-    before, begin, rest = readme.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
+    parts = re.split(f"({BEGIN}|{END})", readme)
+    if len(parts) != 5 or parts[1] != BEGIN:
         raise ValueError(f"README.md: the markers {BEGIN!r} and {END!r} are missing")
-    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
+    return "".join([*parts[:2], f"\n\n{text}\n\n", *parts[3:]])
 
 
 def main(*, small: bool = False) -> None:

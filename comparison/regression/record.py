@@ -47,10 +47,25 @@ Rates = dict[str, Rate | dict[str, Rate]]
 Which = tuple[str, str]
 """A model and a tier."""
 
+COUNT = 5
+"""Checkpoints of a channel: with ten scenes the file stays near 100 kB."""
+RECORDED = range(8)
+"""Of the neighbours, those that a baseline's thresholds count."""
+CONFIRMING = range(8, 28)
+"""Those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
+LATER = 5
+"""Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
+hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
+RATES = Path("reports/detection/detection.json")
+"""The measured rates of the verdicts' errors, as seen from the baseline's folder."""
+
 HEADER = """\
 # What the models gave when this file was made. `sixbar gate` compares; `sixbar gate --update` makes it anew.
 # A checkpoint is [time in s, value, threshold], the last two in the channel's unit.
 """
+
+
+# ---- the file
 
 
 class BaselineError(ValueError):
@@ -202,17 +217,7 @@ def _value(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")
 
 
-COUNT = 5
-"""Checkpoints of a channel: with ten scenes the file stays near 100 kB."""
-RECORDED = range(8)
-"""Of the neighbours, those that a baseline's thresholds count."""
-CONFIRMING = range(8, 28)
-"""Those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
-LATER = 5
-"""Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
-hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
-RATES = Path("reports/detection/detection.json")
-"""The measured rates of the verdicts' errors, as seen from the baseline's folder."""
+# ---- what it records
 
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:
