@@ -14,7 +14,7 @@ from outline import Outline, page, words
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.formatting import number, percent
+from comparison.formatting import number, percent, quantity
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.report import templates
 from comparison.report.page import render
@@ -231,7 +231,10 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
     html, events = page(scene), scene.events[0]
     contacts = rows(html, "Contacts of")
     assert list(contacts) == ["lower left", "lower right", "all"]
-    assert int(contacts["lower left"][0]) == (events["corner"] == "ll").sum()
+    own = events[events["corner"] == "ll"]
+    assert int(contacts["lower left"][0]) == len(own)
+    lasting = quantity(float((own["end"] - own["start"]).median()), "s")
+    assert contacts["lower left"][2] == text(lasting)
     impacts = rows(html, "Impacts of")
     assert list(impacts) == ["all", "predictable part"]
     for cells, found in zip(impacts.values(), scene.impacts.values(), strict=True):
