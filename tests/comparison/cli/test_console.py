@@ -165,7 +165,7 @@ def test_what_a_terminal_s_encoding_lacks_is_escaped_and_warnings_of_python_are_
         assert ended.stdout.endswith("\\u2713\n")
 
 
-@pytest.mark.parametrize("module", ["typer", "comparison.scene", "comparison.cli.console"])
+@pytest.mark.parametrize("module", ["typer", "comparison.scene"])
 def test_an_interruption_while_modules_are_imported_ends_with_130_in_one_line(module):
     code = f"""
 import builtins, os, signal
