@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -85,48 +85,50 @@ def compare(
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     folder = check_folder(out or options.REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
-    given: dict[str, dict[str, list[Path | None]]] = {
-        "a": {"base": [a], "finer": [finer_a], "coarser": [coarser_a], "perturbed": [*(perturbed_a or [])]},
-        "b": {"base": [b], "finer": [finer_b], "coarser": [coarser_b], "perturbed": [*(perturbed_b or [])]},
-    }
-    files = [
-        (kind, side, path)
-        for side, runs in given.items()
-        for kind, paths in runs.items()
-        for path in paths
-        if path is not None
-    ]
+    further = {"finer": (finer_a, finer_b), "coarser": (coarser_a, coarser_b)}
+    starts = (perturbed_a or [], perturbed_b or [])
+    files: list[tuple[str, str, Path]] = []
+    for n, (side, base) in enumerate((("a", a), ("b", b))):
+        runs = [("base", base), *((kind, paths[n]) for kind, paths in further.items())]
+        runs += [("perturbed", path) for path in starts[n]]
+        files += [(side, kind, path) for kind, path in runs if path is not None]
     tables, left_out = read_tables(
-        [path for *_, path in files], [side for _, side, _ in files], rules, at_events
+        [path for *_, path in files], [side for side, *_ in files], rules, at_events
     )
-    sides: dict[str, dict[str, Any]] = {"a": {"perturbed": []}, "b": {"perturbed": []}}
-    for (kind, side, _), table in zip(files, tables, strict=True):
-        sides[side][kind] = [*sides[side][kind], table] if kind == "perturbed" else table
-    for side, refinement in (("a", refinement_a), ("b", refinement_b)):
-        sides[side]["refinement"] = _factor_and_order(refinement, f"--refinement-{side}")
-    first, second = (Recorded(**sides[side]) for side in "ab")
+
+    def recorded(side: str, refinement: str | None) -> Recorded:
+        own = [(kind, table) for (of, kind, _), table in zip(files, tables, strict=True) if of == side]
+        return Recorded(
+            **{kind: table for kind, table in own if kind != "perturbed"},
+            perturbed=[table for kind, table in own if kind == "perturbed"],
+            refinement=_factor_and_order(refinement, f"--refinement-{side}"),
+        )
+
+    first, second = recorded("a", refinement_a), recorded("b", refinement_b)
     loaded, warnings = (
         (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
     )
     gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
-    limits = {
-        "--tolerance": tolerance is not None,
-        "--time-tolerance": bool(time_tolerance),
+    unused = {
+        "--tolerance": tolerance,
+        "--time-tolerance": time_tolerance,
         "--share": share < 1,
-        "the gate": bool(gate),
+        "the gate": gate,
     }
     if loaded is not None:
         tolerance = loaded.tolerance if tolerance is None else tolerance
         time_tolerance = (loaded.time_tolerance or None) if time_tolerance is None else time_tolerance
-    unused = [name for name, is_given in limits.items() if is_given]
+    why = " without a tolerance"
     if finer_a is not None:
-        unused = [f"{name} has no effect: the uncertainty from finer runs decides" for name in unused]
+        why = ": the uncertainty from finer runs decides"
+    elif tolerance is None:
+        del unused["--tolerance"], unused["the gate"]
     else:
-        needed = ("--time-tolerance", "--share") if tolerance is None else ()
-        unused = [f"{name} has no effect without a tolerance" for name in unused if name in needed]
+        unused = {}
+    warnings = (*left_out, *warnings, *(f"{name} has no effect{why}" for name, on in unused.items() if on))
 
     def command_with(tolerance: float | None) -> str:
-        options = {
+        given = {
             "--scene": scene,
             "--mapping": mapping,
             "--tolerance": None if tolerance is None else f"{tolerance:g}",
@@ -137,8 +139,8 @@ def compare(
             "--refinement-a": refinement_a,
             "--refinement-b": refinement_b,
         }
-        words = [(name, value) for name, value in options.items() if value is not None]
-        words += [(f"--{kind}-{side}", path) for kind, side, path in files if kind != "base"]
+        words = [(name, value) for name, value in given.items() if value is not None]
+        words += [(f"--{kind}-{side}", path) for side, kind, path in files if kind != "base"]
         return command_line("compare", [str(a), str(b)], {}, [str(word) for pair in words for word in pair])
 
     command = command_with(tolerance)
@@ -154,7 +156,7 @@ def compare(
         period=period,
         labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
         command=command,
-        warnings=(*left_out, *warnings, *unused),
+        warnings=warnings,
         only=None if rules is None else rules.compare,
     )
     if tolerance is None and finer_a is None:

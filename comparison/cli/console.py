@@ -17,21 +17,10 @@ from pathlib import Path
 import typer
 
 INTERRUPTED = 130
-_COLOURS = {
-    "agree": "green",
-    "differ": "red",
-    "cannot compare": "red",
-    "indeterminate": "yellow",
-    "undecided": "yellow",
-}
+_COLOURS = {"agree": "green", "differ": "red", "cannot compare": "red", "indeterminate": "yellow"}
 _HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of what a terminal would obey instead of showing it."""
 _LEAST = 12  # columns of a text that is cut
-
-
-class _Warnings(logging.Handler):
-    def emit(self, record: logging.LogRecord) -> None:
-        warn([record.getMessage()])
 
 
 @contextmanager
@@ -44,7 +33,8 @@ def session(*, program: bool) -> Iterator[None]:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # such as in an ASCII locale
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home that cannot be written
-    logger, handler = logging.getLogger("comparison"), _Warnings(logging.WARNING)
+    logger, handler = logging.getLogger("comparison"), logging.Handler(logging.WARNING)
+    handler.emit = lambda record: warn([record.getMessage()])  # type: ignore[method-assign]
     logger.addHandler(handler)
     try:
         with warnings.catch_warnings():
@@ -75,11 +65,6 @@ def print_json(value: object) -> int:
     return 0
 
 
-def _width() -> int:
-    """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
-    return shutil.get_terminal_size((80, 24)).columns
-
-
 def printable(text: str) -> str:
     r"""Escape what is not shown by itself: ``\x1b``, but for the colours of this module."""
     return "".join(
@@ -96,14 +81,15 @@ def coloured(text: str) -> str:
     return text if colour is None else typer.style(text, fg=colour)
 
 
+def _width() -> int:
+    """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
+    return shutil.get_terminal_size((80, 24)).columns
+
+
 def columns(
     rows: Sequence[Sequence[str]], *, right: Collection[int] = (), verdict: int | None = None
 ) -> list[str]:
-    """Return rows (the headings among them) as aligned lines; no column is left out.
-
-    Columns named in ``right`` are aligned to the right, that of the verdict is coloured. Where lines are
-    longer than the terminal, text in the last column is cut.
-    """
+    """Return rows, the headings first, as aligned lines; too long text in the last column is cut."""
     rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     last = len(widths) - 1
@@ -124,10 +110,7 @@ def columns(
 
 
 def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]:
-    """Return a text as lines no longer than the terminal is wide; names and paths are not broken.
-
-    The first line begins with ``first``, the others with ``rest`` or are indented alike.
-    """
+    """Return a text as lines that fit, indented by ``first`` and ``rest``; no name is broken."""
     return textwrap.wrap(
         printable(text),
         max(_width(), 40),
@@ -140,8 +123,7 @@ def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]
 
 def warn(warnings: Sequence[str]) -> None:
     """Print warnings to stderr."""
-    for warning in warnings:
-        say(f"sixbar: warning: {' '.join(warning.split())}", err=True)
+    say(*(f"sixbar: warning: {' '.join(warning.split())}" for warning in warnings), err=True)
 
 
 def warn_about_the_cache() -> None:

@@ -16,7 +16,6 @@ from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
-    from comparison.words.record import Case
 
 BASELINE = Path("sixbar-baseline.toml")
 SHOWN = 20  # lines of regressions on a terminal; the files hold all
@@ -44,9 +43,10 @@ def gate(
     SCENE: shipped names or TOML files; by default those of the baseline.
     """
     from comparison.execution.pool import cpus
-    from comparison.files import check_folder, expanded
-    from comparison.regression.baseline import read, scenes_of
+    from comparison.files import check_folder, expanded, replacing_in, write_json
     from comparison.regression.check import gate as hold_against
+    from comparison.regression.record import read, scenes_of
+    from comparison.report.ci import write_job_summary, write_junit
     from comparison.scene import load_scene
     from comparison.words.regression import cases, message, notes, summary
 
@@ -76,29 +76,17 @@ def gate(
     }
     if json:
         print_json(numbers)
-    say(str(_write(checks, summary(result), numbers, folder)), err=json)
-    return result.exit_code
-
-
-def _write(checks: Sequence[Case], sentence: str, numbers: dict[str, Any], folder: Path) -> Path:
-    """Write JSON, JUnit XML and the Markdown summary, and return the path of the latter."""
-    from comparison.files import replacing_in, write_json
-    from comparison.report.ci import write_job_summary, write_junit
-
     counts: dict[tuple[str, str], Counter[str]] = {}
     for case in checks:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
+    sentences = [f"{summary(result)}.", *(f"Note: {note}." for note in remarks)]
     with replacing_in(folder) as part:
         write_junit(checks, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")
         write_job_summary(
             part / "summary.md",
             title="Has a model changed since its baseline?",
-            sentences=[
-                f"{sentence}.",
-                *(f"Note: {note}." for note in numbers["notes"]),
-                f"Made by: {numbers['command']}",
-            ],
+            sentences=[*sentences, f"Made by: {numbers['command']}"],
             headings=("scene", "run", "passed", "failed", "skipped"),
             rows=[
                 (*group, str(n["passed"]), str(n["failed"] + n["error"]), str(n["skipped"]))
@@ -106,13 +94,13 @@ def _write(checks: Sequence[Case], sentence: str, numbers: dict[str, Any], folde
             ],
             cases=checks,
         )
-    return folder / "summary.md"
+    say(str(folder / "summary.md"), err=json)
+    return result.exit_code
 
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.baseline import read, scenes_of, write
-    from comparison.regression.record import renewed
+    from comparison.regression.record import read, renewed, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)

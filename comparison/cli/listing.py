@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
+from comparison.cli import options
 from comparison.cli.console import columns, print_json, say, say_wrapped, warn
-from comparison.cli.options import AsJson, Overrides, SceneName, scene_names
 
 
-def scenes(json: AsJson = False) -> int:
+def scenes(json: options.AsJson = False) -> int:
     """List the shipped scenes."""
     from comparison.scene import load_scene, shipped_scenes
 
@@ -43,10 +43,9 @@ def scenes(json: AsJson = False) -> int:
 
 def channels(
     scene: Annotated[
-        str | None,
-        typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names),
+        str | None, typer.Argument(metavar="SCENE", hidden=True, autocompletion=options.scene_names)
     ] = None,
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> int:
     """List the channels of a table with unit and group.
 
@@ -65,7 +64,7 @@ def channels(
     return 0
 
 
-def plan(scene: SceneName, overrides: Overrides = None, json: AsJson = False) -> int:
+def plan(scene: options.SceneName, overrides: options.Overrides = None, json: options.AsJson = False) -> int:
     """Show what each model integrates for a scene, and the cost.
 
     Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.

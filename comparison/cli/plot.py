@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from comparison.tables.table import Table
 
 MOST_CHANNELS = 30
-_Start = Annotated[float | None, options.option("SECONDS", "Start of the time shown.", "--from")]
-_End = Annotated[float | None, options.option("SECONDS", "End of the time shown.", "--to")]
 _Tables = Annotated[list[Path], typer.Argument(metavar="TABLE", hidden=True)]
 
 
@@ -27,8 +25,8 @@ def plot(
         str, options.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
     ] = "slider_x",
     out: Annotated[Path | None, options.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
-    start: _Start = None,
-    end: _End = None,
+    start: Annotated[float | None, options.option("SECONDS", "Start of the time shown.", "--from")] = None,
+    end: Annotated[float | None, options.option("SECONDS", "End of the time shown.", "--to")] = None,
 ) -> int:
     """Draw channels of one table, or of two over each other."""
     from comparison.report.figures import picture, write_picture
@@ -60,8 +58,7 @@ def animate(
 
     path = options.to_write(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
-    named = ["--scene", scene] if scene is not None else []
-    command = shlex.join(["sixbar", "animate", *map(str, tables), *named])
+    command = shlex.join(["sixbar", "animate", *map(str, tables), *(["--scene", scene] if scene else [])])
     data = load_scene(scene).data if scene is not None else recorded_scene(read)
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, data, path, title=title, command=command)))
@@ -73,10 +70,7 @@ def _usual(tables: list[Path], end: str) -> Path:
 
 
 def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
-    """Read one table or two, by their names, and reject numbers of these channels that cannot be drawn.
-
-    Whether channels are missing is said by what draws them.
-    """
+    """Read one table or two by their names; refuse numbers of these channels that cannot be drawn."""
     from comparison.tables.table import check
     from comparison.tables.table_files import read
 

@@ -11,18 +11,13 @@ BETWEEN_LINES = 10.0
 """s; at least so long between two lines of progress in a log."""
 SILENCE = 60.0
 """s; a line after this time even if little has changed."""
-
-
 Reporter = Callable[..., None]
 """What a command tells its finished share, 0 to 1, and what has just been finished ("" where nothing)."""
 
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
-    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked.
-
-    Before it stands a warning where results cannot be kept in the usual place.
-    """
+    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
     warn_about_the_cache()
     if quiet:
         yield _silence
@@ -37,8 +32,7 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
             task = bar.add_task(text, total=1.0)
 
             def show(share: float, finished: str = "") -> None:
-                named = f"{text}, {finished}" if finished else None
-                bar.update(task, completed=share, description=named)
+                bar.update(task, completed=share, description=f"{text}, {finished}" if finished else None)
 
             yield show
 
@@ -64,10 +58,9 @@ class Lines:
         now = self._clock()
         self._first = start, before = self._first or (now, share)
         self._finished = finished or self._finished
-        since = now - self._printed
         # The small addend undoes the rounding of the difference alone.
         changed = self._finished or share - self._shown >= 0.1 - 1e-9
-        if share >= 1.0 or since < (BETWEEN_LINES if changed else SILENCE):
+        if share >= 1.0 or now - self._printed < (BETWEEN_LINES if changed else SILENCE):
             return
         line = f"{share:.0%}"
         if share > before:  # cached runs are there at once, and tell nothing about the others

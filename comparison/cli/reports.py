@@ -48,8 +48,7 @@ def times() -> str:
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
-            names = ("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR")
-            environment = os.environ | dict.fromkeys(names, str(Path(folder, cache)))
+            place = dict.fromkeys(("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR"), f"{folder}/{cache}")
             command = [
                 sys.executable,
                 "-m",
@@ -61,7 +60,7 @@ def times() -> str:
                 f"{folder}/out",
             ]
             begun = time.perf_counter()
-            subprocess.run(command, env=environment, check=True, capture_output=True)
+            subprocess.run(command, env=os.environ | place, check=True, capture_output=True)
             seconds.append(f"{time.perf_counter() - begun:.0f} s")
     quick, cold, stored = seconds
     return (
@@ -73,19 +72,18 @@ def times() -> str:
 def generated(readmes: dict[str, str], measured: str) -> str:
     """Return what the README has between its markers, from those of the studies, by name."""
     rates = [f"- [{name}](reports/{name}/README.md): {finding(readmes[name])}" for name in OF_THE_VERDICT]
-    tested = ["The verdict itself, tested:", "", *rates]
-    verdicts = readmes["verdicts"]
-    table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
-    return "\n".join([table, "", *tested, "", measured.strip()])
+    _, bar, table = readmes["verdicts"].partition("\n|")  # and what stands below it
+    return "\n".join(
+        [(bar + table).strip(), "", "The verdict itself, tested:", "", *rates, "", measured.strip()]
+    )
 
 
 def with_generated(readme: str, text: str) -> str:
     """Return a README with the text between its markers replaced; `ValueError` where these are missing."""
-    before, begin, rest = readme.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
+    parts = re.split(f"({BEGIN}|{END})", readme)
+    if len(parts) != 5 or parts[1] != BEGIN:
         raise ValueError(f"README.md: the markers {BEGIN!r} and {END!r} are missing")
-    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
+    return "".join([*parts[:2], f"\n\n{text}\n\n", *parts[3:]])
 
 
 def main(*, small: bool = False) -> None:

@@ -12,8 +12,9 @@ from typing import Any
 from comparison.cli.console import columns, wrapped
 from comparison.files import replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
-from comparison.report import templates, write_report
 from comparison.report.ci import write_job_summary, write_junit
+from comparison.report.page import render
+from comparison.report.templates import origin
 from comparison.tables.table_files import write
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import Validation
@@ -87,7 +88,9 @@ def write_page(
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(comparisons, folder, title=title, command=command, origin=templates.origin())
+    path = folder / "report.html"
+    write_text(render(comparisons, title=title, command=command, origin=origin()), path)
+    return path
 
 
 def write_validation(

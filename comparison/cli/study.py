@@ -14,10 +14,10 @@ from comparison.cli.console import columns, say, warn
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
+_SHOWN = 5  # rows of a sweep on the terminal
 _OutStudy = Annotated[
     Path | None, options.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
 ]
-_SHOWN = 5  # rows of a sweep on the terminal
 
 
 class _Studies(TyperGroup):

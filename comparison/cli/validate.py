@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +37,7 @@ Pair = tuple[str, str]
 class _Request:
     """What a user asks to be validated, and to be shown."""
 
-    scenes: Sequence[str]
+    names: Sequence[str]
     changes: dict[str, object]
     accuracy: str | None
     tiers: Sequence[str]
@@ -48,16 +47,12 @@ class _Request:
     quiet: bool
     json: bool
 
-    def options(self, models: Sequence[str]) -> list[str]:
-        """Options of the command that does the same."""
-        from comparison.verdict.validate import options as repeating
-
-        return repeating(models, self.accuracy, self.tiers)
-
     def command(self, models: Sequence[str]) -> str:
+        """Return the command that does the same."""
         from comparison.scene import command_line
+        from comparison.verdict.validate import options
 
-        return command_line("validate", self.scenes, self.changes, self.options(models))
+        return command_line("validate", self.names, self.changes, options(models, self.accuracy, self.tiers))
 
 
 def validate(
@@ -101,10 +96,7 @@ def validate(
 
 
 def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[int, dict[str, Any]]:
-    """Validate two models, print the verdicts, write the report; return the exit code and the summary.
-
-    The summary is empty if Ctrl-C came before a scene was finished.
-    """
+    """Validate two models, write the report; return exit code and summary, {} if nothing was finished."""
     from comparison.cli.results import verdict_lines, write_validation
     from comparison.files import check_folder, plain
     from comparison.models import MODELS
@@ -114,18 +106,19 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     from comparison.words import verdicts as words
     from comparison.words.record import as_mapping
 
-    names = request.scenes or ([options.MAIN] if "tight" not in request.tiers else shipped_scenes())
-    scenes = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
-    _check(scenes, models, request.accuracy)
-    usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
+    names = request.names or ([options.MAIN] if "tight" not in request.tiers else shipped_scenes())
+    asked = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
+    _check(asked, models, request.accuracy)
+    usual = asked[0].name if len(asked) == 1 else name_with("validate", request.changes)
     folder, command = check_folder(out or options.REPORTS / usual), request.command(models)
-    title = f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].name
-    with progress(title, quiet=request.quiet) as report:
-        results = _validate_batches(scenes, models, request, report)
+    with progress(
+        asked[0].name if len(asked) == 1 else f"{len(asked)} scenes", quiet=request.quiet
+    ) as report:
+        results = _validate_batches(asked, models, request, report)
     if not results:
         return INTERRUPTED, {}
-    missing = [scene.name for scene in scenes[len(results) :]]
-    scenes, comparisons = scenes[: len(results)], [result.comparison for result in results]
+    scenes, missing = asked[: len(results)], [scene.name for scene in asked[len(results) :]]
+    comparisons = [result.comparison for result in results]
     codes = [
         70 if result.crashed else EXIT_CODES[tier.verdict]
         for result in results
@@ -180,47 +173,43 @@ def _validate_batches(
     compare", crashed unless it is a refusal of the input, which is raised before any scene is finished.
     """
     from comparison.accuracy.refine import family
+    from comparison.verdict import validate as judge
     from comparison.verdict.results import no_comparison
-    from comparison.verdict.validate import Validation
-    from comparison.verdict.validate import validate as validate_scenes
 
     costs = [sum(job.cost for model in models for _, job in family(scene, model)) for scene in scenes]
-    # One scene has some twenty runs, but two or three of them take most of its time.
-    size = max(1, request.jobs // 2)
-    waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     results: list[Validation] = []
     most = 0.0
 
-    def progress_of(done: float, cost: float, share: float) -> None:
-        nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
-        most = max(most, (done + cost * share) / sum(costs))
-        report(most)
+    def judged(batch: range, tiers: Sequence[str]) -> list[Validation]:
+        done, cost = sum(costs[: batch.start]), sum(costs[number] for number in batch)
 
+        def progressed(share: float) -> None:
+            nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
+            most = max(most, (done + cost * share * len(tiers) / len(request.tiers)) / sum(costs))
+            report(most)
+
+        return judge.validate(
+            [scenes[number] for number in batch],
+            models=models,
+            n_jobs=request.jobs,
+            accuracy=request.accuracy,
+            tiers=tiers,
+            on_progress=progressed,
+        )
+
+    # One scene has some twenty runs, but two or three of them take most of its time.
+    size = max(1, request.jobs // 2)
+    waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     with suppress(KeyboardInterrupt):
         if len(scenes) > 1:
             # A first verdict before the tight tier and the other scenes compile code of their own.
             with suppress(Exception):  # raised again, and reported, by the scene's own batch
-                (first,) = validate_scenes(
-                    scenes[:1],
-                    models=models,
-                    n_jobs=request.jobs,
-                    accuracy=request.accuracy,
-                    tiers=request.tiers[:1],
-                    on_progress=partial(progress_of, 0.0, costs[0] / len(request.tiers)),
-                )
+                (first,) = judged(range(1), request.tiers[:1])
                 report(most, f"{first.comparison.name}, standard tier: {first.comparison.verdict}")
         while waiting:
             batch = waiting.pop(0)
-            done, cost = sum(costs[: batch.start]), sum(costs[batch.start : batch.stop])
             try:
-                results += validate_scenes(
-                    [scenes[number] for number in batch],
-                    models=models,
-                    n_jobs=request.jobs,
-                    accuracy=request.accuracy,
-                    tiers=request.tiers,
-                    on_progress=partial(progress_of, done, cost),
-                )
+                results += judged(batch, request.tiers)
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is
                     waiting = [range(number, number + 1) for number in batch] + waiting
@@ -228,23 +217,20 @@ def _validate_batches(
                 if is_refusal(error) and not results:
                     raise
                 scene, (message, code) = scenes[batch.start], described(error)
-                message = " ".join(message.split())
-                command = scene.command("validate", *request.options(models))
-                refusal = no_comparison(scene, message, labels=models, command=command, tier="standard")
-                results.append(Validation(refusal, crashed=code == 70))
+                command = scene.command("validate", *judge.options(models, request.accuracy, request.tiers))
+                refusal = no_comparison(
+                    scene, " ".join(message.split()), labels=models, command=command, tier="standard"
+                )
+                results.append(judge.Validation(refusal, crashed=code == 70))
             last = results[-1].comparison
             verdicts = ", ".join(dict.fromkeys(tier.verdict for tier in last.tiers))
             text = f"{len(results)} of {len(scenes)} scenes; {last.name}: {verdicts}"
-            report((done + cost) / sum(costs), text)
+            report(sum(costs[: batch.stop]) / sum(costs), text)
     return results
 
 
 def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
-    """Validate all pairs of models and write the page of all of them; return the worst exit code.
-
-    The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
-    Ctrl-C ends with the report of the pair under way: no page of all models is written.
-    """
+    """Validate all pairs of models and write the page of all; after Ctrl-C no such page is written."""
     from comparison.files import check_folder, write_json
     from comparison.report.other_pages import Row, write_pairwise
     from comparison.verdict.results import exit_code
@@ -264,14 +250,14 @@ def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> t
     for scenes in zip(*results.values(), strict=True):
         of_pairs = dict(zip(results, scenes, strict=True))
         verdicts = {pair: scene["verdict"] for pair, scene in of_pairs.items()}
-        row = Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), of_pairs)
-        rows.append(row)
+        found, name = standing(models, verdicts), scenes[0]["name"]
+        rows.append(Row(name, scenes[0]["title"], found, of_pairs))
         records.append(
             {
-                "name": row.name,
-                "outcome": row.standing.outcome,
-                "outlier": row.standing.outlier,
-                "sentence": sentence(row.standing),
+                "name": name,
+                "outcome": found.outcome,
+                "outlier": found.outlier,
+                "sentence": sentence(found),
                 "verdicts": {" and ".join(pair): verdict for pair, verdict in verdicts.items()},
             }
         )
@@ -279,9 +265,9 @@ def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> t
     page = write_pairwise(rows, folder, models=models, command=command)
     summary = {"command": command, "exit_code": code, "models": models, "scenes": records}
     write_json(summary, folder / "summary.json")
-    width = max(len(row.name) for row in rows)
+    width = max(len(record["name"]) for record in records)
     say("all together:", err=request.json)
-    for row in rows:
-        say(*wrapped(sentence(row.standing), first=f"{row.name:<{width}}  "), err=request.json)
+    for record in records:
+        say(*wrapped(record["sentence"], first=f"{record['name']:<{width}}  "), err=request.json)
     say(str(page), err=request.json)
     return code, summary

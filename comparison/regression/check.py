@@ -16,13 +16,16 @@ import numpy as np
 from comparison.accuracy.levels import thresholds, thresholds_record
 from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.models import platform_name, versions
-from comparison.regression.baseline import Baseline, Checkpoint, RunRecord, physics_hash
 from comparison.regression.record import (
     CONFIRMING,
+    Baseline,
+    Checkpoint,
+    RunRecord,
     Which,
     counters,
     gated_runs,
     neighbours,
+    physics_hash,
     scatter,
     settings,
 )
@@ -56,18 +59,16 @@ class Kind(Enum):
 
 
 Found = tuple[Kind | None, dict[str, Any]]
+Runs = Mapping[tuple[str, Which], RunRecord]
 _NOTHING: Found = (None, {})
 
 
 class Check(NamedTuple):
-    """One check of a scene, or of one of its runs; ``kind`` is None where it found nothing.
-
-    ``name`` is the channel, "settings", "counters", "run", "scene" or "thresholds".
-    """
+    """One check of a scene or of one of its runs, by its item; ``kind`` is None where it found nothing."""
 
     scene: str
     run: Which | None
-    name: str
+    name: str  # the channel, "settings", "counters", "run", "scene" or "thresholds"
     kind: Kind | None
     data: dict[str, Any]
 
@@ -120,44 +121,41 @@ def gate(
     on_progress: Progress | None = None,
 ) -> Gate:
     """Run scenes and compare them with the baseline, of which other scenes are gone."""
-    held = [scene for scene in scenes if scene.name in baseline.scenes]
-    planned = {(scene.name, which): job for scene in held for which, job in gated_runs(scene).items()}
-    outcomes = run_all(list(planned.values()), n_jobs, on_progress)
-    present = {key: (job, outcome) for (key, job), outcome in zip(planned.items(), outcomes, strict=True)}
-    known = {
-        (scene.name, which): record
-        for scene in held
-        for which, record in baseline.scenes[scene.name].runs.items()
-    }
-    platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
+    known = baseline.scenes
+    held = [scene for scene in scenes if scene.name in known]
+    jobs = {(scene.name, which): job for scene in held for which, job in gated_runs(scene).items()}
+    outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
     there, here = baseline.versions, versions()
-    names = [name for name in {**there, **here} if there.get(name) != here.get(name)]
-    changed = {name: (there.get(name), here.get(name)) for name in names}
-    records, excused = _confirmed(known, present, n_jobs)
+    platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
+    changed = {
+        name: (there.get(name), here.get(name))
+        for name in {**there, **here}
+        if there.get(name) != here.get(name)
+    }
+    stored = {(scene.name, which): run for scene in held for which, run in known[scene.name].runs.items()}
+    records, excused = _confirmed(stored, jobs, outcomes, n_jobs)
     # The verdicts are judged by the numbers whose error rates the baseline holds.
     same = thresholds_record() == baseline.thresholds
     checks = [Check("thresholds", None, "thresholds", None if same else Kind.THRESHOLDS, {})]
-    checks += [
-        Check(name, None, "scene", Kind.SCENE_GONE, {"source": baseline.scenes[name].source}) for name in gone
-    ]
+    checks += [Check(name, None, "scene", Kind.SCENE_GONE, {"source": known[name].source}) for name in gone]
     for scene in scenes:
-        if scene.name not in baseline.scenes:
+        if scene.name not in known:
             checks.append(Check(scene.name, None, "scene", Kind.NEW_SCENE, {}))
         # What only one of the two sides has is a regression.
-        for key in [key for key in {**present, **records} if key[0] == scene.name]:
+        for key in [key for key in {**jobs, **records} if key[0] == scene.name]:
             found: dict[str, Found]
-            if key not in present or key not in records:
-                found = {"run": (Kind.RUN_GONE if key not in present else Kind.NEW_RUN, {})}
-            elif (table := present[key][1].table) is None:
-                found = {"run": (Kind.FAILED, dict(zip(("job", "outcome"), present[key], strict=True)))}
+            if key not in jobs or key not in records:
+                found = {"run": (Kind.RUN_GONE if key not in jobs else Kind.NEW_RUN, {})}
+            elif (table := outcomes[key].table) is None:
+                found = {"run": (Kind.FAILED, {"job": jobs[key], "outcome": outcomes[key]})}
             else:
-                found = changes(records[key], present[key][0], table, exact=not (platform or changed))
+                found = _changes(records[key], jobs[key], table, exact=not (platform or changed))
             checks += [Check(*key, name, *deviation) for name, deviation in found.items()]
-    rewritten = [scene.name for scene in held if physics_hash(scene) != baseline.scenes[scene.name].hash]
+    rewritten = [scene.name for scene in held if physics_hash(scene) != known[scene.name].hash]
     return Gate(checks, platform, changed, excused, rewritten)
 
 
-def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Found]:
+def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Found]:
     """Compare settings, counters and every channel of a present run with its record.
 
     Counters are compared exactly on the same platform and with the same versions, else within 5 % or their
@@ -180,12 +178,12 @@ def changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[s
             found[name] = Kind.NEW_CHANNEL, {}
         elif name in record.unpredictable:
             found[name] = Kind.UNPREDICTABLE, {}
-        elif name in record.unexcited:
+        elif name in record.channels:
+            found[name] = _moved(name, record.channels[name], table)
+        else:
             extent = float(np.ptp(table.values(name)))
             still = extent < channels()[name].floor
             found[name] = _NOTHING if still else (Kind.EXCITED, {"extent": extent})
-        else:
-            found[name] = _moved(name, record.channels[name], table)
     return found
 
 
@@ -200,9 +198,7 @@ def _moved(name: str, points: Sequence[Checkpoint], table: Table) -> Found:
     time, before, threshold = np.reshape(points, (-1, 3)).T
     at = _nearest(table, points)
     # A checkpoint's time is rounded to nine digits.
-    missing = np.abs(table.time[at] - time) > 0.01 * float(table.time[-1] - table.time[0]) / (
-        table.time.size - 1
-    )
+    missing = np.abs(table.time[at] - time) > 0.01 * np.ptp(table.time) / (table.time.size - 1)
     if missing.any():
         return Kind.NO_SAMPLE, {"time": time[missing.argmax()]}
     value = table.values(name)[at]
@@ -220,25 +216,28 @@ def _nearest(table: Table, points: Sequence[Checkpoint]) -> list[int]:
 
 
 def _confirmed(
-    records: Mapping[tuple[str, Which], RunRecord],
-    present: Mapping[tuple[str, Which], tuple[Job, Outcome]],
+    records: Runs,
+    jobs: Mapping[tuple[str, Which], Job],
+    outcomes: Mapping[tuple[str, Which], Outcome],
     n_jobs: int,
-) -> tuple[dict[tuple[str, Which], RunRecord], list[Excused]]:
+) -> tuple[Runs, list[Excused]]:
     """Return the records, with thresholds raised that neighbours of the present runs show to be too small."""
 
     def off(record: RunRecord, job: Job, table: Table) -> set[str]:
-        found = changes(record, job, table, exact=False)
+        found = _changes(record, job, table, exact=False)
         return {name for name in record.channels if found[name] != _NOTHING}
 
     doubted = {
-        key: (job, outcome.table, neighbours(job, key[1][1], CONFIRMING))
-        for key, (job, outcome) in present.items()
-        if outcome.table is not None and key in records and off(records[key], job, outcome.table)
+        key: (jobs[key], table, neighbours(jobs[key], key[1][1], CONFIRMING))
+        for key in jobs
+        if key in records
+        and (table := outcomes[key].table) is not None
+        and off(records[key], jobs[key], table)
     }
-    outcomes = iter(run_all([job for *_, jobs in doubted.values() for job in jobs], n_jobs))
+    nearby = iter(run_all([job for *_, others in doubted.values() for job in others], n_jobs))
     raised, excused = dict(records), []
-    for key, (job, table, jobs) in doubted.items():
-        tables = [outcome.table for outcome in [next(outcomes) for _ in jobs] if outcome.table is not None]
+    for key, (job, table, others) in doubted.items():
+        tables = [outcome.table for outcome in [next(nearby) for _ in others] if outcome.table is not None]
         before, k = records[key], thresholds(key[1][1]).k
         wider = dict(before.channels)
         for name in wider.keys() & set(table.channels):

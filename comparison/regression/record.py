@@ -1,4 +1,8 @@
-"""What a baseline records of a run: few samples, where the model's own uncertainty is small, and its work.
+"""Baseline of the models: a text file of few numbers, and what it records of a run.
+
+Three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's settings, and its
+tree at the tight tier. Of each: settings, counters, and some samples, the checkpoints, where the model's own
+uncertainty is small.
 
 A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.channel` but by the
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
@@ -10,36 +14,38 @@ chatter to another one.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+import os
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from math import ceil, cos, floor, log10, pi, sin, sqrt
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
-from pydantic import ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
 from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
 from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.files import contents, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
-from comparison.regression.baseline import (
-    Baseline,
-    BaselineError,
-    Checkpoint,
-    Detection,
-    RunRecord,
-    SceneRecord,
-    parsed,
-    physics_hash,
-    source,
-)
-from comparison.scene import Scene
+from comparison.scene import Scene, digest, load_scene, shipped_scenes
+from comparison.scene.overrides import explain
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels, expected
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, model_uncertainty
+
+Model = TypeVar("Model", bound=BaseModel)
+Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(ge=0, strict=True)]
+Rate = Count | Finite | list[Finite]
+Rates = dict[str, Rate | dict[str, Rate]]
+Which = tuple[str, str]
+"""A model and a tier."""
 
 COUNT = 5
 """Checkpoints of a channel: with ten scenes the file stays near 100 kB."""
@@ -53,8 +59,165 @@ hundredth of a cycle: neighbours are compared within a window wider than that of
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
 
-Which = tuple[str, str]
-"""A model and a tier."""
+HEADER = """\
+# What the models gave when this file was made. `sixbar gate` compares; `sixbar gate --update` makes it anew.
+# A checkpoint is [time in s, value, threshold], the last two in the channel's unit.
+"""
+
+
+# ---- the file
+
+
+class BaselineError(ValueError):
+    """Baseline that cannot be used or created; the message is one line."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Checkpoint(NamedTuple):
+    """A value at a predictable sample (time in s), and how far another run of the model may be from it."""
+
+    time: Finite
+    value: Finite
+    threshold: Positive
+
+
+class RunRecord(_Part):
+    """One run of a model."""
+
+    settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
+    counters: dict[str, Count]  # of the work, and the number of contacts
+    spread: dict[str, Count] = {}  # by how much they differ between runs from starts next to each other
+    unexcited: list[str] = []  # channels in which nothing happens: their range is below their floor
+    unpredictable: list[str] = []  # channels without a predictable sample at which something happens
+    channels: dict[str, list[Checkpoint]]
+
+
+class SceneRecord(_Part):
+    """A scene, the hash of its numbers without the solvers' settings, and its runs by their tier."""
+
+    source: str  # a shipped name, or the path of a file as seen from the baseline's folder
+    hash: str
+    reference: dict[Literal["standard", "tight"], RunRecord] = {}
+    exudyn: dict[Literal["standard", "tight"], RunRecord] = {}
+
+    @property
+    def runs(self) -> dict[Which, RunRecord]:
+        """Its runs by model and tier."""
+        models = {"reference": self.reference, "exudyn": self.exudyn}
+        return {(model, tier): run for model, tiers in models.items() for tier, run in tiers.items()}
+
+
+class Detection(_Part):
+    """Detection power and false-alarm rate of verdicts with `Baseline.thresholds`: counts and limits."""
+
+    false_alarms: Rates
+    detected: Rates
+
+
+class Baseline(_Part):
+    """The whole file; ``thresholds`` is what stood in ``thresholds.toml``."""
+
+    checksum: str = ""  # of the numbers; read and written, and empty in between
+    platform: str
+    versions: dict[str, str]
+    thresholds: dict[str, Any]
+    detection: Detection | None = None
+    scenes: Annotated[dict[str, SceneRecord], Field(min_length=1)]
+
+
+def read(path: Path) -> Baseline:
+    """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
+    baseline = parsed(path, "TOML", tomllib.loads, Baseline)
+    if baseline.checksum != checksum(baseline):
+        fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
+        raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
+    return baseline.model_copy(update={"checksum": ""})
+
+
+def parsed(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
+    """Read a file of a kind; a `BaselineError` tells why it is none, of a bad value where, and the rule."""
+    try:
+        return model.model_validate(load(contents(path)))
+    except FileNotFoundError:
+        fault = "there is no such baseline; sixbar gate --update makes one"
+    except OSError as error:
+        fault = error.strerror or str(error)
+    except RecursionError:
+        fault = "is nested too deeply"
+    except ValidationError as error:  # before its base class ValueError
+        fault = explain(error, model)
+    except ValueError as error:
+        fault = f"is not {kind} text: {' '.join(str(error).split())}"
+    raise BaselineError(f"{path}: {fault}")
+
+
+def checksum(baseline: Baseline) -> str:
+    """Return a hash of the numbers, whatever the layout of the text."""
+    return digest(baseline.model_dump(mode="json", exclude={"checksum"}))
+
+
+def physics_hash(scene: Scene) -> str:
+    """Hash of a scene's numbers without the solvers' settings, which the baseline holds itself."""
+    return digest({key: part for key, part in scene.data.items() if key not in ("scene", "solver")})[:16]
+
+
+def source(scene: Scene, folder: Path) -> str:
+    """Return where to find a scene again: its shipped name, or its path relative to a folder."""
+    if scene.source in shipped_scenes():
+        return scene.source
+    return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
+
+
+def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
+    """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
+    found, gone = [], []
+    for name, scene in baseline.scenes.items():
+        if scene.source in shipped_scenes():
+            found.append(load_scene(scene.source))
+        elif (folder / scene.source).is_file():
+            found.append(load_scene(folder / scene.source))
+        else:
+            gone.append(name)
+    return found, gone
+
+
+def write(baseline: Baseline, path: Path) -> Path:
+    """Write a baseline under a temporary name first; equal ones give the same bytes."""
+    lines = [HEADER, f"checksum = {_value(checksum(baseline))}"]
+    lines += [f"{key} = {_value(getattr(baseline, key))}" for key in ("platform", "versions", "thresholds")]
+    if baseline.detection is not None:
+        lines += ["\n[detection]", *(f"{name} = {_value(rates)}" for name, rates in baseline.detection)]
+    for name, scene in baseline.scenes.items():
+        section = f"scenes.{_value(name)}"
+        lines += [f"\n[{section}]", f"source = {_value(scene.source)}", f"hash = {_value(scene.hash)}"]
+        for (model, tier), run in scene.runs.items():
+            lines.append(f"\n[{section}.{model}.{tier}]")
+            for key in ("settings", "counters", "spread", "unexcited", "unpredictable"):
+                if (value := getattr(run, key)) or key in ("settings", "counters"):
+                    lines.append(f"{key} = {_value(value)}")
+            lines.append(f"\n[{section}.{model}.{tier}.channels]")
+            for channel, points in run.channels.items():
+                lines += [f"{channel} = [", *(f"  {_value([*point])}," for point in points), "]"]
+    write_text("\n".join(lines) + "\n", path)
+    return path
+
+
+def _value(value: object) -> str:
+    """Return a value as TOML in one line."""
+    if isinstance(value, Mapping):
+        keys = {key: key.replace("_", "").replace("-", "") for key in value}
+        bare = {key: key if text.isalnum() and key.isascii() else _value(key) for key, text in keys.items()}
+        return f"{{ {', '.join(f'{bare[key]} = {_value(part)}' for key, part in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    # JSON's texts, numbers and truth values are TOML's, which escapes one character more.
+    return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")
+
+
+# ---- what it records
 
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:
@@ -96,15 +259,14 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     ``runs`` are the run, made by ``gated`` at a tier, and the others of its family that give the uncertainty;
     ``neighbours`` those from starts next to its own.
     """
-    limits, scene, time = thresholds(tier), gated.scene, runs.base.time
+    limits, scene, table = thresholds(tier), gated.scene, runs.base
     predictable: dict[str, BoolArray] = {}
-    checkpoints: dict[str, list[Checkpoint]] = {}
-    unexcited, unpredictable = [], []
+    checkpoints, unexcited, unpredictable = {}, [], []
     for name in expected(scene.data):  # positions come before what follows from them
-        channel, values = channels()[name], runs.base.values(name)
+        channel, values = channels()[name], table.values(name)
         u = model_uncertainty(runs, name, scene.period)
         assert u is not None  # every model of ours can be refined
-        u = np.maximum(u, scatter(gated, runs.base, neighbours, name))
+        u = np.maximum(u, scatter(gated, table, neighbours, name))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
@@ -116,10 +278,11 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
             unpredictable.append(name)
         else:
             at = candidates[np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))]
-            checkpoints[name] = [_checkpoint(time[i], float(values[i]), limits.k * u[i]) for i in at]
+            rows = zip(table.time[at], values[at], limits.k * u[at], strict=True)
+            checkpoints[name] = [_checkpoint(*map(float, row)) for row in rows]
     return RunRecord(
-        settings=settings(scene.data, runs.base, gated.model),
-        counters=counters(runs.base),
+        settings=settings(scene.data, table, gated.model),
+        counters=counters(table),
         spread=_spread(runs, neighbours),
         unexcited=unexcited,
         unpredictable=unpredictable,
@@ -129,7 +292,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
 
 def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
     """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
-    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(threshold))
     return Checkpoint(float(f"{time:.9g}"), round(value, 2 - floor(log10(threshold))), float(rounded))
 
 
@@ -179,18 +342,18 @@ def renewed(
     """
     rates = _rates(folder / RATES, old)
     planned = [
-        (scene, which, gated, dict(family(gated.scene, gated.model)), neighbours(gated, which[1], RECORDED))
+        (scene, which, gated, family(gated.scene, gated.model), neighbours(gated, which[1], RECORDED))
         for scene in scenes
         for which, gated in gated_runs(scene).items()
     ]
-    jobs = [job for *_, levels, others in planned for job in (*levels.values(), *others)]
+    jobs = [job for *_, relatives, others in planned for job in (*(job for _, job in relatives), *others)]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     records: dict[str, Any] = {
         scene.name: {"source": source(scene, folder), "hash": physics_hash(scene)} for scene in scenes
     }
-    for scene, (model, tier), gated, levels, others in planned:
+    for scene, (model, tier), gated, relatives, others in planned:
         tables = {}
-        for kind, job in levels.items():
+        for kind, job in relatives:
             outcome = next(outcomes)
             table = table_of_family(kind, outcome)
             tables[kind] = successful(outcome, job) if table is None else table

@@ -23,11 +23,7 @@ _MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https
 
 
 def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
-    """Write the checks of a command as JUnit XML, atomically; suites are ordered by their first case.
-
-    There is no standard; viewers share ``testsuites``, ``testsuite`` and ``testcase``, with one ``failure``,
-    ``error`` or ``skipped`` with a ``message``.
-    """
+    """Write checks as the JUnit XML that viewers share; suites are ordered by their first case."""
 
     def element(parent: ET.Element | None, tag: str, inside: Sequence[Case] = (), **texts: str) -> ET.Element:
         found = Counter(case.status for case in inside)

@@ -1,6 +1,7 @@
 """Drawings by matplotlib: a scene's static figure, pictures of tables, reliability, work and precision."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.difference import Difference
 from comparison.report import svg
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 from comparison.tables.channels import UNCERTAINTY, channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
@@ -31,10 +32,7 @@ _COLUMNS = 1200  # of a picture's curve: enough to be enlarged three times
 
 
 def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:
-    """Return what is subtracted to draw a channel: from x the guide's centre line (m), else 0.
-
-    A clearance of 0.2 mm is invisible on an axis of half a metre.
-    """
+    """Return what is subtracted to draw a channel: of x the guide's centre line (m), else 0."""
     if channel.channel != "slider_x" or scene.scene is None:
         return 0.0
     return float(scene.scene["mechanism"]["guide_x"])
@@ -127,17 +125,23 @@ def picture(
     start: float | None = None,
     end: float | None = None,
 ) -> Picture:
-    """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded.
-
-    `TableError` if a table lacks a channel, or has no two samples between start and end.
-    """
-    parts = {label: _between(table, label, start, end) for label, table in tables.items()}
+    """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded."""
+    low, high = -np.inf if start is None else start, np.inf if end is None else end
+    parts = {
+        label: replace(table, frame=table.frame[table.frame["time"].between(low, high)])
+        for label, table in tables.items()
+    }
+    for label, part in parts.items():
+        if len(part.frame) < 2:
+            time = tables[label].time
+            its = f"{time.min(initial=np.inf):g} s to {time.max(initial=-np.inf):g} s"
+            raise TableError(f"{label}: fewer than two samples are shown; its time is {its}")
     with svg.style():
         figure = Picture(layout="constrained")
         figure.set_figheight(max(2.2, 1.35 * len(names) + 0.8))
         axes = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
         for panel, name in zip(axes, names, strict=True):
-            _panel(panel, name, tables, parts)
+            _panel(panel, name, parts)
         axes[-1].set_xlabel("time (s)")
         figure.align_ylabels(axes)
         if len(tables) > 1:
@@ -146,17 +150,7 @@ def picture(
     return figure
 
 
-def _between(table: Table, label: str, start: float | None, end: float | None) -> BoolArray:
-    time = table.time
-    low, high = -np.inf if start is None else start, np.inf if end is None else end
-    kept: BoolArray = (time >= low) & (time <= high)
-    if kept.sum() < 2:
-        its = f"{time.min(initial=np.inf):g} s to {time.max(initial=-np.inf):g} s"
-        raise TableError(f"{label}: fewer than two samples are shown; its time is {its}")
-    return kept
-
-
-def _panel(panel: Axes, name: str, tables: Mapping[str, Table], parts: Mapping[str, BoolArray]) -> None:
+def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
     for label, table in tables.items():
         if name not in table.frame:
             raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
@@ -166,13 +160,11 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], parts: Mapping[s
         title = f"estimated error of {title}"
     if name == "slider_x" and (guide := _guide(next(iter(tables.values())))) is not None:
         title, zero = "slider x − guide", guide
-    curves = [
-        (table.time[parts[label]], table.values(name)[parts[label]] - zero) for label, table in tables.items()
-    ]
+    curves = [(table.time, table.values(name) - zero) for table in tables.values()]
     factor = _curves(panel, curves, title, known.unit if known else "", _COLUMNS)
-    for (label, table), (time, values), line in zip(tables.items(), curves, panel.lines, strict=True):
+    for table, (time, values), line in zip(tables.values(), curves, panel.lines, strict=True):
         if name + UNCERTAINTY in table.frame:
-            u = table.values(name + UNCERTAINTY)[parts[label]]
+            u = table.values(name + UNCERTAINTY)
             low, high = (values - u) / factor, (values + u) / factor
             kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
             panel.fill_between(time[kept], low[kept], high[kept], color=line.get_color(), alpha=0.25, lw=0)

@@ -69,10 +69,7 @@ def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
 def write_animation(
     tables: Mapping[str, Table], scene: Mapping[str, Any], path: Path, *, title: str, command: str
 ) -> Path:
-    """Write the animation of one table, or two over each other at the times of the first, into a file.
-
-    `TableError` without the slider's position or two samples, or where the press cannot be assembled.
-    """
+    """Write the animation of one table, or two over each other at the times of the first, into a file."""
     for label, table in tables.items():
         if missing := [name for name in MOTION if name not in table.channels]:
             needs = f"an animation needs {', '.join(MOTION)}"

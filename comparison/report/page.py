@@ -1,11 +1,9 @@
 """The report: one self-contained HTML file of the verdict, the worst channel, an overview and the scenes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isnan
-from pathlib import Path
 from typing import Any
 
-from comparison.files import write_text
 from comparison.formatting import number, percent
 from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
@@ -13,7 +11,7 @@ from comparison.report import tables
 from comparison.report.figures import channel_figure
 from comparison.report.plots import independent, scene_plots, shown
 from comparison.report.schematic import schematic
-from comparison.report.templates import Origin, interactive_page
+from comparison.report.templates import interactive_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.words import cards, differences, verdicts
 from comparison.words.reliability import notes
@@ -25,27 +23,14 @@ _BUILT_IN = {
 """What a built-in model is, for its label."""
 
 
-def write_report(
+def render(
     comparisons: Sequence[SceneComparison],
-    out: Path,
     *,
     title: str,
     command: str,
-    origin: Origin | None = None,
-) -> Path:
-    """Write ``report.html`` of scenes into a folder; equal arguments give identical bytes.
-
-    ``command`` reproduces the whole report; where it comes from is stated if it is given.
-    """
-    path = out / "report.html"
-    write_text(render(comparisons, title=title, command=command, origin=origin), path)
-    return path
-
-
-def render(
-    comparisons: Sequence[SceneComparison], *, title: str, command: str, origin: Origin | None = None
+    origin: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the page as text; see `write_report`."""
+    """Return the page of scenes, which ``command`` reproduces; equal arguments give identical text."""
     # Equally severe scenes stay in their order.
     scenes = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
     cells = [(scene, tier, f"s{n}-{tier.tier}") for n, scene in enumerate(scenes) for tier in scene.tiers]
@@ -91,7 +76,7 @@ def render(
         card_of=cards.card,
         channel_figure=channel_figure,
         schematic=schematic,
-        by_severity=_by_severity,
+        by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
         plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
         drawn=_drawn,
         independent=independent,
@@ -102,11 +87,6 @@ def render(
         differences=differences,
         notes=notes,
     )
-
-
-def _by_severity(scene: SceneComparison) -> list[SceneComparison]:
-    """Return the tiers of a scene, that with the worst verdict first."""
-    return sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:

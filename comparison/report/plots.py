@@ -10,7 +10,7 @@ import json
 import math
 import zlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -37,11 +37,17 @@ _PULSE = 25  # points of a resolved contact at most
 _UNIFORM = 1e-9  # of the run time: such times are stored by their steps
 
 
-def independent(scene: SceneComparison) -> list[str]:
-    """Return the excited channels but a corner's gaps and friction forces that do not differ.
+class Curve(NamedTuple):
+    """A channel of two or more models, what is subtracted from its values, and how it was judged."""
 
-    These follow from positions and normal forces, which are drawn, and would triple the corners' plots.
-    """
+    channel: Channel
+    zero: float
+    models: Sequence[Array]
+    judged: ChannelComparison | None = None
+
+
+def independent(scene: SceneComparison) -> list[str]:
+    """Return the excited channels but gaps and frictions of corners (they follow from others) that agree."""
     return [
         name
         for name, channel in scene.excited.items()
@@ -59,19 +65,6 @@ def shown(scene: SceneComparison) -> list[ChannelComparison]:
 def scene_plots(scene: SceneComparison) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw."""
     decisive, drawn = scene.decisive or scene.worst_channel, shown(scene)
-    curves = [
-        _curve(
-            channel.definition,
-            relative_to_guide(scene, channel),
-            (channel.a, channel.b),
-            verdict=channel.verdict,
-            # The plotted |a - b| is not what a threshold within a time tolerance limits.
-            limit=None if channel.time_tolerance else channel.threshold,
-            predictable=channel.predictable,
-            beyond=channel.beyond,
-        )
-        for channel in drawn
-    ]
     head = {
         "labels": scene.labels,
         "tier": scene.tier,
@@ -79,6 +72,7 @@ def scene_plots(scene: SceneComparison) -> str:
         "threshold": threshold_name(decisive or drawn[0]) if drawn else "",
         "first": ["slider_x", *([decisive.channel] if decisive is not None else [])],
     }
+    curves = [Curve(c.definition, relative_to_guide(scene, c), (c.a, c.b), c) for c in drawn]
     return _packed(head, scene.time, curves, scene.events, scene.pulses) if drawn else ""
 
 
@@ -90,14 +84,10 @@ def table_plots(
     guide: float,
     pulses: Sequence[Sequence[Pulse]] = (),
 ) -> str:
-    """Return plots of the channels that all tables have, at the times of the first, as Base64.
-
-    ``period`` is that of a crank cycle (s), ``guide`` the centre line that x is measured from (m), and
-    ``pulses`` are each table's contacts resolved in time.
-    """
+    """Return plots of the channels of all tables as Base64; ``guide`` is what x is measured from (m)."""
     time = next(iter(tables.values())).time
     curves = [
-        _curve(
+        Curve(
             channels()[name],
             guide if name == "slider_x" else 0.0,
             [np.interp(time, table.time, table.values(name)) for table in tables.values()],
@@ -110,18 +100,10 @@ def table_plots(
     return _packed(head, time, curves, events, pulses or [()] * len(tables))
 
 
-def _curve(channel: Channel, zero: float, models: Sequence[Array], **judged: Any) -> dict[str, Any]:
-    """Describe a channel to be packed; ``zero`` is subtracted from the values of the models."""
-    nowhere = np.zeros(models[0].shape, dtype=bool)
-    usual = {"verdict": "", "limit": None, "predictable": ~nowhere, "beyond": nowhere}
-    about = {"name": channel.name, "label": channel.label, "unit": pretty_unit(channel.unit)}
-    return about | usual | judged | {"zero": zero, "models": models}
-
-
 def _packed(
     head: dict[str, Any],
     time: Array,
-    curves: Sequence[dict[str, Any]],
+    curves: Sequence[Curve],
     events: Sequence[pd.DataFrame | None],
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
@@ -130,28 +112,33 @@ def _packed(
     even = np.abs(time - time[0] - interval * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
     arrays = [_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8")]
     described = []
-    for curve in curves:
-        first, *others = (np.asarray(values)[kept] - curve["zero"] for values in curve["models"])
+    for channel, zero, models, judged in curves:
+        first, *others = (np.asarray(values)[kept] - zero for values in models)
         # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
         low, high = float(first.min()), float(first.max())
         step = (high - low) / 65534.0 or abs(low) or 1.0
         lowest = math.floor(low / step)
         arrays.append(_integers(np.diff(np.rint(first / step) - lowest, n=2, prepend=[0.0, 0.0])))
         arrays += [_halves(first - other) for other in others]
-        if curve["limit"] is not None:
+        # The plotted |a - b| is not what a threshold within a time tolerance limits.
+        limit = None if judged is None or judged.time_tolerance else judged.threshold
+        if judged is not None and limit is not None:
             # The sign is free: negative where the sample is not predictable.
-            arrays.append(_halves(np.where(curve["predictable"], curve["limit"], -curve["limit"])[kept]))
+            arrays.append(_halves(np.where(judged.predictable, limit, -limit)[kept]))
         described.append(
-            {key: curve[key] for key in ("name", "label", "unit", "verdict")}
-            | {
-                "guide": bool(curve["zero"]),
+            {
+                "name": channel.name,
+                "label": channel.label,
+                "unit": pretty_unit(channel.unit),
+                "verdict": "" if judged is None else judged.verdict,
+                "guide": bool(zero),
                 "grid": [lowest, step],
-                "threshold": curve["limit"] is not None,
-                "outside": np.flatnonzero(curve["beyond"][kept])[:1].tolist(),
+                "threshold": limit is not None,
+                "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept])[:1].tolist(),
             }
         )
     resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
-    names = [curve["name"] for curve in curves]
+    names = [channel["name"] for channel in described]
     head |= {
         "samples": int(kept.size),
         "of": int(time.size),
@@ -167,17 +154,17 @@ def _packed(
     return base64.b64encode(zlib.compress(b"".join(body), 9)).decode()
 
 
-def _kept(curves: Sequence[dict[str, Any]], time: Array) -> NDArray[np.intp]:
+def _kept(curves: Sequence[Curve], time: Array) -> NDArray[np.intp]:
     """Return the indices of the samples to be drawn, increasing."""
     if time.size <= MOST:
         return np.arange(time.size)
     columns = MOST // (4 * len(curves))
     indices = [np.array([0, time.size - 1])]
-    for curve in curves:
-        first, *others = curve["models"]
+    for *_, (first, *others), judged in curves:
         indices.append(envelope(first, columns))
         indices += [upper_envelope(np.abs(first - other), columns) for other in others]
-        indices.append(upper_envelope(curve["beyond"].astype(np.float64), columns))
+        beyond = np.zeros(time.size) if judged is None else judged.beyond.astype(np.float64)
+        indices.append(upper_envelope(beyond, columns))
     return np.unique(np.concatenate(indices))
 
 

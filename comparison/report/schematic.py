@@ -6,7 +6,7 @@ The pages' script moves the same drawing through the run: it addresses the parts
 from cmath import rect
 from collections.abc import Mapping
 from math import radians, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 from markupsafe import Markup
 
@@ -16,15 +16,6 @@ from comparison.report.templates import TEMPLATES
 _SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre, width and height of the enlarged slider
 _GAP = 18.0  # of the drawing is the clearance
 _LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # of the press
-
-
-class Schematic(NamedTuple):
-    """Drawing, its texts, and what the script needs to move it."""
-
-    svg: Markup
-    caption: str
-    alt: str
-    geometry: dict[str, Any]
 
 
 def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, complex] | None:
@@ -50,8 +41,11 @@ def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, co
     return {"O": 0j, "A": A, "B": B, "H": H, "C": C, "F": F}
 
 
-def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
-    """Draw the press of a scene at its start; None without a scene, or where it cannot be assembled."""
+def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Draw the press of a scene at its start, with texts and what the script needs to move it.
+
+    None without a scene, or where the press cannot be assembled.
+    """
     if scene is None:
         return None
     mechanism, drive = scene["mechanism"], scene["drive"]
@@ -87,11 +81,12 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
     caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
     caption += f"slider {_mm(width)} wide and {_mm(length)} long, {held}"
     caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
-    return Schematic(
-        svg=Markup(drawing.replace("\n", "")),
-        caption=caption,
-        alt=f"Schematic of the six-bar press at the start, and its slider in the guide enlarged. {caption}",
-        geometry={
+    about = "Schematic of the six-bar press at the start, and its slider in the guide enlarged."
+    return {
+        "svg": Markup(drawing.replace("\n", "")),
+        "caption": caption,
+        "alt": f"{about} {caption}",
+        "geometry": {
             "mechanism": mechanism,
             "speed": drive["speed_rpm"] * 6.0,
             "view": [scale, origin.real, origin.imag],
@@ -99,7 +94,7 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
             "magnified": _GAP / clearance if clearance else 0.0,
             "slider": list(_SLIDER),
         },
-    )
+    }
 
 
 def _mm(metres: float) -> str:

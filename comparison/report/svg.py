@@ -59,10 +59,7 @@ def style() -> Iterator[None]:
 def panels(
     path: Path, rows: int = 1, columns: int = 1, *, height: float = 3.0, **options: Any
 ) -> Iterator[list[Axes]]:
-    """Draw a figure of panels, ``height`` inches high, with room for a legend above; write it to a file.
-
-    The options are those of `matplotlib.figure.Figure.subplots`, such as ``sharex``.
-    """
+    """Draw a figure of panels, ``height`` inches high, with room for a legend above; write it to a file."""
     with style():
         figure = Figure(layout="constrained")
         figure.set_figheight(height)

@@ -1,15 +1,14 @@
 """The report's tables: channels, contacts, reliability, other measures, runs, the scene's numbers."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics.contacts import SITUATIONS, Impacts
+from comparison.metrics.contacts import SITUATIONS
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
@@ -18,15 +17,8 @@ from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
 from comparison.words.verdicts import SYMBOLS
 
-Column = tuple[str, str, Callable[[Any], str]]
-"""Its heading, the subheading ("" without one), and what it says of a row; Markup is a whole cell."""
-_VERDICT: Column = (
-    "Verdict",
-    "",
-    lambda judged: Markup('<td class="verdict {}">{} {}</td>').format(
-        judged.verdict.split()[0], SYMBOLS.get(judged.verdict, "!"), judged.verdict
-    ),
-)
+Cells = list[tuple[str, str, str]]
+"""A row: of each cell heading, subheading ("" without one) and what it says; Markup is a whole cell."""
 _CONTACTS = {
     "Median duration": ("duration", "median", "s"),
     "Largest normal speed": ("normal_speed", "max", "m/s"),
@@ -63,45 +55,48 @@ class Table(NamedTuple):
     titles: Mapping[str, str]  # of rows, which say more than their names
 
 
-def _table(
-    first: str, columns: Sequence[Column], rows: Mapping[str, Any], titles: Mapping[str, str] | None = None
-) -> Table | None:
+def _table(first: str, rows: Mapping[str, Cells], titles: Mapping[str, str] | None = None) -> Table | None:
     """Return a table; None without a row."""
     groups: dict[str, list[str]] = {}
-    for group, part, _ in columns:
+    for group, part, _ in next(iter(rows.values()), []):
         groups.setdefault(group, []).extend([part] if part else [])
-    cells = {name: [say(row) for *_, say in columns] for name, row in rows.items()}
+    cells = {name: [text for *_, text in row] for name, row in rows.items()}
     return Table(first, list(groups.items()), cells, titles or {}) if rows else None
+
+
+def _verdict(verdict: str) -> Cells:
+    cell = Markup('<td class="verdict {}">{} {}</td>')
+    return [("Verdict", "", cell.format(verdict.split()[0], SYMBOLS.get(verdict, "!"), verdict))]
 
 
 def channel_table(scene: SceneComparison) -> Table | None:
     """Return the channels that were excited, and what their verdicts rest on."""
     excited = scene.excited
-    judged = [channel for channel in excited.values() if channel.threshold is not None]
-    known = any(channel.u is not None for channel in judged)
-    columns: list[Column] = [_VERDICT]
-    if judged:
-        limit = f"{judged[0].limits.k:g}u" if known else "tolerance"
-        within = f"of these ≤ {limit}" if known else "within"
-        columns.append((judged[0].ratio_name, "", lambda c: number(c.ratio, 2)))
-        if known:
-            columns.append(
-                ("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error))
-            )
-        columns += [
-            ("Share of samples", within, lambda c: percent(c.explained)),
-            ("Worst sample", "|E|", lambda c: quantity(c.worst_size, c.unit)),
-            ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
-            ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
-        ]
-    columns += [
-        ("|E| over the whole run", "largest", lambda c: quantity(c.max_difference, c.unit)),
-        ("|E| over the whole run", "RMS", lambda c: quantity(c.rms_difference, c.unit)),
-    ]
-    if judged:
-        columns.append(("Predictable, over time" if known else "Beyond, over time", "", _strip))
-    titles = {name: f"{c.label} ({pretty_unit(c.unit)})".removesuffix(" ()") for name, c in excited.items()}
-    return _table("Channel", columns, excited, titles)
+    judged = next((channel for channel in excited.values() if channel.threshold is not None), None)
+    known = any(channel.u is not None for channel in excited.values() if channel.threshold is not None)
+    limit = f"{judged.limits.k:g}u" if judged and known else "tolerance"
+    rows, titles = {}, {}
+    for name, c in excited.items():
+        cells = _verdict(c.verdict)
+        if judged:
+            cells.append((judged.ratio_name, "", number(c.ratio, 2)))
+            if known:
+                coverage = percent(c.coverage, c.coverage_error)
+                cells.append(("Share of samples", "predictable", coverage))
+            within = f"of these ≤ {limit}" if known else "within"
+            cells += [
+                ("Share of samples", within, percent(c.explained)),
+                ("Worst sample", "|E|", quantity(c.worst_size, c.unit)),
+                ("Worst sample", limit, quantity(c.worst_threshold, c.unit)),
+                ("Worst sample", "at (s)", number(c.worst_time, 4)),
+            ]
+        cells.append(("|E| over the whole run", "largest", quantity(c.max_difference, c.unit)))
+        cells.append(("|E| over the whole run", "RMS", quantity(c.rms_difference, c.unit)))
+        if judged:
+            cells.append(("Predictable, over time" if known else "Beyond, over time", "", _strip(c)))
+        rows[name] = cells
+        titles[name] = f"{c.label} ({pretty_unit(c.unit)})".removesuffix(" ()")
+    return _table("Channel", rows, titles)
 
 
 def _strip(channel: ChannelComparison) -> Markup:
@@ -123,68 +118,60 @@ def _strip(channel: ChannelComparison) -> Markup:
 def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
     touched = {place for events in scene.events if events is not None for place in events["corner"]}
-    rows = {name: [place] for place, name in CONTACTS.items() if place in touched}
-    if rows:
-        rows["all"] = list(CONTACTS)
-
-    def column(heading: str, events: pd.DataFrame | None) -> Callable[[list[str]], str]:
-        def say(places: list[str]) -> str:
-            if events is None:
-                return MISSING
-            own = events[events["corner"].isin(places)]
-            if heading == "Number":
-                return str(len(own))
-            name, statistic, unit = _CONTACTS[heading]
-            values = own["end"] - own["start"] if name == "duration" else own[name]
-            return quantity(float(values.agg(statistic)), unit) if len(own) else MISSING
-
-        return say
-
-    columns = [
-        (heading, label, column(heading, events))
-        for heading in ("Number", *_CONTACTS)
-        for label, events in zip(scene.labels, scene.events, strict=True)
-    ]
-    return _table("Where", columns, rows)
+    places = {name: [place] for place, name in CONTACTS.items() if place in touched}
+    rows: dict[str, Cells] = {}
+    for name, among in (places | {"all": list(CONTACTS)} if places else places).items():
+        sides = [
+            (label, None if events is None else events[events["corner"].isin(among)])
+            for label, events in zip(scene.labels, scene.events, strict=True)
+        ]
+        rows[name] = [("Number", label, MISSING if own is None else str(len(own))) for label, own in sides]
+        for heading, (key, statistic, unit) in _CONTACTS.items():
+            for label, own in sides:
+                text = MISSING
+                if own is not None and len(own):
+                    values = own["end"] - own["start"] if key == "duration" else own[key]
+                    text = quantity(float(values.agg(statistic)), unit)
+                rows[name].append((heading, label, text))
+    return _table("Where", rows)
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
     """Return a row for all contacts and one for the predictable part; None where none can be matched."""
-    found: Mapping[str, Impacts] = scene.impacts or {}
-    if not any(impacts.count_a or impacts.count_b for impacts in found.values()):
-        return None
     a, b = scene.labels
-    columns: list[Column] = [
-        ("Number", a, lambda impacts: str(impacts.count_a)),
-        ("Number", b, lambda impacts: str(impacts.count_b)),
-        ("Number", "matched", lambda impacts: str(len(impacts.pairs))),
-        ("Matched share", a, lambda impacts: percent(impacts.recall)),
-        ("Matched share", b, lambda impacts: percent(impacts.precision)),
-        ("Distance of starts", "median", lambda impacts: quantity(impacts.median_delay, "s")),
-        ("Distance of starts", "largest", lambda impacts: quantity(impacts.largest_delay, "s")),
-        ("Error of", "total impulse", lambda impacts: _share(impacts.total_impulse_error)),
-        ("Error of", "impulses", lambda impacts: _share(impacts.impulse_error)),
-        ("Error of", "normal speed", lambda impacts: _share(impacts.normal_speed_error)),
-        ("Error of", "peak force", lambda impacts: _share(impacts.peak_force_error)),
-    ]
-    names = {"all": "all", "predictable": "predictable part"}
-    return _table("Contacts", columns, {names[part]: impacts for part, impacts in found.items()})
+    found = scene.impacts or {}
+    rows: dict[str, Cells] = {
+        {"predictable": "predictable part"}.get(part, part): [
+            ("Number", a, str(impacts.count_a)),
+            ("Number", b, str(impacts.count_b)),
+            ("Number", "matched", str(len(impacts.pairs))),
+            ("Matched share", a, percent(impacts.recall)),
+            ("Matched share", b, percent(impacts.precision)),
+            ("Distance of starts", "median", quantity(impacts.median_delay, "s")),
+            ("Distance of starts", "largest", quantity(impacts.largest_delay, "s")),
+            ("Error of", "total impulse", _share(impacts.total_impulse_error)),
+            ("Error of", "impulses", _share(impacts.impulse_error)),
+            ("Error of", "normal speed", _share(impacts.normal_speed_error)),
+            ("Error of", "peak force", _share(impacts.peak_force_error)),
+        ]
+        for part, impacts in found.items()
+    }
+    return _table("Contacts", rows) if any(each.count_a or each.count_b for each in found.values()) else None
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
     """Return the time share of each contact situation, and of a touching crank pin; None where unknown."""
-    rows: dict[str, Sequence[float | None]] = {}
+    shares: dict[str, Iterable[float | None]] = {}
     if scene.situations != (None, None):
         for key, words in SITUATIONS.items():
-            rows[words] = [shares[key] if shares else None for shares in scene.situations]
+            shares[words] = [of[key] if of else None for of in scene.situations]
     if scene.pin_contact != (None, None):
-        rows[f"{CONTACTS[PIN]} in contact"] = scene.pin_contact
-    a, b = scene.labels
-    columns: list[Column] = [
-        (a, "", lambda shares: _share(shares[0])),
-        (b, "", lambda shares: _share(shares[1])),
-    ]
-    return _table("Situation", columns, rows)
+        shares[f"{CONTACTS[PIN]} in contact"] = scene.pin_contact
+    rows = {
+        words: [(label, "", _share(share)) for label, share in zip(scene.labels, both, strict=True)]
+        for words, both in shares.items()
+    }
+    return _table("Situation", rows)
 
 
 def _share(share: float | None) -> str:
@@ -195,47 +182,37 @@ def _share(share: float | None) -> str:
 def reliability_table(scene: SceneComparison) -> Table | None:
     """Return both models' smallest reliability and share within the limits, and their difference; or None."""
     a, b = scene.labels
-
-    def finite(value: float) -> str:
-        return number(value, 2) if np.isfinite(value) else MISSING
-
-    def least(difference: Difference) -> str:
-        models = difference.a, difference.b
-        places = (
-            "cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models
+    rows: dict[str, Cells] = {}
+    for name, found in scene.reliability.quantities.items() if scene.reliability else ():
+        models, limits, unit = (found.a, found.b), found.a.limits, unit_of(name)
+        half, cycles, numerics, quadrature = (
+            number(value, 2) if np.isfinite(value) else MISSING
+            for value in (found.half_width, found.sampling, found.numerical, found.quadrature)
         )
-        return ", ".join(dict.fromkeys(places))
-
-    def least_within(difference: Difference) -> str:
-        places = [
+        at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)
+        at_within = (
             "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
-            for model in (difference.a, difference.b)
-        ]
-        return ", ".join(dict.fromkeys(places))
-
-    columns: list[Column] = [
-        _VERDICT,
-        ("Smallest reliability R", a, lambda difference: rounded(difference.a.minimum)),
-        ("Smallest reliability R", b, lambda difference: rounded(difference.b.minimum)),
-        ("Smallest reliability R", "at", least),
-        ("Difference of R", "value", lambda difference: number(difference.minimum, 2)),
-        ("Difference of R", "±", lambda difference: finite(difference.half_width)),
-        ("Smallest P(|error| ≤ limit)", a, lambda difference: f"{difference.a.within.min():.3f}"),
-        ("Smallest P(|error| ≤ limit)", b, lambda difference: f"{difference.b.within.min():.3f}"),
-        ("Smallest P(|error| ≤ limit)", "at", least_within),
-        ("95 % interval of R", a, lambda difference: "{:.5f} … {:.5f}".format(*difference.a.interval)),
-        ("95 % interval of R", b, lambda difference: "{:.5f} … {:.5f}".format(*difference.b.interval)),
-        ("Parts of ±", "cycles", lambda difference: finite(difference.sampling)),
-        ("Parts of ±", "numerics", lambda difference: finite(difference.numerical)),
-        ("Parts of ±", "quadrature", lambda difference: finite(difference.quadrature)),
-        ("R over the crank cycle", "", _curves),
-    ]
-    rows = {}
-    for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
-        limits, unit = difference.a.limits, unit_of(name)
+            for model in models
+        )
         lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
-        rows[f"{name}, {lower}{quantity(limits.upper, unit)}"] = difference
-    return _table("Quantity", columns, rows)
+        rows[f"{name}, {lower}{quantity(limits.upper, unit)}"] = [
+            *_verdict(found.verdict),
+            ("Smallest reliability R", a, rounded(found.a.minimum)),
+            ("Smallest reliability R", b, rounded(found.b.minimum)),
+            ("Smallest reliability R", "at", ", ".join(dict.fromkeys(at))),
+            ("Difference of R", "value", number(found.minimum, 2)),
+            ("Difference of R", "±", half),
+            ("Smallest P(|error| ≤ limit)", a, f"{found.a.within.min():.3f}"),
+            ("Smallest P(|error| ≤ limit)", b, f"{found.b.within.min():.3f}"),
+            ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
+            ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*found.a.interval)),
+            ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*found.b.interval)),
+            ("Parts of ±", "cycles", cycles),
+            ("Parts of ±", "numerics", numerics),
+            ("Parts of ±", "quadrature", quadrature),
+            ("R over the crank cycle", "", _curves(found)),
+        ]
+    return _table("Quantity", rows)
 
 
 def _curves(difference: Difference) -> Markup:
@@ -254,19 +231,16 @@ def _curves(difference: Difference) -> Markup:
 
 
 def information_table(scene: SceneComparison) -> Table | None:
-    """Return common measures of similarity of each excited channel; None without one.
-
-    Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
-    """
-
-    def measure(key: str) -> Callable[[ChannelComparison], str]:
-        return lambda channel: number(channel.metrics[key], 2)
-
-    columns: list[Column] = [
-        ("Peak, second − first", "value", lambda c: quantity(c.metrics["peak_difference"], c.unit)),
-        *((group, part, measure(key)) for group, part, key in _MEASURES),
-    ]
-    return _table("Channel", columns, {name: c for name, c in scene.channels.items() if c.metrics})
+    """Return common measures of similarity, to two digits: the third depends on the sampling."""
+    rows = {
+        name: [
+            ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),
+            *((group, part, number(c.metrics[key], 2)) for group, part, key in _MEASURES),
+        ]
+        for name, c in scene.channels.items()
+        if c.metrics
+    }
+    return _table("Channel", rows)
 
 
 def pairs(values: Mapping[str, Any] | None) -> str:

@@ -6,7 +6,7 @@ import subprocess
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import jinja2
 from markupsafe import Markup
@@ -46,18 +46,10 @@ def interactive_page(template: str, **values: Any) -> str:
     )
 
 
-class Origin(NamedTuple):
-    """When, from what and where a report was made."""
-
-    time: str
-    code: str
-    machine: str
-
-
-def origin() -> Origin:
-    """Return the origin of a report that is made now."""
+def origin() -> dict[str, str]:
+    """Return when, from what and where a report is made now."""
     made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    return Origin(made, code_version(Path(__file__)), platform_name())
+    return {"time": made, "code": code_version(Path(__file__)), "machine": platform_name()}
 
 
 def code_version(file: Path) -> str:

@@ -1,35 +1,30 @@
 """The made-up comparisons of the report's own tests, and a browser that shows their pages."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 from bouncing_press import make_scene
 from half_sines import half_sines
-from playwright.sync_api import Browser, Page, sync_playwright
+from outline import page
+from playwright.sync_api import sync_playwright
 
 from comparison.execution.run import Job
-from comparison.report import write_report
 from comparison.scene import load_scene
-from comparison.verdict.results import Basis, Confirmation, Doubt, SceneComparison
+from comparison.verdict.results import Basis, Confirmation, Doubt
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 @pytest.fixture(scope="session")
-def comparisons() -> list[SceneComparison]:
+def comparisons():
     """Verdicts of all kinds, and none in the order of the page.
 
     Agreement at both tiers; a seeded fault; a difference that was confirmed, one that was withdrawn; too few
     predictable samples; a run that crashed.
     """
 
-    def moved(columns: dict[str, Any]) -> dict[str, Any]:
+    def moved(columns):
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
     press, fault = make_scene("press"), make_scene("fault", alter=moved)
@@ -55,14 +50,14 @@ def comparisons() -> list[SceneComparison]:
 
 
 @pytest.fixture(scope="session")
-def report(comparisons: list[SceneComparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(
-        comparisons, tmp_path_factory.mktemp("report"), title="Press", command="sixbar validate"
-    )
+def report(comparisons, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    path.write_text(page(*comparisons), "utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def browser():
     """The machine's own Chromium."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
@@ -73,22 +68,19 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def show(browser: Browser, report: Path) -> Iterator[Callable[..., Page]]:
+def show(browser, report):
     """Return what opens the report or another page; an error, or a request that leaves it, fails the test."""
-    wrong: list[str] = []
-    contexts = []
+    wrong, contexts = [], []
 
-    def opened(
-        width: int = 1440, height: int = 900, anchor: str = "", path: Path = report, **options: Any
-    ) -> Page:
+    def opened(width=1440, height=900, anchor="", path=report, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
-        page, own = context.new_page(), path.as_uri()
-        page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
-        page.on("console", lambda message: wrong.append(f"console: {message.text}"))
-        page.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
-        page.goto(own + anchor)
-        return page
+        shown, own = context.new_page(), path.as_uri()
+        shown.on("pageerror", lambda error: wrong.append(f"error: {error}"))
+        shown.on("console", lambda message: wrong.append(f"console: {message.text}"))
+        shown.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
+        shown.goto(own + anchor)
+        return shown
 
     yield opened
     for context in contexts:

@@ -1,14 +1,8 @@
 """The animation, and the page of three models: one viewer, one drawing, nothing asked for."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
-from playwright.sync_api import Page
 
 from comparison.report.other_pages import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
@@ -19,7 +13,7 @@ from comparison.verdict.several import pairs, standing
 pytestmark = pytest.mark.browser
 
 
-def table(size: float) -> Table:
+def table(size):
     """The slider swings across its guide."""
     time = np.linspace(0.0, 0.8, 401)
     x = size * 2e-4 * np.sin(20.0 * time)
@@ -34,9 +28,7 @@ STATE = """() => {
 }"""
 
 
-def test_the_animation_moves_drawing_cursor_and_clock_together(
-    show: Callable[..., Page], tmp_path: Path
-) -> None:
+def test_the_animation_moves_drawing_cursor_and_clock_together(show, tmp_path):
     tables = {"a": table(1.0), "b": table(0.9)}
     scene = load_scene("150rpm-0.2mm").data
     path = write_animation(tables, scene, tmp_path / "a.html", title="a", command="sixbar")
@@ -58,7 +50,7 @@ def test_the_animation_moves_drawing_cursor_and_clock_together(
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_three_models_are_on_common_plots(show: Callable[..., Page], tmp_path: Path) -> None:
+def test_three_models_are_on_common_plots(show, tmp_path):
     models = ("a", "b", "c")
     found = {"verdict": "agree", "ratio": 0.5, "channels": {}}
     for first, second in pairs(models):

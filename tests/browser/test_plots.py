@@ -1,15 +1,8 @@
 """The interactive plots: zoom, shared cursor, channels, impacts, moving schematic; by mouse and by key."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any
-
 import pytest
-from playwright.sync_api import Page
 
 from comparison.tables.channels import CORNERS
-from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
 
@@ -69,19 +62,19 @@ PLOTS = "#s4-plots"  # of the scene that agrees at both tiers
 FAULT = "#s1-plots"
 
 
-def opened(show: Callable[..., Page], plots: str = PLOTS, **options: Any) -> Page:
+def opened(show, plots=PLOTS, **options):
     page = show(anchor=plots.replace("plots", "standard"), **options)
     page.locator(plots).scroll_into_view_if_needed()
     page.locator(f"{plots} canvas").first.wait_for()
     return page
 
 
-def state(page: Page, plots: str = PLOTS) -> dict[str, Any]:
+def state(page, plots=PLOTS):
     """Range, time of the cursor, shown channels; as the viewer has them."""
-    return dict(page.evaluate(STATE, plots))
+    return page.evaluate(STATE, plots)
 
 
-def press(page: Page, *keys: str, plots: str = PLOTS) -> dict[str, Any]:
+def press(page, *keys, plots=PLOTS):
     page.focus(f"{plots} .plots")
     for key in keys:
         page.keyboard.press(key)
@@ -89,7 +82,7 @@ def press(page: Page, *keys: str, plots: str = PLOTS) -> dict[str, Any]:
     return state(page, plots)
 
 
-def test_the_data_are_those_of_the_comparison(show, comparisons: list[SceneComparison]) -> None:
+def test_the_data_are_those_of_the_comparison(show, comparisons):
     found, channel = opened(show).evaluate(DATA), comparisons[0].channels["slider_x"]
     assert found["t"] == pytest.approx(channel.time, abs=1e-12)
     zero, step = comparisons[0].scene["mechanism"]["guide_x"], found["step"]
@@ -104,12 +97,11 @@ def test_the_data_are_those_of_the_comparison(show, comparisons: list[SceneCompa
     assert found["judged"] == channel.predictable.tolist()
 
 
-def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor(show) -> None:
+def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor(show):
     page = opened(show)
     whole = state(page)["range"]
     span = whole[1] - whole[0]
     box = page.locator(f"{PLOTS} .u-over").first.bounding_box()
-    assert box is not None
     page.mouse.move(box["x"] + 0.25 * box["width"], box["y"] + 20)
     page.mouse.down()
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 20, steps=5)
@@ -138,8 +130,8 @@ def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor
 
 
 def test_impacts_are_reached_one_by_one_with_both_pulses_up_to_the_peaks_of_the_event_tables(
-    show, comparisons: list[SceneComparison]
-) -> None:
+    show, comparisons
+):
     page, readout = opened(show), f"{PLOTS} .readout"
     first, second = (events.sort_values("start") for events in comparisons[0].events)
     event = first.iloc[0]
@@ -168,7 +160,7 @@ def test_impacts_are_reached_one_by_one_with_both_pulses_up_to_the_peaks_of_the_
     assert said in page.locator(readout).inner_text()
 
 
-def test_the_first_sample_beyond_is_found(show, comparisons: list[SceneComparison]) -> None:
+def test_the_first_sample_beyond_is_found(show, comparisons):
     page, channels = opened(show, FAULT), comparisons[1].channels.values()
     outside = [c.predictable & (abs(c.difference) > c.limits.k * c.u) for c in channels]
     earliest = min(int(mask.argmax()) for mask in outside if mask.any())
@@ -178,7 +170,7 @@ def test_the_first_sample_beyond_is_found(show, comparisons: list[SceneCompariso
     assert "No sample is beyond 2 u" in page.locator(f"{PLOTS} .readout").inner_text()
 
 
-def test_channels_tier_and_ratio_can_be_chosen(show) -> None:
+def test_channels_tier_and_ratio_can_be_chosen(show):
     page = opened(show)
     count = page.locator(f"{PLOTS} canvas").count()
     page.locator(f"{PLOTS} .picker input[name=slider_vx]").check()
@@ -192,9 +184,7 @@ def test_channels_tier_and_ratio_can_be_chosen(show) -> None:
     assert "slider_vx" in state(page)["shown"]
 
 
-def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to_the_end(
-    show, comparisons: list[SceneComparison]
-) -> None:
+def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to_the_end(show, comparisons):
     page = opened(show)
     jumped = press(page, "n", "n")
     at, seen = jumped["index"], page.evaluate(SCHEMATIC)
@@ -227,9 +217,8 @@ def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to
     )
 
 
-def test_plots_fit_a_phone(show) -> None:
+def test_plots_fit_a_phone(show):
     page = opened(show, width=390, height=844, has_touch=True)
     assert page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
     box = page.locator(f"{PLOTS} canvas").first.bounding_box()
-    assert box is not None
     assert 0 <= box["x"] < box["x"] + box["width"] <= 390

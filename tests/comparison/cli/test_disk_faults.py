@@ -59,7 +59,7 @@ def tried(scene_file, tmp_path, monkeypatch, fake_model, capsys):
     monkeypatch.setattr("comparison.execution.run.load", lambda _: fake_model.simulate)
     monkeypatch.delenv("SIXBAR_TEST_LOG")  # a file that the fakes write
     written = origin()
-    monkeypatch.setattr("comparison.report.templates.origin", lambda: written)  # with the time of day
+    monkeypatch.setattr("comparison.cli.results.origin", lambda: written)  # with the time of day
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
     for which, gravity in (("old", "9.0"), ("new", "9.5")):  # now, while the disk has no fault
         (tmp_path / f"{which}-scene").mkdir()

@@ -15,16 +15,17 @@ from hypothesis import strategies as st
 from comparison.accuracy.levels import thresholds
 from comparison.execution.run import Job
 from comparison.models import _processor, platform_name, versions
-from comparison.regression.baseline import (
+from comparison.regression.record import (
+    COUNT,
     Baseline,
     Checkpoint,
     Detection,
     RunRecord,
     SceneRecord,
     read,
+    record,
     write,
 )
-from comparison.regression.record import COUNT, record
 from comparison.verdict.compare import Runs, model_uncertainty
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)

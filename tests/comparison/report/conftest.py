@@ -9,8 +9,25 @@ import pytest
 from bouncing_press import make_scene
 from outline import page
 
+from comparison.report.figures import channel_figure, relative_to_guide
 from comparison.tables.table_files import write
 from comparison.verdict.results import SceneComparison
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _drawn_once():
+    """Drawing takes most of the time of a page: the figure of a channel is drawn once in a session."""
+    drawn = {}
+
+    def figure(scene, channel, key):
+        zero = relative_to_guide(scene, channel)
+        # The channel is kept too, so that no other has its id.
+        of = drawn.setdefault((id(channel), zero, scene.labels, key), [channel])
+        return of[1] if of[1:] else of.append(channel_figure(scene, channel, key)) or of[1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("comparison.report.page.channel_figure", figure)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ import html
 import re
 from xml.etree import ElementTree as ET
 
-import pytest
 from markdown_it import MarkdownIt
 
 from comparison.report.ci import LIMIT, write_job_summary, write_junit
@@ -71,15 +70,17 @@ def test_what_is_longer_than_a_job_page_is_cut_between_rows_and_says_so(tmp_path
     assert len(text.encode()) > 0.99 * LIMIT  # and no more is left out than must be
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "![i](http://example.org/x.png)", "[a](http://b)", "`code`", "*a* _b_ **c** __d__", "~~a~~", r"a\*b",
-        "<img src=x>", "&amp;", "http://example.org", "@someone #1", "a|b", r"a\|b", "slider_x", "1*2*3",
-    ],
-)  # fmt: skip
-def test_a_name_is_shown_as_it_is_whatever_markdown_would_make_of_it(name, tmp_path):
-    text = page(tmp_path, [(name, "agree")], [Case(name, "tight", "run", "error", name)])
-    shown = MarkdownIt("gfm-like", {"linkify": False}).render(text)
-    assert shown.count(f"<td>{html.escape(name, quote=False)}</td>") == 2
+NAMES = [
+    "![i](http://example.org/x.png)", "[a](http://b)", "`code`", "*a* _b_ **c** __d__", "~~a~~", r"a\*b",
+    "<img src=x>", "&amp;", "http://example.org", "@someone #1", "a|b", r"a\|b", "slider_x", "1*2*3",
+]  # fmt: skip
+
+
+def test_a_name_is_shown_as_it_is_whatever_markdown_would_make_of_it(tmp_path):
+    rows, cases = zip(
+        *(((name, "agree"), Case(name, "tight", "run", "error", name)) for name in NAMES), strict=True
+    )
+    shown = MarkdownIt("gfm-like", {"linkify": False}).render(page(tmp_path, rows, cases))
+    for name in NAMES:
+        assert shown.count(f"<td>{html.escape(name, quote=False)}</td>") == 2, name
     assert not re.search("<(img|a|code|em|strong|s)[ >]", shown)

@@ -6,7 +6,6 @@ import subprocess
 from collections import Counter
 from dataclasses import replace
 from html import escape, unescape
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ from outline import Outline, page, words
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.formatting import number, percent
+from comparison.formatting import number, percent, quantity
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.report import templates
 from comparison.report.page import render
@@ -51,7 +50,7 @@ def rows(html: str, label: str = "") -> dict[str, list[str]]:
 # ---- first screen
 
 
-def test_the_verdict_and_the_worst_channel_come_first(html, scene, differing) -> None:
+def test_the_verdict_and_the_worst_channel_come_first(html, scene, differing):
     shown = words(html)
     assert shown.index("✗ differ Of 2 scenes 1 differs and 1 agrees.") < shown.index("the worst channel")
     figure, worst = part(html, '<div class="worst">', "</figure>"), differing.decisive
@@ -63,7 +62,7 @@ def test_the_verdict_and_the_worst_channel_come_first(html, scene, differing) ->
     assert "cannot compare There is no scene to compare." in words(page())  # which is not agreement
 
 
-def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(scene, tiered) -> None:
+def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(scene, tiered):
     html = page(scene, replace(tiered, name="tiered"))
     grid = part(html, '<table class="grid', "</table>")
     cells = rows(grid)
@@ -83,18 +82,18 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
         assert re.findall("<dt>(.*?)</dt>", part(page(of), '<dl class="terms">', "</dl>")) == terms
 
 
-def test_what_the_models_are_and_where_the_page_comes_from(scene) -> None:
-    origin = templates.Origin(time="2026-01-02 03:04 UTC", code="commit <abc>", machine="a machine")
+def test_what_the_models_are_and_where_the_page_comes_from(scene):
+    origin = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
     shown = words(render([scene], title="Press", command="x", origin=origin))
     assert "reference a hand-written solver of the paper's equations; two degrees of freedom" in shown
     assert "2026-01-02 03:04 UTC, commit <abc>" in shown
     assert "a machine" in shown
     assert "UTC" not in words(page(scene))
-    assert templates.origin().time.endswith(" UTC")
+    assert templates.origin()["time"].endswith(" UTC")
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
-def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path: Path) -> None:
+def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path):
     def git(*arguments: str) -> str:
         command = ["git", "-C", str(tmp_path), "-c", "user.name=x", "-c", "user.email=x@example.org"]
         return subprocess.check_output([*command, *arguments], text=True).strip()
@@ -118,7 +117,7 @@ def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path
 # ---- the whole page
 
 
-def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(html: str) -> None:
+def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(html):
     outline = Outline(html)
     ids = Counter(attributes["id"] for _, attributes in outline.elements if "id" in attributes)
     assert max(ids.values()) == 1
@@ -131,7 +130,7 @@ def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(html: s
     assert not re.search(r"@import|url\((?!#)", html)
 
 
-def test_the_navigation_has_no_section_that_is_not_there(scene, broken) -> None:
+def test_the_navigation_has_no_section_that_is_not_there(scene, broken):
     contacts = replace(scene, events=(None, scene.events[1].iloc[:0]))
     for comparison, names in (
         (scene, "Overview Plots Why Channels Contacts Runs Definition Reproduce"),
@@ -144,14 +143,14 @@ def test_the_navigation_has_no_section_that_is_not_there(scene, broken) -> None:
         assert all(f'id="{target}"' in html for target, _ in navigation)
 
 
-def test_what_users_write_is_text(broken) -> None:
+def test_what_users_write_is_text(broken):
     hostile = "<script>alert('x')</script>"
     html = render([broken], title=hostile, command=f"sixbar validate '{hostile}'")
     assert html.count("<script>") == 1  # ours
     assert hostile in " ".join(Outline(html).text)
 
 
-def test_equal_comparisons_give_equal_pages_of_bounded_size(scene, tiered) -> None:
+def test_equal_comparisons_give_equal_pages_of_bounded_size(scene, tiered):
     assert page(scene) == page(scene)
     # Eleven scenes at both tiers are to be at most 3.5 MB and 15,000 elements.
     html = page(*(replace(tiered, name=f"press{n}") for n in range(11)))
@@ -162,7 +161,7 @@ def test_equal_comparisons_give_equal_pages_of_bounded_size(scene, tiered) -> No
 # ---- a scene
 
 
-def test_each_tier_has_its_card_reasons_channels_and_runs(tiered) -> None:
+def test_each_tier_has_its_card_reasons_channels_and_runs(tiered):
     halved = Refinement("exudyn", {"step": 1e-6}, factor=2.0, order=2.0, observed=1.98)
     tiered = replace(tiered, attribution=replace(tiered.attribution, refinements=(halved,)))
     assert card(tiered).order
@@ -185,7 +184,7 @@ def test_each_tier_has_its_card_reasons_channels_and_runs(tiered) -> None:
     assert "tight" not in words(page(replace(tiered, tight=None))).replace("tightest", "")
 
 
-def test_every_channel_is_in_the_table_plotted_or_named(differing) -> None:
+def test_every_channel_is_in_the_table_plotted_or_named(differing):
     html = page(differing)
     table = rows(html, "Channels of scene")
     (named,) = re.findall(r"Not plotted: (.*?), which were not excited", html, re.DOTALL)
@@ -206,7 +205,7 @@ def test_every_channel_is_in_the_table_plotted_or_named(differing) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1.0, None])
-def test_a_page_of_tables_speaks_of_what_was_compared(scene, tolerance) -> None:
+def test_a_page_of_tables_speaks_of_what_was_compared(scene, tolerance):
     """The same from two tables that carry nothing but columns."""
     how = {"scene": None, "u": (None, None), "tolerance": tolerance, "limits": thresholds()}
     channels = {
@@ -228,11 +227,14 @@ def test_a_page_of_tables_speaks_of_what_was_compared(scene, tolerance) -> None:
 # ---- contacts
 
 
-def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene) -> None:
+def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene):
     html, events = page(scene), scene.events[0]
     contacts = rows(html, "Contacts of")
     assert list(contacts) == ["lower left", "lower right", "all"]
-    assert int(contacts["lower left"][0]) == (events["corner"] == "ll").sum()
+    own = events[events["corner"] == "ll"]
+    assert int(contacts["lower left"][0]) == len(own)
+    lasting = quantity(float((own["end"] - own["start"]).median()), "s")
+    assert contacts["lower left"][2] == text(lasting)
     impacts = rows(html, "Impacts of")
     assert list(impacts) == ["all", "predictable part"]
     for cells, found in zip(impacts.values(), scene.impacts.values(), strict=True):
@@ -258,7 +260,7 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
 
 
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_the_crank_pins_contacts_stand_by_themselves(scene, slider) -> None:
+def test_the_crank_pins_contacts_stand_by_themselves(scene, slider):
     end = scene.time[-1]
     occurred = {"corner": ["ll", "pin", "pin"], "start": [0.0, end / 4, 0.75 * end]}
     occurred["end"] = [end / 2, end / 2, end]
@@ -277,7 +279,7 @@ def test_the_crank_pins_contacts_stand_by_themselves(scene, slider) -> None:
 # ---- reliability, other measures
 
 
-def test_the_reliability_of_both_models_their_difference_and_its_parts(scene) -> None:
+def test_the_reliability_of_both_models_their_difference_and_its_parts(scene):
     """Of an acceleration whose error is larger between 100 and 108 degrees."""
     phase = 2 * np.pi * scene.time / 0.4
     angle = np.degrees(phase) % 360
@@ -309,7 +311,7 @@ def test_the_reliability_of_both_models_their_difference_and_its_parts(scene) ->
     assert "eliability" not in words(page(scene))
 
 
-def test_other_measures_are_closed_and_said_to_be_information(scene) -> None:
+def test_other_measures_are_closed_and_said_to_be_information(scene):
     shown = ("slider_x", "corner_ll_normal", "corner_ul_normal")
     html = page(replace(scene, channels={name: scene.channels[name] for name in shown}))
     own = part(html, '<details class="more"><summary>Other measures of similarity', "</details>")

@@ -14,13 +14,12 @@ from half_sines import half_sines
 
 from comparison.report.plots import MOST, scene_plots, table_plots
 from comparison.tables.table import Table
-from comparison.verdict.results import SceneComparison
 
 
 class Unpacked:
     """What a page's script reads."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str):
         body = zlib.decompress(base64.b64decode(text))
         length = int.from_bytes(body[:4], "little")
         self.head: dict[str, Any] = json.loads(body[4 : 4 + length])
@@ -63,7 +62,7 @@ class Unpacked:
         return (self._planes("<u2").astype("<u4") << 16).view("<f4")
 
 
-def test_what_is_packed_is_what_was_compared(scene: SceneComparison) -> None:
+def test_what_is_packed_is_what_was_compared(scene):
     packed = Unpacked(scene_plots(scene))
     assert packed.head["labels"] == ["reference", "exudyn"]
     assert packed.head["threshold"] == "2 u"
@@ -84,7 +83,7 @@ def test_what_is_packed_is_what_was_compared(scene: SceneComparison) -> None:
     assert not {"corner_ul_normal", "corner_ll_gap"} & packed.channels.keys()
 
 
-def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene: SceneComparison) -> None:
+def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene):
     pulses = half_sines(scene)
     some = pulses[0][5:2:-1], pulses[1]  # in any order
     packed = Unpacked(scene_plots(replace(scene, pulses=some)))
@@ -102,7 +101,7 @@ def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene:
             assert force.max() == pytest.approx(pulse.force.max(), rel=1e-5)
 
 
-def test_a_long_run_keeps_its_peaks_in_bounded_space(scene: SceneComparison) -> None:
+def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
     longer = stretched(scene.channels["corner_ll_normal"], 40)
     time, n = longer.time, longer.time.size
     longer.a[n // 2 + 7] = longer.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
@@ -113,11 +112,11 @@ def test_a_long_run_keeps_its_peaks_in_bounded_space(scene: SceneComparison) -> 
     assert packed.time[found.argmax()] == pytest.approx(time[n // 2 + 7])
 
 
-def test_without_channels_there_are_no_plots(broken: SceneComparison) -> None:
+def test_without_channels_there_are_no_plots(broken):
     assert scene_plots(broken) == ""
 
 
-def test_three_tables_lie_over_each_other_at_uneven_times() -> None:
+def test_three_tables_lie_over_each_other_at_uneven_times():
     time = np.linspace(0.0, 1.0, 101) ** 2
     tables = {
         label: Table(pd.DataFrame({"time": times, "slider_x": times**2 + n, "slider_y": -times}))
