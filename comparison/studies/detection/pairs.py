@@ -33,6 +33,7 @@ HALVINGS = 6  # of the decades between them: 8 / 2^6, so that two changes remain
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 _KEPT = 8  # families that a process keeps, as many are compared with the same one
 _families: dict[tuple[str, str], Runs] = {}
+_ERRORS = (RunError, SceneError, TableError)
 
 
 @dataclass(frozen=True)
@@ -66,21 +67,20 @@ class Side:
     def runs(self) -> Runs:
         """Run its scene at all levels; the last few families are kept."""
         key = (self.scene.hash, self.runs_by)
-        _families[key] = runs = _families.pop(key, None) or self._runs()
+        if (runs := _families.pop(key, None)) is None:
+            tables = {}
+            for kind, scene in levels(self.scene, self.model).items():
+                try:
+                    tables[kind] = self.run(scene)
+                except RunError as error:
+                    if (table := table_of_family(kind, error.outcome)) is None:
+                        raise
+                    tables[kind] = table
+            runs = Runs(refinement=refinement(self.model, self.scene), **tables)
+        _families[key] = runs
         if len(_families) > _KEPT:
             del _families[next(iter(_families))]
         return runs
-
-    def _runs(self) -> Runs:
-        tables = {}
-        for kind, scene in levels(self.scene, self.model).items():
-            try:
-                tables[kind] = self.run(scene)
-            except RunError as error:
-                if (table := table_of_family(kind, error.outcome)) is None:
-                    raise
-                tables[kind] = table
-        return Runs(refinement=refinement(self.model, self.scene), **tables)
 
 
 class Measured(Task):
@@ -89,7 +89,7 @@ class Measured(Task):
     @property
     @abstractmethod
     def sides(self) -> tuple[Side, ...]:
-        """Whose runs."""
+        """Whose runs; what the first is compared with is mostly kept."""
 
     @abstractmethod
     def find(self) -> Row:
@@ -102,7 +102,7 @@ class Measured(Task):
 
     @property
     def cost(self) -> float:
-        """Expected time, s; what the first is compared with is mostly kept."""
+        """Expected time, s."""
         return self.sides[-1].cost + (0.1 * self.sides[0].cost if len(self.sides) > 1 else 0.0)
 
 
@@ -143,7 +143,7 @@ class Pair(Measured):
         """Run what this process does not have, judge, and have a difference confirmed."""
         try:
             row = summary(self.judged())
-        except (RunError, SceneError, TableError) as error:
+        except _ERRORS as error:
             row = refusal(str(error))
         return row | {"scene": self.scene.name}
 
@@ -173,21 +173,20 @@ class Pair(Measured):
     def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
         """Run both sides at the settings of a scene; None if a run does not succeed."""
         try:
-            a, b = (replace(side, scene=self.given(side, scene)).runs() for side in (self.a, self.b))
+            a, b = (replace(side, scene=self.given(side, scene)).runs() for side in self.sides)
             return spoiled(self.spoil, a, b)
-        except (RunError, SceneError, TableError):
+        except _ERRORS:
             return None
 
     def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
         """Run scenes by the side of a model, of two of one model the first; those that succeed."""
-        first = model == self.a.model
-        side = self.a if first else self.b
-        tables = []
+        number = 0 if model == self.a.model else 1
+        side, tables = self.sides[number], []
         for scene in scenes:
             try:
                 table = Runs(side.run(self.given(side, scene)))
-                tables.append(spoiled(self.spoil, table, table)[0 if first else 1].base)
-            except (RunError, SceneError, TableError):
+                tables.append(spoiled(self.spoil, table, table)[number].base)
+            except _ERRORS:
                 continue
         return tables
 
@@ -249,11 +248,6 @@ class Search(Measured):
     halvings: int = HALVINGS
 
     @property
-    def step(self) -> float:
-        """Factor from one change to the next larger one."""
-        return float((MOST / LEAST) ** 0.5**self.halvings)
-
-    @property
     def sides(self) -> tuple[Side, ...]:
         """The side without the change, and the one that gets it."""
         return self.a, Side(self.scene, self.model)
@@ -274,10 +268,10 @@ class Search(Measured):
                 high = middle
             else:
                 missed = low = middle
-        shown = high
+        shown, step = high, float((MOST / LEAST) ** 0.5**self.halvings)
         while not self.confirmed(high):
-            missed, high = high, high * self.step
-            if high > MOST * self.step**0.5:
+            missed, high = high, high * step
+            if high > MOST * step**0.5:
                 return {"found": None, "missed": missed, "shown": shown}
         return {"found": high, "missed": missed, "shown": shown}
 
@@ -289,9 +283,8 @@ class Search(Measured):
 
     def shows(self, change: float) -> bool:
         """Return whether the families differ with this relative change."""
-        pair = self.pair(change)
         try:
-            both = pair.a.runs(), pair.b.runs()
+            both = (side.runs() for side in self.pair(change).sides)
             return compare(*both, scene=self.scene, tier=self.tier).verdict == "differ"
         except (RunError, TableError):
             return True
