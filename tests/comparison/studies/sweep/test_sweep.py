@@ -19,9 +19,8 @@ import pandas as pd
 import pytest
 
 from comparison.cli import main
-from comparison.scene import load_scene
 from comparison.studies.sweep import runs
-from comparison.studies.sweep.points import SweepError, check_keys, grid, latin_hypercube, listed
+from comparison.studies.sweep.points import SweepError, grid, latin_hypercube, listed
 from comparison.studies.sweep.runs import USUAL, names, on_cluster, quantity
 from comparison.tables.table import Table
 
@@ -61,13 +60,6 @@ def test_a_list_that_is_none_is_refused(text, message, tmp_path):
     (tmp_path / "points.csv").write_text(text)
     with pytest.raises(SweepError, match=message):
         listed(tmp_path / "points.csv")
-
-
-def test_materials_are_swept_of_both_partners_or_of_one():
-    number = load_scene("150rpm-0.2mm")
-    keys = ["contact.youngs_modulus", "contact.youngs_modulus.slider", "contact.poisson.guide"]
-    for scene in (number, number.with_values({"contact.youngs_modulus.guide": 69e9})):
-        check_keys(scene, keys)
 
 
 def test_what_is_measured_of_a_run_whose_numbers_are_known():
@@ -120,12 +112,15 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
 
 
 @pytest.mark.usefixtures("here")
-def test_the_table_does_not_depend_on_the_number_of_processes():
-    assert sweep("--latin", "drive.speed_rpm=100:200", "--points", "12", "--jobs", "1") == 0
-    one = Path("out/sweep.csv").read_bytes()
-    Path("out/runs.jsonl").unlink()
-    assert sweep("--latin", "drive.speed_rpm=100:200", "--points", "12", "--jobs", "2") == 0
-    assert Path("out/sweep.csv").read_bytes() == one
+def test_the_table_does_not_depend_on_the_number_of_processes_and_a_partner_has_a_material_of_its_own():
+    grids = [f"--grid=contact.{key}" for key in ("poisson=0.2,0.3", "youngs_modulus.slider=1e9,2e9")]
+    tables = []
+    for jobs in ("1", "2"):
+        assert sweep(*grids, "--jobs", jobs) == 0
+        tables.append(Path("out/sweep.csv").read_bytes())
+        Path("out/runs.jsonl").unlink()
+    assert tables[0] == tables[1]
+    assert tables[0].count(b",success,") == 4
 
 
 @pytest.mark.parametrize(
