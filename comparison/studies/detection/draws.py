@@ -86,7 +86,7 @@ def own_pair(kind: Kind, rng: np.random.Generator) -> Pair:
     beside = moved(scene, uncertainty.PERTURBATION, rng)
     setting = scene.data["solver"][kind.model][kind.setting] * log_uniform(rng, ranges["factors"])
     other = beside.variant({f"solver.{kind.model}.{kind.setting}": setting})
-    return Pair(scene, Side(scene, kind.model), Side(other, kind.model), kind.tier)
+    return Pair((Side(scene, kind.model), Side(other, kind.model)), kind.tier)
 
 
 def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
@@ -112,8 +112,8 @@ def both_pair(kind: Kind, rounding: Rounding, number: int) -> Pair:
     if kind.changed:
         scene = changed(scene, rng)
     scene = at_tier(moved(scene, SHARE, rng), kind.tier)
-    a, b = (rounding.side(scene, model) for model in MODELS)
-    return Pair(scene, a, b, kind.tier, environment=rounding.environment)
+    sides = tuple(rounding.side(scene, model) for model in MODELS)
+    return Pair(sides, kind.tier, environment=rounding.environment)
 
 
 @cache
@@ -189,7 +189,7 @@ def decided(rows: Sequence[Row]) -> int:
 def bits(roundings: Sequence[Rounding]) -> list[Bits]:
     """Return what is hashed of the variants, one after the other: of each as many as there are `HASHED`."""
     return [
-        Bits(variant.side(scenes(tier)["press"], model), variant.environment)
+        Bits((variant.side(scenes(tier)["press"], model),), variant.environment)
         for variant in roundings
         for model, tier in HASHED
     ]
@@ -226,7 +226,7 @@ class Trial:
         """The other model as it is, against this one."""
         scene = scenes(self.tier)[self.fault.scene]
         faulty = Side(self.fault.given(scene), self.model, self.fault.engine)
-        return Pair(scene, Side(scene, _other(self.model)), faulty, self.tier, self.fault.spoil)
+        return Pair((Side(scene, _other(self.model)), faulty), self.tier, self.fault.spoil)
 
     def detected(self, row: Row) -> bool:
         """Return whether this fault is detected."""
@@ -254,16 +254,17 @@ def trials(faults: Sequence[Fault]) -> list[Trial]:
 
 def controls() -> list[Pair]:
     """Pairs without a fault, of each scene and tier: no detection counts where these differ."""
-    a, b = MODELS
     return [
-        Pair(scene, Side(scene, a), Side(scene, b), tier) for tier in TIERS for scene in scenes(tier).values()
+        Pair(tuple(Side(scene, model) for model in MODELS), tier)
+        for tier in TIERS
+        for scene in scenes(tier).values()
     ]
 
 
 def searches(halvings: int = HALVINGS) -> list[Search]:
     """Return the searches for the smallest change of all numbers: for each one a place."""
     return [
-        Search(scene, Side(scene, _other(model)), model, number["key"], tier, halvings)
+        Search((Side(scene, _other(model)), Side(scene, model)), number["key"], tier, halvings)
         for number in RECORDS["smallest"].values()
         for model, tier in PLACES
         for scene in [scenes(tier)[number["scene"]]]

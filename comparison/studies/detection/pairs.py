@@ -83,17 +83,20 @@ class Side:
         return runs
 
 
+@dataclass(frozen=True)
 class Measured(Task):
     """Something that is measured by runs of sides, in this process."""
 
-    @property
-    @abstractmethod
-    def sides(self) -> tuple[Side, ...]:
-        """Whose runs; what the first is compared with is mostly kept."""
+    sides: tuple[Side, ...]  # the first has the scene that they are judged by
 
     @abstractmethod
     def find(self) -> Row:
         """Run and judge."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is judged."""
+        return self.sides[0].scene
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -102,7 +105,7 @@ class Measured(Task):
 
     @property
     def cost(self) -> float:
-        """Expected time, s."""
+        """Expected time, s; what the first is compared with is mostly kept."""
         return self.sides[-1].cost + (0.1 * self.sides[0].cost if len(self.sides) > 1 else 0.0)
 
 
@@ -127,17 +130,9 @@ def refusal(reason: str) -> Row:
 class Pair(Measured):
     """Two sides judged as results of one scene, as in ``sixbar validate``; the row is that of `summary`."""
 
-    scene: Scene
-    a: Side
-    b: Side
     tier: str
-    spoil: str = ""  # what happens to the tables of ``b``, or of both: one of `faults.SPOILS`
+    spoil: str = ""  # what happens to the tables of the second, or of both: one of `faults.SPOILS`
     environment: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """Both."""
-        return self.a, self.b
 
     def find(self) -> Row:
         """Run what this process does not have, judge, and have a difference confirmed."""
@@ -149,12 +144,13 @@ class Pair(Measured):
 
     def judged(self) -> SceneComparison:
         """Compare the runs of both sides, one level finer where five bodies violate an invariant."""
-        a, b = models = (self.a.model, self.b.model)
+        (first, second), models = self.sides, (self.sides[0].model, self.sides[1].model)
+        a, b = models
         scene, level = self.scene, 0
         try:
-            runs = spoiled(self.spoil, self.a.runs(), self.b.runs())
+            runs = spoiled(self.spoil, first.runs(), second.runs())
         except RunError as error:
-            failed = a if error.job.model == self.a.runs_by else b
+            failed = a if error.job.model == first.runs_by else b
             again = without_violation(scene, [(failed, error.outcome)], models, self.families)
             if again is None:
                 raise
@@ -180,7 +176,7 @@ class Pair(Measured):
 
     def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
         """Run scenes by the side of a model, of two of one model the first; those that succeed."""
-        number = 0 if model == self.a.model else 1
+        number = 0 if model == self.sides[0].model else 1
         side, tables = self.sides[number], []
         for scene in scenes:
             try:
@@ -240,17 +236,9 @@ class Search(Measured):
     Families are compared; what they end with is confirmed by ensembles, or else the next larger change.
     """
 
-    scene: Scene
-    a: Side
-    model: str
-    key: str
+    key: str  # of the number, which the second side gets changed
     tier: str
     halvings: int = HALVINGS
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The side without the change, and the one that gets it."""
-        return self.a, Side(self.scene, self.model)
 
     @property
     def cost(self) -> float:
@@ -278,8 +266,9 @@ class Search(Measured):
     def pair(self, change: float) -> Pair:
         """Return the comparison with this relative change."""
         value = float(leaves(self.scene.data)[self.key]) * (1.0 + change)
-        changed = Side(self.scene.with_values({self.key: value}), self.model)
-        return Pair(self.scene, self.a, changed, self.tier)
+        first, second = self.sides
+        changed = replace(second, scene=self.scene.with_values({self.key: value}))
+        return Pair((first, changed), self.tier)
 
     def shows(self, change: float) -> bool:
         """Return whether the families differ with this relative change."""
@@ -298,15 +287,9 @@ class Search(Measured):
 class Bits(Measured):
     """The hash of one run under a variant of rounding."""
 
-    side: Side
-    environment: tuple[tuple[str, str], ...]
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The one that is run."""
-        return (self.side,)
+    environment: tuple[tuple[str, str], ...] = ()
 
     def find(self) -> Row:
         """Return the hash of all numbers of the table."""
-        frame = self.side.run(self.side.scene).frame
+        frame = self.sides[0].run(self.scene).frame
         return refusal("") | {"bits": hashlib.sha256(frame.to_numpy().tobytes()).hexdigest()}

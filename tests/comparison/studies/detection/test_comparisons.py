@@ -37,7 +37,7 @@ def test_a_wrong_start_is_moved_as_the_right_one_is():
     other = moved(pin, 1e-6, 0.0)
     right, turned = (scene.data["mechanism"]["crank_angle_deg"] for scene in (pin, other))
     side = Side(pin.with_values({"mechanism.crank_angle_deg": right + 2.0}), "reference")
-    given = Pair(pin, Side(pin, "exudyn"), side, "tight").given(side, other)
+    given = Pair((Side(pin, "exudyn"), side), "tight").given(side, other)
     assert given.data["mechanism"]["crank_angle_deg"] == pytest.approx(turned + 2.0, abs=1e-12)
     assert turned != right
 
@@ -47,8 +47,8 @@ def two():
     """A pair that differs by a tenth of the gravity, and what ran."""
     scene = scenes("tight")["press"]
     wrong = scene.with_values({"environment.gravity": 9.0})
-    pair = Pair(scene, Side(scene, "exudyn"), Side(wrong, "reference"), "tight")
-    return pair, (pair.a.runs(), pair.b.runs())
+    pair = Pair((Side(scene, "exudyn"), Side(wrong, "reference")), "tight")
+    return pair, tuple(side.runs() for side in pair.sides)
 
 
 @pytest.fixture(scope="module")
@@ -90,14 +90,14 @@ def test_an_ensemble_is_run_as_its_side_was(key, two, monkeypatch):
     for side, runs in zip(pair.sides, both, strict=True):
         (made,) = pair.ensemble([start], side.model)
         assert made.frame.equals(runs.base.frame)
-    wrong = fault.engine or pair.b.model
-    assert asked == [(pair.a.model, start.hash), (wrong, fault.given(start).hash)]
+    wrong = fault.engine or pair.sides[1].model
+    assert asked == [(pair.sides[0].model, start.hash), (wrong, fault.given(start).hash)]
 
     def fails(scene, engine):
         raise RunError(Outcome("chatter"), Job(scene, engine))
 
     monkeypatch.setattr(pairs, "run_one", fails)
-    assert pair.ensemble([start], pair.a.model) == []
+    assert pair.ensemble([start], pair.sides[0].model) == []
 
 
 def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
@@ -133,7 +133,7 @@ def test_finer_runs_of_both_sides_keep_their_difference(two):
 def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monkeypatch):
     scene = scenes("standard")["press"]
     wrong = scene.with_values({"environment.gravity": 9.0})
-    pair = Pair(scene, Side(scene, "reference"), Side(wrong, "exudyn"), "standard")
+    pair = Pair((Side(scene, "reference"), Side(wrong, "exudyn")), "standard")
     step = scene.data["solver"]["exudyn"]["step"]
     judged = []
 
@@ -158,7 +158,7 @@ def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monk
 
 
 def test_a_wrong_number_is_shown_by_families_and_confirmed_by_the_ensembles_of_both_models(two):
-    search = Search(two[0].scene, two[0].a, "reference", "environment.gravity", "tight")
+    search = Search((two[0].sides[0], Side(two[0].scene, "reference")), "environment.gravity", "tight")
     assert (search.shows(0.1), search.shows(0.0)) == (True, False)
     row = two[0].find()
     made = row["confirmation"]
