@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import pandas as pd
 from comparison.accuracy.levels import TIERS, thresholds_record
 from comparison.execution.run import Progress
 from comparison.execution.store import Row
-from comparison.formatting import MISSING, number, table
+from comparison.formatting import number, table
 from comparison.models import made_on, platform_name, versions
 from comparison.report import svg
 from comparison.studies.detection import draws
@@ -141,7 +142,7 @@ def record(results: Results) -> dict[str, Any]:
         "faults": fault_rows(results)[_RECORDED].replace("", None).to_dict("records"),
         "smallest_change": {
             name: {
-                place: row["found"] and float(f"{row['found']:.2g}")
+                place: row.get("found") and float(f"{row['found']:.2g}")
                 for place, row in zip(places, rows, strict=True)
             }
             for name, rows in results.smallest.items()
@@ -261,7 +262,7 @@ def _counted(rows: Sequence[Row]) -> dict[str, str]:
 
 def _change(row: Row) -> str:
     """Return the smallest change that is detected; in brackets the one that is shown, if that is smaller."""
-    detected, shown = (MISSING if row[key] is None else number(row[key], 2) for key in ("found", "shown"))
+    detected, shown = (number(row.get(key) or nan, 2) for key in ("found", "shown"))
     return detected if detected == shown else f"{detected} ({shown})"
 
 
@@ -274,7 +275,7 @@ def write(results: Results, folder: Path) -> None:
     """Draw the smallest detectable change of each number; write the long tables."""
     write_csv({"comparisons": comparisons(results), "faults": fault_rows(results)}, folder)
     names = list(results.smallest)
-    found = [[row["found"] for row in rows] for rows in results.smallest.values()]
+    found = [[row.get("found") for row in rows] for rows in results.smallest.values()]
     with svg.panels(folder / "smallest.svg", height=1.2 + 0.26 * len(names)) as (axes,):
         axes.set(xscale="log", xlim=(LEAST, 2.0 * MOST), ylim=(len(names) - 0.5, -0.5))
         axes.set_yticks(range(len(names)), names)

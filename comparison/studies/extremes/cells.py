@@ -149,9 +149,9 @@ def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
         methods = [METHODS[name] for name in part["only"]]
     elif not part.get("audited"):
         methods = [method for method in methods if method != INDEX2]
-    cells = []
+    cells, keys = [], part["keys"] if "keys" in part else {part["key"]: 1.0}
     for value in part["values"]:
-        values = {key: factor * value for key, factor in part["keys"].items()} | part.get("fixed", {})
+        values = {key: factor * value for key, factor in keys.items()} | part.get("fixed", {})
         both = ({}, values) if part.get("settings") else (values, {})
         cells.append(Cell(part["axis"], part.get("label", "{:g}").format(value), law, tuple(methods), *both))
     return cells
