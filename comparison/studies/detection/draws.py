@@ -158,9 +158,7 @@ def _value(rng: np.random.Generator, data: Mapping[str, Any], key: str, how: Map
 
 
 def sample(
-    kind: Kind,
-    roundings: Sequence[Rounding],
-    find: Callable[[Sequence[tuple[Rounding, int]]], Sequence[Row]],
+    kind: Kind, roundings: Sequence[Rounding], find: Callable[[Sequence[tuple[Rounding, int]]], Sequence[Row]]
 ) -> dict[Rounding, list[Row]]:
     """Draw until each variant has its equal share of decided comparisons, at most `MOST` times as many.
 

@@ -217,10 +217,7 @@ STIFFNESS: Limit = Limit(
         {"corners": at, "modulus": young, "model": model}
         for at, young, model in product(TILTS, MODULI, MODELS)
     ],
-    lambda case: {
-        "contact.youngs_modulus": case["modulus"],
-        "initial.slider_angle": TILTS[case["corners"]],
-    },
+    lambda case: {"contact.youngs_modulus": case["modulus"], "initial.slider_angle": TILTS[case["corners"]]},
     _first_impact,
     # The hardest walls, whose flights are those that x is taken in.
     lambda case: Job(STIFFNESS.scene({**case, "modulus": MODULI[-1]}), "reference"),

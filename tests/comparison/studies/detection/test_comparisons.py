@@ -12,16 +12,7 @@ from comparison.execution.run import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import pairs
 from comparison.studies.detection.draws import Trial, controls, searches, trials
 from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
-from comparison.studies.detection.pairs import (
-    LEAST,
-    MOST,
-    Pair,
-    Search,
-    Side,
-    find_all,
-    refusal,
-    summary,
-)
+from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all, refusal, summary
 from comparison.tables.table import TableError
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.refinement import Settled

@@ -109,7 +109,7 @@ FAR = (row(EXACT), row(EXACT + 1e-6))
         (row(EXACT), TIGHT, math.nan, Class.DEGRADED),
         (row(EXACT), (GONE, GONE), BOUND, Class.UNCONFIRMED),
         (row(EXACT), (GONE, row(EXACT)), BOUND, Class.CONVERGED),
-        (row([], "work-limit"), TIGHT, BOUND, Class.STOPPED),
+        (row([], "work-limit", share=0.3), TIGHT, BOUND, Class.STOPPED),
         ({"status": "bad input"}, TIGHT, BOUND, Class.REFUSED),
         ({"status": "crashed"}, TIGHT, BOUND, Class.CRASHED),
         ({"status": "unusable"}, TIGHT, BOUND, Class.NONSENSE),
