@@ -30,11 +30,14 @@ MANY = ",".join(["1"] * 1001)
 QUICK = ["--set", "output.samples_per_cycle=50", "--set", "drive.cycles=2.0"]
 
 
-def test_each_part_of_every_range_of_a_hypercube_has_one_point():
+def test_points_of_a_list_and_of_a_hypercube_with_one_in_each_part_of_every_range(tmp_path):
     axes = ["drive.speed_rpm=100:200", "clearance.slider=1e-4:2e-4"]
     points = latin_hypercube(axes, 20, seed=3)
     for key, low, high in (("drive.speed_rpm", 100.0, 200.0), ("clearance.slider", 1e-4, 2e-4)):
         assert sorted(int(20 * (point[key] - low) / (high - low)) for point in points) == list(range(20))
+    path = tmp_path / "points.csv"
+    path.write_text("drive.speed_rpm,contact.law\n100,foundation\n")
+    assert listed(path) == [{"drive.speed_rpm": 100, "contact.law": "foundation"}]
 
 
 @pytest.mark.parametrize(
@@ -122,6 +125,12 @@ def test_the_table_does_not_depend_on_the_number_of_processes_and_a_partner_has_
             [f"--grid={key}={MANY}" for key in ("drive.cycles", "friction.coefficient")],
             "1002001 points; at most",
         ),
+        (["--grid", "drive.speed_rpm"], "must be key=a,b,c"),
+        (["--latin", "drive.speed_rpm=2:a"], "low < high"),
+        (["--latin", "drive.speed_rpm=1:2", "--points", "0"], "--points 0 must be"),
+        (["--list", "none.csv"], "--list none.csv: cannot be read: No such file"),
+        (["--grid", "drive.speed_rpm=1", "--output", "peak_eror:slider_y"], "did you mean 'peak_error:sl"),
+        (["--grid", "drive.cycles=1", "--list", "none.csv"], "--grid and --list: give one of"),
         ([], "give one of --grid, --list and --latin"),
     ],
 )
@@ -216,11 +225,12 @@ def test_a_cluster_gives_the_same_table(scheduler, here, tmp_path):
         ("stays silent", "does not answer"),
     ],
 )
-def test_dask_is_not_even_asked_where_no_scheduler_listens(address, message, monkeypatch):
+def test_dask_is_not_even_asked_where_nobody_answers(address, message, monkeypatch):
     """Its client would try for twice the time that it is given, or without end."""
     distributed = pytest.importorskip("distributed", reason=NO_DASK)
-    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("asked"))
     monkeypatch.setattr(runs, "PATIENCE", 1.0)
+    if address != "closes":
+        monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("asked"))
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def answer() -> None:
@@ -230,7 +240,7 @@ def test_dask_is_not_even_asked_where_no_scheduler_listens(address, message, mon
 
         if address == "closes":
             threading.Thread(target=answer, daemon=True).start()
-        if " " in address or address == "closes":
+        if address in ("closes", "stays silent"):
             address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
         with pytest.raises(SweepError, match=f"^--scheduler {address}: {message}[^\n]*$"):
             on_cluster(address)
