@@ -195,14 +195,16 @@ def test_a_run_that_fails_is_reported_by_model_kind_status_and_invariant(models,
     assert examine(case)["outcome"] == stages.FAILED
 
 
-@pytest.mark.usefixtures("models")
-def test_a_table_that_contradicts_itself_is_compared_and_does_not_count_as_agreement(case):
+@pytest.mark.usefixtures("confirmed")
+def test_a_table_that_contradicts_itself_is_compared_and_does_not_count_as_agreement(models, case):
     case = replace(case, scene=case.scene.with_values({"output.groups": ["accelerations", "corners"]}))
     # The sines are in the walls half of the time; that of the other corners no contact accounts for.
     row = examine(case)
     assert ended(row) == (stages.BROKEN, stages.COMPARED)
     assert row["reason"].startswith("reference: open-depth")
     assert {one["corner"] for one in row["breaches"]["reference"]} == {"lr", "ul", "ur"}
+    models.stretch["exudyn"] = APART
+    assert ended(examine(case)) == (stages.DIFFER, stages.COMPARED)
 
 
 def table_with(gap, *contacts):
