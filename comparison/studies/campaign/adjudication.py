@@ -6,7 +6,7 @@ its opinions stand with its own run proves nothing: they may share the fault.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,6 @@ from comparison.tables.channels import CONTACTS, CORNERS, touching
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 
-Run = Callable[[Scene, str], Outcome]
 # s after which a scene that hangs is stopped: ten times what the dearest that came to the last stage took.
 LIMIT = 3600.0
 WINDOW = 0.05  # of a cycle after the first sample outside its threshold, over which distances are taken
@@ -56,14 +55,12 @@ def run_here(scene: Scene, model: str) -> Outcome:
         return Outcome("bad input", str(error))
 
 
-# ---- what a table shows against its own model; it shares nothing with how a model locates contacts
-
-
 def breaches(table: Table | None) -> list[Row]:
     """Return the worst breach of each kind and corner: inside a wall outside contacts, contacts that overlap.
 
-    ``time`` is that of the deepest sample, or where the overlap begins; ``since`` and ``until`` are the first
-    and the last of the samples about it outside the ``bound``.
+    What a table shows against its own model, and by code that shares nothing with how a model locates
+    contacts. ``time`` is that of the deepest sample, or where the overlap begins; ``since`` and ``until`` are
+    the first and the last of the samples about it outside the ``bound``.
     """
     found: list[Row] = []
     if table is None or table.events is None:
@@ -102,7 +99,7 @@ def breaches(table: Table | None) -> list[Row]:
 # ---- opinions of the models' own code
 
 
-def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scene, run: Run) -> Row:
+def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scene) -> Row:
     """Return who errs in a comparison whose runs are the tables, and all that says so, as JSON holds it."""
     channel, first, last = deciding(result)
     seen = float(result.time[first])
@@ -115,11 +112,11 @@ def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scen
     bases = [table.values(channel)[start : last + 1] for table in tables]
     judged = np.arange(first, last + 1)[result.channels[channel].predictable[first : last + 1]] - start
     evidence = [
-        opinion(name, model, run(asked, model), channel, bases, judged)
+        opinion(name, model, run_here(asked, model), channel, bases, judged)
         for name, model, asked in opinions(part)
     ]
     fine = excerpt(scene, tables[0], 0, last, FINE_SAMPLES)
-    outcomes = ((model, run(fine, model)) for model in MODELS)
+    outcomes = ((model, run_here(fine, model)) for model in MODELS)
     inside = {model: breaches(outcome.table or outcome.partial) for model, outcome in outcomes}
     span = float(result.time[start]), float(result.time[last])
     errs, why = decide(evidence, inside, span)
@@ -285,48 +282,45 @@ class OpenTask(Task):
 
 
 def with_third_opinions(rows: Sequence[tuple[Case, Row]], n_jobs: int) -> list[tuple[Case, Row]]:
-    """Return cases and rows with the opinion of `ENGINE` on every open difference; as they are without it."""
+    """Return cases and rows with the opinion of `ENGINE` on every open difference; as they are without it.
+
+    The model errs with whose run it does not stand.
+    """
     heard = list(rows)
     places = [n for n, (_, row) in enumerate(rows) if (row["adjudication"] or {}).get("errs") == OPEN]
     if not places or ENGINE not in engine_names():
         return heard
     tasks = [OpenTask(rows[n][0], rows[n][1]["adjudication"]) for n in places]
-    for n, row in zip(places, measure_all(ask_here, tasks, on_processes(n_jobs, LIMIT)), strict=True):
+    for n, row in zip(places, measure_all(ask, tasks, on_processes(n_jobs, LIMIT)), strict=True):
         case, own = rows[n]
-        evidence = row.get("evidence") or opinion(ENGINE, ENGINE, Outcome(row["status"]), "", [], None)
-        heard[n] = case, own | {"adjudication": weighed(own["adjudication"], evidence)}
+        said = row.get("evidence") or opinion(ENGINE, ENGINE, Outcome(row["status"]), "", [], None)
+        side = said["stands"]
+        stands = f" stands with {f'the run of {side}' if side else 'neither'}"
+        why = f"{ENGINE}{stands if said['status'] == 'success' else ': ' + said['status']}"
+        dispute = own["adjudication"] | {
+            "errs": next((model for model in MODELS if side and model != side), OPEN),
+            "why": f"{why}; {own['adjudication']['why']}",
+            "evidence": [*own["adjudication"]["evidence"], said],
+        }
+        heard[n] = case, own | {"adjudication": dispute}
     return heard
 
 
-def ask_here(task: OpenTask, progress: Progress) -> Row:
-    """Ask the engine in this process."""
-    progress(0.0)
-    return {"evidence": ask(task.case.scene, task.adjudication, run_here)}
-
-
-def ask(scene: Scene, dispute: Mapping[str, Any], run: Run) -> Row:
+def ask(task: OpenTask, progress: Progress) -> Row:
     """Return the opinion of `ENGINE`, at the tolerance of the reference, on an open adjudication."""
-    runs = [successful(run(scene, model), Job(scene, model)) for model in MODELS]
+    progress(0.0)
+    scene, dispute = task.case.scene, task.adjudication
+    runs = [successful(run_here(scene, model), Job(scene, model)) for model in MODELS]
     first, seen, last = (
         int(np.abs(runs[0].time - dispute[key]).argmin()) for key in ("from", "time", "until")
     )
     tolerance = scene.data["solver"]["reference"]["tolerance"]
     try:
         part = excerpt(scene, runs[0], first, last).with_values({f"solver.{ENGINE}.tolerance": tolerance})
-        outcome = run(part, ENGINE)
+        outcome = run_here(part, ENGINE)
     except SceneError as error:
         outcome = Outcome(f"bad input: {error}")
     bases = [table.values(dispute["channel"])[first : last + 1] for table in runs]
-    return opinion(ENGINE, ENGINE, outcome, dispute["channel"], bases, slice(seen - first, None))
-
-
-def weighed(dispute: Mapping[str, Any], evidence: Row) -> Row:
-    """Return an open adjudication with the engine's evidence: the model errs that it does not stand with."""
-    stands = evidence["stands"]
-    side = f" stands with {f'the run of {stands}' if stands else 'neither'}"
-    why = f"{ENGINE}{side if evidence['status'] == 'success' else ': ' + evidence['status']}"
-    return dict(dispute) | {
-        "errs": next((model for model in MODELS if stands and model != stands), OPEN),
-        "why": f"{why}; {dispute['why']}",
-        "evidence": [*dispute["evidence"], evidence],
+    return {
+        "evidence": opinion(ENGINE, ENGINE, outcome, dispute["channel"], bases, slice(seen - first, None))
     }

@@ -51,9 +51,9 @@ _shipped = cache(load_scene)
 
 @dataclass(frozen=True)
 class Case:
-    """One scene of the campaign."""
+    """One scene of the campaign: its place in the population determines, with the seed, everything else."""
 
-    number: int  # its place in the population, from 0: with the seed it determines everything else
+    number: int
     scene: Scene  # at the settings of the tight tier
     family: bool = False  # whether its whole family of runs is compared in any case
 
@@ -68,9 +68,9 @@ def case(number: int, seed: int) -> Case:
     rng = np.random.default_rng([seed, number])
     drawn = _beside_shipped(rng) if rng.uniform() < SHIPPED_SHARE else _anywhere(rng)
     texts = {"scene.name": f"campaign-{number}", "scene.title": f"Scene {number} of the seed {seed}"}
-    common = {"drive.cycles": CYCLES, "output.groups": ["accelerations", "corners"]} | texts
-    scene = drawn.with_values(common)
-    return Case(number, at_tier(scene, "tight"), bool(rng.uniform() < DRAWN_SHARE))
+    common = {"drive.cycles": CYCLES, "output.groups": ["accelerations", "corners"]}
+    scene = at_tier(drawn.with_values(common | texts), "tight")
+    return Case(number, scene, bool(rng.uniform() < DRAWN_SHARE))
 
 
 def _beside_shipped(rng: np.random.Generator) -> Scene:
@@ -116,13 +116,6 @@ def _anywhere(rng: np.random.Generator) -> Scene:
     return base.with_values(values | {"environment.gravity": gravity})
 
 
-def joints(scene: Scene) -> str:
-    """Name the joints of a scene that have clearance."""
-    loose = [name for name in ("slider", "crank_pin") if scene.data["joints"][name] == "clearance"]
-    return " and ".join(loose).replace("_", " ")
-
-
-def clearance(scene: Scene) -> float:
-    """Return the clearance that moves the slider, m: that of the pin where the slider has none."""
-    joint = "slider" if scene.data["joints"]["slider"] == "clearance" else "crank_pin"
-    return float(scene.data["clearance"][joint])
+def loose_joints(scene: Scene) -> list[str]:
+    """Return the joints that have clearance; the first is the one that moves the slider."""
+    return [name for name in ("slider", "crank_pin") if scene.data["joints"][name] == "clearance"]

@@ -20,8 +20,8 @@ from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
 from comparison.scene import Scene
-from comparison.studies.campaign.adjudication import LIMIT, Run, adjudicate, breaches, run_here
-from comparison.studies.campaign.population import Case, clearance
+from comparison.studies.campaign import adjudication
+from comparison.studies.campaign.population import Case, loose_joints
 from comparison.studies.detection.pairs import summary
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
@@ -33,8 +33,8 @@ TIER = "tight"
 # m: the largest u of a predictable sample of slider_x at the tight tier with 0.2 mm of clearance.
 DISTANCE = 1e-8
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-STAGES = ("single runs", "families", "confirmation", "adjudication")
-SCREENED, COMPARED, CONFIRMED, ADJUDICATED = STAGES
+SCREENED, COMPARED = "single runs", "families"
+STAGES = (SCREENED, COMPARED, "confirmation", "adjudication")
 OUTCOMES = ("agree", "underestimated", "differ", "broken invariant", "not decided", "cannot compare")
 AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED = OUTCOMES
 
@@ -55,15 +55,15 @@ class CaseTask(Task):
 
 def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:
     """Return the rows of `examine`; cases that were examined before are not again."""
-    tasks = [CaseTask(case) for case in cases]
-    rows = measure_all(examine_case, tasks, on_processes(n_jobs, LIMIT), on_progress)
+    spread = on_processes(n_jobs, adjudication.LIMIT)
+    rows = measure_all(examine_case, [CaseTask(case) for case in cases], spread, on_progress)
     return [row if row["status"] == SUCCESS else empty(row["message"]) for row in rows]
 
 
 def examine_case(task: CaseTask, progress: Progress) -> Row:
     """Examine a case in this process."""
     progress(0.0)
-    return examine(task.case, run_here)
+    return examine(task.case)
 
 
 def empty(reason: str) -> Row:
@@ -77,7 +77,7 @@ class _FailedError(Exception):
     """A run without which there is nothing to compare."""
 
 
-def examine(case: Case, run: Run) -> Row:
+def examine(case: Case) -> Row:
     """Take a scene through the stages.
 
     The row has one of `OUTCOMES`; ``stage``, `SCREENED` or `COMPARED`; ``screening``, see `screen`;
@@ -86,7 +86,7 @@ def examine(case: Case, run: Run) -> Row:
     """
     row = empty("") | {"stage": SCREENED}
     try:
-        _examine(row, case, run)
+        _examine(row, case)
     except _FailedError:
         first = row["failures"][0]
         row["reason"] = f"{first['model']}, {first['kind']} run: {first['status']}"
@@ -100,17 +100,15 @@ def examine(case: Case, run: Run) -> Row:
     return row
 
 
-def _examine(row: Row, case: Case, run: Run) -> None:
+def _examine(row: Row, case: Case) -> None:
     """Go from stage to stage and note what is found in the row."""
-    scene, last = case.scene, time.process_time()
+    scene, begun, ended = case.scene, time.process_time(), iter(STAGES)
 
-    def lap(stage: str) -> None:
-        nonlocal last
-        now = time.process_time()
-        row["seconds"][stage], last = now - last, now
+    def lap() -> None:
+        row["seconds"][next(ended)] = time.process_time() - begun - sum(row["seconds"].values())
 
     def table(model: str, kind: str, level: Scene) -> Table | None:
-        outcome = run(level, model)
+        outcome = adjudication.run_here(level, model)
         if outcome.table is None:
             numbers = {"model": model, "kind": kind, "status": outcome.status, "message": outcome.message}
             said = {} if outcome.partial is None else outcome.partial.provenance.get("invariants", {})
@@ -127,15 +125,21 @@ def _examine(row: Row, case: Case, run: Run) -> None:
             raise _FailedError
         return Runs(refinement=refinement(model, scene), **there)
 
+    def ensemble(scenes: Sequence[Scene], model: str) -> list[Table]:
+        tables = (adjudication.run_here(each, model).table for each in scenes)
+        return [table for table in tables if table is not None]
+
     bases = {model: table(model, "base", scene) for model in MODELS}
-    row["breaches"] = {model: breaches(base) for model, base in bases.items() if base is not None}
+    row["breaches"] = {
+        model: adjudication.breaches(base) for model, base in bases.items() if base is not None
+    }
     reference, tree = family(MODELS[0]), bases[MODELS[1]]
     if tree is None:
         raise _FailedError
     seen = row["screening"] = screen(scene, reference, tree)
     coverage, floor = seen["coverage"], thresholds(TIER).coverage
     row["coverage"] = coverage
-    lap(SCREENED)
+    lap()
     if not (seen["parted"] or case.family or any(row["breaches"].values())):
         reason = "" if coverage >= floor else f"{coverage:.1%} of the samples are predictable"
         row |= {"outcome": NOT_DECIDED if reason else AGREE, "reason": reason}
@@ -143,24 +147,19 @@ def _examine(row: Row, case: Case, run: Run) -> None:
     row["stage"] = COMPARED
     both = reference, family(MODELS[1])
     result = compare(*both, scene=scene, tier=TIER, labels=MODELS)
-    lap(COMPARED)
+    lap()
     if result.verdict == "differ":
-
-        def ensemble(scenes: Sequence[Scene], model: str) -> list[Table]:
-            outcomes = (run(each, model) for each in scenes)
-            return [outcome.table for outcome in outcomes if outcome.table is not None]
-
         result = confirm(result, both, scene=scene, models=MODELS, run=ensemble)
         row["confirmation"] = confirmation_record(result)
-        lap(CONFIRMED)
+        lap()
     positions = [result.channels[name] for name in ("slider_x", "slider_y")]
     coverage = min((one.coverage for one in positions if one.verdict != "unexcited"), default=0.0)
     short = summary(result)
     row |= {"outcome": NOT_DECIDED, "coverage": coverage, "reason": short["reason"], "first": short["first"]}
     if result.verdict == "differ":
         row["outcome"] = DIFFER
-        row["adjudication"] = adjudicate(result, (reference.base, tree), scene, run)
-        lap(ADJUDICATED)
+        row["adjudication"] = adjudication.adjudicate(result, (reference.base, tree), scene)
+        lap()
     elif result.verdict == "agree" and result.confirmation is not None:
         row["outcome"] = UNDERESTIMATED
     elif result.verdict == "agree" and coverage >= floor:
@@ -175,7 +174,7 @@ def screen(scene: Scene, reference: Runs, tree: Table) -> dict[str, Any]:
     of the first; ``distance``: largest over the predictable samples, on the scale of each channel, times the
     clearance, m; ``coverage``: share of these samples, of the positions the least.
     """
-    limits, size = thresholds(TIER), clearance(scene)
+    limits, size = thresholds(TIER), float(scene.data["clearance"][loose_joints(scene)[0]])
     parted, farthest, coverage = [], 0.0, 1.0
     for name in MOTION:
         channel = channels()[name]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +14,18 @@ from matplotlib.axis import Axis
 from comparison.accuracy.levels import thresholds
 from comparison.execution.run import VIOLATED, Progress
 from comparison.execution.store import Row
-from comparison.formatting import percent, quantity
+from comparison.formatting import quantity
 from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.report import svg
-from comparison.studies.campaign import population, stages
-from comparison.studies.campaign.adjudication import FINE_SAMPLES, OPEN, SMALL_STEP, with_third_opinions
+from comparison.studies.campaign import adjudication, population, stages
 from comparison.studies.campaign.population import Case
-from comparison.studies.shared.frames import markdown, rows_table
+from comparison.studies.shared.frames import markdown, rows_table, write_csv
 from comparison.studies.shared.rates import share, upper_limit
 from comparison.studies.shared.study import Study
 from comparison.tables.channels import CONTACTS, channels
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows
-NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
+NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", adjudication.OPEN: "open"}
 # The rare ones last, so that they lie on top.
 _MARKS: dict[str, dict[str, Any]] = {
     stages.AGREE: {"marker": ".", "color": svg.SERIES[0], "ms": 3},
@@ -36,13 +35,18 @@ _MARKS: dict[str, dict[str, Any]] = {
     stages.BROKEN: {"marker": "^", "color": svg.OUTSIDE, "ms": 5},
     stages.DIFFER: {"marker": "D", "color": svg.SERIES[3], "ms": 5},
 }
+_GROUPS = (
+    ("agree", svg.SERIES[0], (stages.AGREE, stages.UNDERESTIMATED)),
+    ("differ or broken", svg.SERIES[3], (stages.DIFFER, stages.BROKEN)),
+    ("not decided", svg.THRESHOLD, (stages.NOT_DECIDED,)),
+)
 
 
 def measure(count: int, n_jobs: int, on_progress: Progress | None) -> Cases:
     """Examine so many scenes of the population."""
     cases = population.cases(count, population.SEED)
     rows = stages.run_cases(cases, n_jobs, on_progress)
-    return with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
+    return adjudication.with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
 
 
 def record(rows: Cases) -> dict[str, Any]:
@@ -55,100 +59,108 @@ def record(rows: Cases) -> dict[str, Any]:
     }
 
 
-def scenes(rows: Cases) -> pd.DataFrame:
-    """Return a line for each scene."""
-    return pd.DataFrame(
-        {
-            "scene": case.number,
-            "clearance at": population.joints(case.scene),
-            "speed_rpm": case.scene.data["drive"]["speed_rpm"],
-            "clearance_m": population.clearance(case.scene),
-            "restitution": case.scene.data["contact"]["restitution"],
-            "outcome": row["outcome"],
-            "stage": row["stage"],
-            "distance_m": (row["screening"] or {}).get("distance"),
-            "coverage": row["coverage"],
-            "errs": (row["adjudication"] or {}).get("errs"),
-            "reason": "" if row["outcome"] == stages.AGREE else row["reason"],
-        }
+def _frame(lines: Iterable[dict[str, Any]], *columns: str) -> pd.DataFrame:
+    return pd.DataFrame(list(lines), columns=list(columns))
+
+
+def tables(rows: Cases) -> dict[str, pd.DataFrame]:
+    """Return scenes, opinions, runs without success, and breaches (in m, overlaps in s; the worst first)."""
+    apart = [f"from {model}" for model in MODELS]
+    scenes = []
+    for case, row in rows:
+        data, loose = case.scene.data, population.loose_joints(case.scene)
+        scenes.append(
+            {
+                "scene": case.number,
+                "clearance at": " and ".join(loose).replace("_", " "),
+                "speed_rpm": data["drive"]["speed_rpm"],
+                "clearance_m": data["clearance"][loose[0]],
+                "restitution": data["contact"]["restitution"],
+                "outcome": row["outcome"],
+                "stage": row["stage"],
+                "distance_m": (row["screening"] or {}).get("distance"),
+                "coverage": row["coverage"],
+                "errs": (row["adjudication"] or {}).get("errs"),
+                "reason": "" if row["outcome"] == stages.AGREE else row["reason"],
+            }
+        )
+    opinions = (
+        {"scene": case.number, "channel": row["adjudication"]["channel"]}
+        | one
+        | dict(zip(apart, one["distances"], strict=False))
         for case, row in rows
+        if row["adjudication"]
+        for one in row["adjudication"]["evidence"]
     )
+    failures = (
+        {**one, "status": ", ".join((one["status"], *one["invariants"])), "run": one["kind"]}
+        | {"scene": case.number}
+        for case, row in rows
+        for one in row["failures"]
+    )
+    breaches = (
+        {"model": model, "scene": case.number} | one
+        for case, row in rows
+        for model, shown in row["breaches"].items()
+        for one in shown
+    )
+    broken = ("model", "name", "scene", "corner", "value", "bound", "time", "since", "until")
+    return {
+        "scenes": pd.DataFrame(scenes),
+        "opinions": _frame(opinions, "scene", "channel", "name", "model", "status", *apart, "stands"),
+        "failures": _frame(failures, "model", "status", "run", "scene", "message"),
+        "breaches": _frame(breaches, *broken).sort_values("value", ascending=False, kind="stable"),
+    }
 
 
 def page(rows: Cases) -> dict[str, object]:
     """Return what stands in the page."""
-    lines = scenes(rows)
+    of = tables(rows)
+    lines = of["scenes"]
     counts = pd.crosstab(lines["clearance at"], lines["outcome"], margins=True, margins_name="all")
     counts = counts.reindex(columns=["all", *stages.OUTCOMES], fill_value=0).rename(columns={"all": "scenes"})
     # Of the drawn scenes those that would have stopped after single runs.
     drawn = [row for case, row in rows if case.family and row["stage"] == stages.COMPARED]
     only = [row for row in drawn if not row["screening"]["parted"] and not any(row["breaches"].values())]
     differing = sum(row["outcome"] == stages.DIFFER for row in only)
-    spent = pd.DataFrame([row["seconds"] for _, row in rows]).sum()
-    return {
-        "outcome": outcome([row for _, row in rows]),
-        "seed": population.SEED,
-        "machine": made_on(),
-        "counts": markdown(counts.sort_values("scenes", ascending=False).reset_index()),
-        "compared": (lines["stage"] == stages.COMPARED).sum(),
-        "floor": percent(thresholds(stages.TIER).coverage),
-        "differences": differences(rows),
-        "underestimated": "\n".join(
-            f"- scene {case.number}: {row['confirmation']['sentence']}."
-            for case, row in rows
-            if row["outcome"] == stages.UNDERESTIMATED
-        )
-        or "There was none.",
-        "breaches": markdown(breaches(rows).groupby(["model", "name"]).head(1)),
-        "failures": markdown(
-            failures(rows).groupby(["model", "status", "run"])["scene"].agg(["count", _some]).reset_index()
-        ),
-        "limit": quantity(stages.DISTANCE, "m"),
-        "drawn": len(only),
-        "differing": differing,
-        "overlooked": share(upper_limit(differing, len(only))),
-        "fine": FINE_SAMPLES,
-        "step": quantity(SMALL_STEP, "s"),
-        "seconds": ", ".join(
-            f"{stage} {spent[stage] / 60.0:.1f} min" for stage in stages.STAGES if stage in spent
-        ),
-        "ranges": "; ".join(
-            f"{name} {quantity(low, unit)} to {quantity(high, unit)}"
-            for name, (low, high, unit) in population.RANGES.items()
-        ),
-        "joints": ", ".join(f"{joint} {part:.0%}" for joint, part in population.JOINTS.items()),
-        "foundation": f"{population.FOUNDATION_SHARE:.0%}",
-        "shipped": ", ".join(population.SHIPPED),
-        "moved": f"{population.MOVED:.0%}",
-    }
-
-
-def outcome(rows: Sequence[Row]) -> str:
-    """Return what came of it in one paragraph."""
-    count = Counter(row["outcome"] for row in rows)
-    decided = count[stages.AGREE] + count[stages.UNDERESTIMATED] + count[stages.DIFFER]
-    errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == stages.DIFFER)
     broken = Counter(
         model
-        for row in rows
+        for _, row in rows
         for model in MODELS
         if row["breaches"].get(model)
         or any(one["model"] == model and one["status"] == VIOLATED for one in row["failures"])
     )
-    runs = Counter(one["model"] for row in rows for one in row["failures"])
-    broke, failed = (
-        " and ".join(f"{counted[model]} of the {model} model" for model in MODELS)
-        for counted in (broken, runs)
-    )
-    return (
-        f"**Of {len(rows)} random scenes of {population.CYCLES:g} cycles {decided} are decided: "
-        f"{count[stages.AGREE]} agree, in {count[stages.UNDERESTIMATED]} the uncertainty had been "
-        f"underestimated, {count[stages.DIFFER]} differ "
-        f"({', '.join(f'{errs[words]} {words}' for words in NAMES.values())}).** "
-        f"In {count[stages.BROKEN]} others a run breaks an invariant (of all scenes: {broke}). "
-        f"{count[stages.NOT_DECIDED]} are not decided for want of predictable samples, "
-        f"{count[stages.FAILED]} cannot be compared; runs that did not succeed: {failed}."
-    )
+    failures = of["failures"].groupby(["model", "status", "run"])["scene"].agg(["count", _some])
+    spent = pd.DataFrame([row["seconds"] for _, row in rows]).sum()
+    errs = lines.loc[lines["outcome"] == stages.DIFFER, "errs"].value_counts()
+    return {
+        "rows": rows,
+        "count": {outcome: (lines["outcome"] == outcome).sum() for outcome in stages.OUTCOMES},
+        "errs": ", ".join(f"{errs.get(who, 0)} {words}" for who, words in NAMES.items()),
+        "broke": _by_model(broken),
+        "failed": _by_model(of["failures"]["model"].value_counts()),
+        "machine": made_on(),
+        "counts": counts.sort_values("scenes", ascending=False).reset_index(),
+        "compared": (lines["stage"] == stages.COMPARED).sum(),
+        "floor": thresholds(stages.TIER).coverage,
+        "differences": differences(rows),
+        "breaches": markdown(of["breaches"].groupby(["model", "name"]).head(1)),
+        "failures": markdown(failures.reset_index()),
+        "drawn": len(only),
+        "differing": differing,
+        "overlooked": share(upper_limit(differing, len(only))),
+        "seconds": ", ".join(
+            f"{stage} {spent[stage] / 60.0:.1f} min" for stage in stages.STAGES if stage in spent
+        ),
+        "population": population,
+        "limit": stages.DISTANCE,
+        "fine": adjudication.FINE_SAMPLES,
+        "step": adjudication.SMALL_STEP,
+    }
+
+
+def _by_model(counted: Any) -> str:
+    return " and ".join(f"{counted.get(model, 0)} of the {model} model" for model in MODELS)
 
 
 def _some(scenes: pd.Series) -> str:
@@ -157,88 +169,39 @@ def _some(scenes: pd.Series) -> str:
 
 def differences(rows: Cases) -> str:
     """Return a line for each scene that differs: who errs and why, and the contacts that one model lacks."""
-
-    def line(scene: int, one: Row, claim: str) -> dict[str, str]:
+    lines = []
+    for case, row in rows:
+        if row["outcome"] != stages.DIFFER:
+            continue
+        one = row["adjudication"]
         missing = "; ".join(
             f"{CONTACTS[each['corner']]}, {each['start']:.6g} to {each['end']:.6g} s, not in the "
             f"{each['lacks']} run"
             for each in sorted(one["missing"], key=lambda each: each["start"])[:2]
         )
-        return {
-            "scene": str(scene),
-            "seen from": f"{one['time']:.6g} s",
-            "contact": missing or "the same in both",
-            "apart by": f"{one['channel']}: {quantity(one['apart'], channels()[one['channel']].unit, 2)}",
-            "claim": claim,
-            "errs": f"**{one['errs']}**",
-            "why": one["why"],
-        }
-
-    lines = [
-        line(case.number, row["adjudication"], (row["confirmation"] or {}).get("outcome", ""))
-        for case, row in rows
-        if row["outcome"] == stages.DIFFER
-    ]
+        lines.append(
+            {
+                "scene": str(case.number),
+                "seen from": f"{one['time']:.6g} s",
+                "contact": missing or "the same in both",
+                "apart by": f"{one['channel']}: {quantity(one['apart'], channels()[one['channel']].unit, 2)}",
+                "claim": (row["confirmation"] or {}).get("outcome", ""),
+                "errs": f"**{one['errs']}**",
+                "why": one["why"],
+            }
+        )
     return rows_table(lines) or "There was none."
-
-
-def opinions(rows: Cases) -> pd.DataFrame:
-    """Return a line for each opinion, with its distances from the run of either model."""
-    apart = [f"from {model}" for model in MODELS]
-    lines = [
-        {"scene": case.number, "channel": row["adjudication"]["channel"]}
-        | one
-        | dict(zip(apart, one["distances"], strict=False))
-        for case, row in rows
-        if row["adjudication"]
-        for one in row["adjudication"]["evidence"]
-    ]
-    return pd.DataFrame(lines, columns=["scene", "channel", "name", "model", "status", *apart, "stands"])
-
-
-def failures(rows: Cases) -> pd.DataFrame:
-    """Return a line for each run that did not succeed."""
-    lines = [
-        one
-        | {"status": ", ".join((one["status"], *one["invariants"])), "run": one["kind"], "scene": case.number}
-        for case, row in rows
-        for one in row["failures"]
-    ]
-    return pd.DataFrame(lines, columns=["model", "status", "run", "scene", "message"])
-
-
-def breaches(rows: Cases) -> pd.DataFrame:
-    """Return a line for each table that contradicts itself, the worst first; in m, overlaps in s."""
-    lines = [
-        {"model": model, "scene": case.number} | one
-        for case, row in rows
-        for model, shown in row["breaches"].items()
-        for one in shown
-    ]
-    columns = ["model", "name", "scene", "corner", "value", "bound", "time", "since", "until"]
-    return pd.DataFrame(lines, columns=columns).sort_values("value", ascending=False, kind="stable")
 
 
 def write(rows: Cases, folder: Path) -> None:
     """Draw distances between the models, and where the scenes lie; write the long tables."""
-    lines = scenes(rows)
-    tables = {"scenes": lines, "opinions": opinions(rows), "failures": failures(rows)}
-    for name, frame in tables.items():
-        frame.to_csv(folder / f"{name}.csv", index=False)
-    _draw_distances(lines, folder / "distances.svg")
-    _draw_places(lines, folder / "places.svg")
-
-
-def _draw_distances(lines: pd.DataFrame, path: Path) -> None:
-    groups = (
-        ("agree", svg.SERIES[0], (stages.AGREE, stages.UNDERESTIMATED)),
-        ("differ or broken", svg.SERIES[3], (stages.DIFFER, stages.BROKEN)),
-        ("not decided", svg.THRESHOLD, (stages.NOT_DECIDED,)),
-    )
+    of = tables(rows)
+    write_csv({name: of[name] for name in ("scenes", "opinions", "failures")}, folder)
+    lines = of["scenes"]
     screened, ticks = lines.dropna(subset=["distance_m"]), range(-15, -2, 3)
     decades, shares = np.arange(-15.0, -2.9, 0.5).tolist(), np.linspace(0.0, 1.0, 21).tolist()
-    with svg.panels(path, 1, 2, sharey=True) as (left, right):
-        for label, colour, outcomes in groups:
+    with svg.panels(folder / "distances.svg", 1, 2, sharey=True) as (left, right):
+        for label, colour, outcomes in _GROUPS:
             own = screened[screened["outcome"].isin(outcomes)]
             if len(own):
                 distances = np.log10(own["distance_m"].clip(10.0 ** decades[0], 10.0 ** decades[-1]))
@@ -253,10 +216,7 @@ def _draw_distances(lines: pd.DataFrame, path: Path) -> None:
         right.set_xlabel("share of samples predictable (-)")
         _plain(left.yaxis, (1, 10, 100, 1000))
         svg.legend_above(left)
-
-
-def _draw_places(lines: pd.DataFrame, path: Path) -> None:
-    with svg.panels(path, 1, 2, sharex=True) as (left, right):
+    with svg.panels(folder / "places.svg", 1, 2, sharex=True) as (left, right):
         for outcome, mark in _MARKS.items():
             own = lines[lines["outcome"] == outcome]
             if len(own):

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import ceil, cos, degrees, pi, sin, sqrt
+from math import ceil, cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
 
+from comparison.accuracy import uncertainty
 from comparison.accuracy.levels import TIERS
-from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.execution.store import Row
 from comparison.models import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
-from comparison.studies.detection.faults import Fault, records, scenes
+from comparison.studies.detection.faults import RECORDS, Fault, scenes
 from comparison.studies.detection.pairs import DETECTED, HALVINGS, Bits, Pair, Search, Side
 from comparison.studies.shared.scenes import at_tier, clearance_and_start, leaves, log_uniform
 
@@ -43,9 +43,6 @@ class Kind:
     cycles: tuple[float, float] = (0.0, 0.0)
 
 
-BOTH, OWN = ([Kind(**row) for row in records()[name]] for name in ("both", "own"))
-
-
 @dataclass(frozen=True)
 class Rounding:
     """A variant of rounding: variables of the environment, and whether copies run that are rearranged."""
@@ -59,25 +56,23 @@ class Rounding:
         return Side(scene, model, f"{model}_rearranged" if self.rearranged else "")
 
 
+BOTH, OWN = ([Kind(**row) for row in RECORDS[name]] for name in ("both", "own"))
 # The first one is what the others are held against.
 ROUNDINGS = tuple(
     Rounding(**(row | {"environment": tuple(row.get("environment", {}).items())}))
-    for row in records()["rounding"]
+    for row in RECORDS["rounding"]
 )
 
 
-# ---- a model against itself
-
-
 def own_pairs(kind: Kind) -> list[Pair]:
-    """Draw all pairs of a kind; the same ones every time."""
+    """Draw all pairs of a model with itself; the same ones every time."""
     number = [other.label for other in OWN].index(kind.label)
     return [own_pair(kind, np.random.default_rng([OWN_SEED, number, draw])) for draw in range(kind.draws)]
 
 
 def own_pair(kind: Kind, rng: np.random.Generator) -> Pair:
     """Draw a scene, and a start beside its own with another setting: numerically another run, no more."""
-    base, ranges = _shipped("150rpm-0.2mm"), records()["own_ranges"]
+    base, ranges = _shipped("150rpm-0.2mm"), RECORDS["own_ranges"]
     start = clearance_and_start(rng, ranges["clearance"], base.data["mechanism"]["slider"]["length"])
     values: dict[str, object] = {
         **start,
@@ -88,10 +83,10 @@ def own_pair(kind: Kind, rng: np.random.Generator) -> Pair:
         "friction.coefficient": float(rng.uniform(*ranges["friction"])),
     }
     scene = at_tier(base.with_values(values), kind.tier)
-    beside = moved(scene, PERTURBATION, rng)
+    beside = moved(scene, uncertainty.PERTURBATION, rng)
     setting = scene.data["solver"][kind.model][kind.setting] * log_uniform(rng, ranges["factors"])
     other = beside.variant({f"solver.{kind.model}.{kind.setting}": setting})
-    return Pair(scene, Side(scene, kind.model), Side(other, kind.model), kind.tier)
+    return Pair((Side(scene, kind.model), Side(other, kind.model)), kind.tier)
 
 
 def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
@@ -100,44 +95,25 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     The slider, uniformly in the disc of offset and angle times its length; where only the crank pin has
     clearance the crank, to either side.
     """
-    start, mechanism, clearance = (scene.data[part] for part in ("initial", "mechanism", "clearance"))
-    if scene.data["joints"]["slider"] == "clearance":
-        shift = share * clearance["slider"] * sqrt(rng.uniform())
-        direction = rng.uniform(0.0, 2.0 * pi)
-        rotation = shift * sin(direction) / mechanism["slider"]["length"]
-        return scene.variant(
-            {
-                "initial.slider_offset": start["slider_offset"] + shift * cos(direction),
-                "initial.slider_angle": start["slider_angle"] + rotation,
-            }
-        )
-    turned = share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0) / mechanism["crank"]["length"]
-    return scene.variant({"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)})
+    clearance = scene.data["clearance"]
+    if uncertainty.movable(scene) != "slider":
+        return uncertainty.moved(scene, share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0), 0.0)
+    shift = share * clearance["slider"] * sqrt(rng.uniform())
+    direction = rng.uniform(0.0, 2.0 * pi)
+    return uncertainty.moved(scene, shift * cos(direction), shift * sin(direction))
 
 
-# ---- both models
-
-
-@dataclass(frozen=True)
-class Draw:
-    """One comparison of a kind, under a variant of rounding."""
-
-    kind: Kind
-    rounding: Rounding
-    number: int
-
-    @property
-    def pair(self) -> Pair:
-        """What is compared; the same every time."""
-        place = [kind.label for kind in BOTH].index(self.kind.label), ROUNDINGS.index(self.rounding)
-        shipped = scenes_with_clearance()
-        rng = np.random.default_rng([SEED, *place, self.number])
-        scene = _shipped(shipped[(self.number + place[1]) % len(shipped)])
-        if self.kind.changed:
-            scene = changed(scene, rng)
-        scene = at_tier(moved(scene, SHARE, rng), self.kind.tier)
-        a, b = (self.rounding.side(scene, model) for model in MODELS)
-        return Pair(scene, a, b, self.kind.tier, environment=self.rounding.environment)
+def both_pair(kind: Kind, rounding: Rounding, number: int) -> Pair:
+    """Draw one comparison of both models under a variant of rounding; the same one every time."""
+    place = [kind.label for kind in BOTH].index(kind.label), ROUNDINGS.index(rounding)
+    shipped = scenes_with_clearance()
+    rng = np.random.default_rng([SEED, *place, number])
+    scene = _shipped(shipped[(number + place[1]) % len(shipped)])
+    if kind.changed:
+        scene = changed(scene, rng)
+    scene = at_tier(moved(scene, SHARE, rng), kind.tier)
+    sides = tuple(rounding.side(scene, model) for model in MODELS)
+    return Pair(sides, kind.tier, environment=rounding.environment)
 
 
 @cache
@@ -148,7 +124,7 @@ def scenes_with_clearance() -> list[str]:
 
 def keys(scene: Scene) -> dict[str, Any]:
     """Return the keys that users change, with how each is drawn: not those that the scene does not use."""
-    changes, joints = records()["changes"], scene.data["joints"]
+    changes, joints = RECORDS["changes"], scene.data["joints"]
     loose = [changes[joint] for joint in ("slider", "crank_pin") if joints[joint] == "clearance"]
     return {key: how for part in (changes["all"], *loose) for key, how in part.items()}
 
@@ -157,8 +133,8 @@ def changed(scene: Scene, rng: np.random.Generator) -> Scene:
     """Return a scene with one to `MOST_KEYS` keys drawn anew, with equal probability each."""
     ways = keys(scene)
     count = int(rng.integers(1, MOST_KEYS + 1))
-    chosen = rng.choice(list(ways), size=count, replace=False)
-    return scene.with_values({str(key): _value(rng, scene.data, str(key), ways[str(key)]) for key in chosen})
+    chosen = map(str, rng.choice(list(ways), size=count, replace=False))
+    return scene.with_values({key: _value(rng, scene.data, key, ways[key]) for key in chosen})
 
 
 def _value(rng: np.random.Generator, data: Mapping[str, Any], key: str, how: Mapping[str, Any]) -> object:
@@ -182,22 +158,25 @@ def _value(rng: np.random.Generator, data: Mapping[str, Any], key: str, how: Map
 
 
 def sample(
-    kind: Kind, roundings: Sequence[Rounding], find: Callable[[Sequence[Draw]], Sequence[Row]]
+    kind: Kind, roundings: Sequence[Rounding], find: Callable[[Sequence[tuple[Rounding, int]]], Sequence[Row]]
 ) -> dict[Rounding, list[Row]]:
-    """Draw until each variant has its equal share of decided comparisons, at most `MOST` times as many."""
+    """Draw until each variant has its equal share of decided comparisons, at most `MOST` times as many.
+
+    ``find`` returns a row for each variant and number that it is asked for.
+    """
     wanted = ceil(kind.draws / len(roundings))
     most = ceil(MOST * wanted)
     drawn: dict[Rounding, list[Row]] = {rounding: [] for rounding in roundings}
     while True:
-        draws = [
-            Draw(kind, rounding, number)
+        asked = [
+            (rounding, number)
             for rounding, rows in drawn.items()
             for number in range(len(rows), min(most, len(rows) + wanted - decided(rows)))
         ]
-        if not draws:
+        if not asked:
             return drawn
-        for draw, row in zip(draws, find(draws), strict=True):
-            drawn[draw.rounding].append(row)
+        for (rounding, _), row in zip(asked, find(asked), strict=True):
+            drawn[rounding].append(row)
 
 
 def decided(rows: Sequence[Row]) -> int:
@@ -208,7 +187,7 @@ def decided(rows: Sequence[Row]) -> int:
 def bits(roundings: Sequence[Rounding]) -> list[Bits]:
     """Return what is hashed of the variants, one after the other: of each as many as there are `HASHED`."""
     return [
-        Bits(variant.side(scenes(tier)["press"], model), variant.environment)
+        Bits((variant.side(scenes(tier)["press"], model),), variant.environment)
         for variant in roundings
         for model, tier in HASHED
     ]
@@ -245,18 +224,16 @@ class Trial:
         """The other model as it is, against this one."""
         scene = scenes(self.tier)[self.fault.scene]
         faulty = Side(self.fault.given(scene), self.model, self.fault.engine)
-        return Pair(scene, Side(scene, other(self.model)), faulty, self.tier, self.fault.spoil)
+        return Pair((Side(scene, _other(self.model)), faulty), self.tier, self.fault.spoil)
 
     def detected(self, row: Row) -> bool:
         """Return whether this fault is detected."""
         if self.fault.unexcited:
-            verdict, _ = row["channels"].get(self.fault.unexcited, ("", 0.0))
-            return bool(verdict == "unexcited")
+            return bool(row["channels"].get(self.fault.unexcited, [""])[0] == "unexcited")
         return row["verdict"] in DETECTED
 
 
-def other(model: str) -> str:
-    """Return the other one of the two models."""
+def _other(model: str) -> str:
     return MODELS[1 - MODELS.index(model)]
 
 
@@ -275,18 +252,18 @@ def trials(faults: Sequence[Fault]) -> list[Trial]:
 
 def controls() -> list[Pair]:
     """Pairs without a fault, of each scene and tier: no detection counts where these differ."""
-    a, b = MODELS
     return [
-        Pair(scene, Side(scene, a), Side(scene, b), tier) for tier in TIERS for scene in scenes(tier).values()
+        Pair(tuple(Side(scene, model) for model in MODELS), tier)
+        for tier in TIERS
+        for scene in scenes(tier).values()
     ]
 
 
-def searches(names: Sequence[str] | None = None, halvings: int = HALVINGS) -> list[Search]:
-    """Return the searches for the smallest change of numbers, by default all: for each one a place."""
-    numbers = records()["smallest"]
+def searches(halvings: int = HALVINGS) -> list[Search]:
+    """Return the searches for the smallest change of all numbers: for each one a place."""
     return [
-        Search(scene, Side(scene, other(model)), model, numbers[name]["key"], tier, halvings)
-        for name in names or numbers
+        Search((Side(scene, _other(model)), Side(scene, model)), number["key"], tier, halvings)
+        for number in RECORDS["smallest"].values()
         for model, tier in PLACES
-        for scene in [scenes(tier)[numbers[name]["scene"]]]
+        for scene in [scenes(tier)[number["scene"]]]
     ]

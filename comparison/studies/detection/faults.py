@@ -13,6 +13,7 @@ from importlib import invalidate_caches
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -25,6 +26,12 @@ from comparison.studies.shared.scenes import at_tier, leaves
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs
 
+_FOLDER = files("comparison.studies.detection")
+RECORDS: dict[str, Any] = {
+    key: value
+    for name in ("faults.toml", "draws.toml")
+    for key, value in tomllib.loads(_FOLDER.joinpath(name).read_text("utf-8")).items()
+}
 KINDS = ("number", "code", "table")
 LATE = 1e-4  # s, a quarter of the usual sample
 
@@ -58,27 +65,19 @@ class Fault:
         return scene.with_values({self.key: self.factor * right if self.value is None else self.value})
 
 
-@cache
-def records() -> dict[str, Any]:
-    """Read the study's data."""
-    folder = files("comparison.studies.detection")
-    texts = (folder.joinpath(name).read_text("utf-8") for name in ("faults.toml", "draws.toml"))
-    return {key: value for text in texts for key, value in tomllib.loads(text).items()}
-
-
 def catalogue(kinds: Sequence[str] = KINDS) -> list[Fault]:
     """Return all faults, in the order of the file."""
     return [
         Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
         for kind in kinds
-        for row in records()[kind]
+        for row in RECORDS[kind]
     ]
 
 
 @cache
 def scenes(tier: str) -> dict[str, Scene]:
     """Return the scenes of the catalogue with the settings of a tier."""
-    values = records()["scene"].items()
+    values = RECORDS["scene"].items()
     return {name: at_tier(load_scene("150rpm-0.2mm", changes), tier) for name, changes in values}
 
 
@@ -89,16 +88,9 @@ class CatalogueError(ValueError):
     """A change that does not fit the sources as they are now."""
 
 
-def package(model: str) -> Path:
-    """Return the folder of a model's package."""
-    spec = find_spec(OWN[model].module)
-    assert spec is not None
-    assert spec.origin is not None
-    return Path(spec.origin).parent
-
-
-def changed(text: str, fault: Fault) -> str:
-    """Return the text of a source file with the change made; refuse a place that has moved on."""
+def changed(fault: Fault) -> str:
+    """Return the text of a faulty source file; refuse a place that has moved on."""
+    text = (package(fault.model) / fault.file).read_text("utf-8")
     if (count := text.count(fault.old)) != 1:
         raise CatalogueError(
             f"{fault.engine}: {fault.old!r} is {count} times in {fault.file} of the {fault.model} model"
@@ -106,12 +98,31 @@ def changed(text: str, fault: Fault) -> str:
     return text.replace(fault.old, fault.new)
 
 
+def package(module: str) -> Path:
+    """Return the folder of a model's package, of our models by their name, of a copy by its engine's."""
+    spec = find_spec(OWN[module].module if module in OWN else module)
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).parent
+
+
 @contextmanager
 def installed(faults: Sequence[Fault]) -> Iterator[None]:
-    """Install a copy of a model for each fault in its code, for this process and the workers it starts."""
+    """Install a copy of a model for each fault in its code, for this process and the workers it starts.
+
+    The package under another name, registered as any package with a model is.
+    """
     with TemporaryDirectory(prefix="sixbar-") as folder:
         for fault in faults:
-            _copy(fault, Path(folder))
+            source, name = package(fault.model), fault.engine
+            copytree(source, Path(folder, name), ignore=ignore_patterns("__pycache__"))
+            Path(folder, name, fault.file).write_text(changed(fault), "utf-8")
+            for path in Path(folder, name).rglob("*.py"):
+                path.write_text(path.read_text("utf-8").replace(source.name, name), "utf-8")
+            record = Path(folder, f"{name}-1.dist-info")
+            record.mkdir()
+            (record / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n", "utf-8")
+            (record / "entry_points.txt").write_text(f"[{GROUP}]\n{name} = {name}:simulate\n", "utf-8")
         sys.path.insert(0, folder)
         invalidate_caches()
         try:
@@ -121,32 +132,16 @@ def installed(faults: Sequence[Fault]) -> Iterator[None]:
             invalidate_caches()
 
 
-def _copy(fault: Fault, folder: Path) -> None:
-    """Copy the package under another name, and register it as any package with a model does."""
-    source, name = package(fault.model), fault.engine
-    for path in source.rglob("*.py"):
-        text, inside = path.read_text("utf-8"), path.relative_to(source)
-        if inside.as_posix() == fault.file:
-            text = changed(text, fault)
-        target = folder / name / inside
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text.replace(source.name, name), "utf-8")
-    record = folder / f"{name}-1.dist-info"
-    record.mkdir()
-    (record / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n", "utf-8")
-    (record / "entry_points.txt").write_text(f"[{GROUP}]\n{name} = {name}:simulate\n", "utf-8")
-
-
 def load_copy(engine: str) -> None:
     """Import a copy so that its compiled kernels are kept beside it, and vanish with it."""
-    spec, before = find_spec(engine), dict(os.environ)
-    if spec is not None and spec.origin:
-        os.environ["NUMBA_CACHE_DIR"] = str(Path(spec.origin).parents[1])
+    before = os.environ.get("NUMBA_CACHE_DIR")
+    os.environ["NUMBA_CACHE_DIR"] = str(package(engine).parent)
     try:
         load(engine)
     finally:
-        os.environ.pop("NUMBA_CACHE_DIR", None)
-        os.environ.update(before)
+        del os.environ["NUMBA_CACHE_DIR"]
+        if before is not None:
+            os.environ["NUMBA_CACHE_DIR"] = before
 
 
 # ---- wrong tables: what a faulty recorder or a careless hand does to all of a model's tables alike
@@ -174,15 +169,23 @@ def _late_values(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{name: np.interp(at, time, frame[name]) for name in frame.columns.drop("time")})
 
 
-def _row_for_next(frame: pd.DataFrame) -> pd.DataFrame:
-    rows = np.arange(len(frame))
-    rows[len(frame) // 2 + 1] -= 1
-    return frame.iloc[rows].reset_index(drop=True).assign(time=frame["time"])
+def _rows(frame: pd.DataFrame, *rows: range) -> pd.DataFrame:
+    return frame.iloc[[at for part in rows for at in part]].reset_index(drop=True)
+
+
+def _held_value(frame: pd.DataFrame) -> pd.DataFrame:
+    middle = len(frame) // 2
+    rows = _rows(frame, range(middle + 1), range(middle, middle + 1), range(middle + 2, len(frame)))
+    return rows.assign(time=frame["time"])
 
 
 def _swapped_corners(frame: pd.DataFrame) -> pd.DataFrame:
     exchange = {"corner_ll": "corner_lr", "corner_lr": "corner_ll"}
     return frame.rename(columns=lambda name: exchange.get(name[:9], name[:9]) + name[9:])
+
+
+def _constant(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.assign(slider_y=frame["slider_y"].iloc[0])
 
 
 # By the name that the catalogue gives them.
@@ -195,13 +198,11 @@ SPOILS: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     ),
     "late times": lambda frame: frame.assign(time=frame["time"] + LATE),
     "late values": _late_values,
-    "row twice": lambda frame: frame.iloc[np.sort([*range(len(frame)), len(frame) // 2])].reset_index(
-        drop=True
-    ),
-    "held value": _row_for_next,
+    "row twice": lambda frame: _rows(frame, range(len(frame) // 2 + 1), range(len(frame) // 2, len(frame))),
+    "held value": _held_value,
     "millimetres": lambda frame: frame.assign(slider_x=1e3 * frame["slider_x"]),
     "swapped corners": _swapped_corners,
     "sign": lambda frame: frame.assign(slider_omega=-frame["slider_omega"]),
-    "constant": lambda frame: frame.assign(slider_y=frame["slider_y"].iloc[0]),
-    "both constant": lambda frame: frame.assign(slider_y=frame["slider_y"].iloc[0]),
+    "constant": _constant,
+    "both constant": _constant,
 }

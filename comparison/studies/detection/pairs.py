@@ -33,6 +33,7 @@ HALVINGS = 6  # of the decades between them: 8 / 2^6, so that two changes remain
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 _KEPT = 8  # families that a process keeps, as many are compared with the same one
 _families: dict[tuple[str, str], Runs] = {}
+_ERRORS = (RunError, SceneError, TableError)
 
 
 @dataclass(frozen=True)
@@ -66,34 +67,36 @@ class Side:
     def runs(self) -> Runs:
         """Run its scene at all levels; the last few families are kept."""
         key = (self.scene.hash, self.runs_by)
-        _families[key] = runs = _families.pop(key, None) or self._runs()
+        if (runs := _families.pop(key, None)) is None:
+            tables = {}
+            for kind, scene in levels(self.scene, self.model).items():
+                try:
+                    tables[kind] = self.run(scene)
+                except RunError as error:
+                    if (table := table_of_family(kind, error.outcome)) is None:
+                        raise
+                    tables[kind] = table
+            runs = Runs(refinement=refinement(self.model, self.scene), **tables)
+        _families[key] = runs
         if len(_families) > _KEPT:
             del _families[next(iter(_families))]
         return runs
 
-    def _runs(self) -> Runs:
-        tables = {}
-        for kind, scene in levels(self.scene, self.model).items():
-            try:
-                tables[kind] = self.run(scene)
-            except RunError as error:
-                if (table := table_of_family(kind, error.outcome)) is None:
-                    raise
-                tables[kind] = table
-        return Runs(refinement=refinement(self.model, self.scene), **tables)
 
-
+@dataclass(frozen=True)
 class Measured(Task):
     """Something that is measured by runs of sides, in this process."""
 
-    @property
-    @abstractmethod
-    def sides(self) -> tuple[Side, ...]:
-        """Whose runs."""
+    sides: tuple[Side, ...]  # the first has the scene that they are judged by
 
     @abstractmethod
     def find(self) -> Row:
         """Run and judge."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is judged."""
+        return self.sides[0].scene
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -127,34 +130,27 @@ def refusal(reason: str) -> Row:
 class Pair(Measured):
     """Two sides judged as results of one scene, as in ``sixbar validate``; the row is that of `summary`."""
 
-    scene: Scene
-    a: Side
-    b: Side
     tier: str
-    spoil: str = ""  # what happens to the tables of ``b``, or of both: one of `faults.SPOILS`
+    spoil: str = ""  # what happens to the tables of the second, or of both: one of `faults.SPOILS`
     environment: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """Both."""
-        return self.a, self.b
 
     def find(self) -> Row:
         """Run what this process does not have, judge, and have a difference confirmed."""
         try:
             row = summary(self.judged())
-        except (RunError, SceneError, TableError) as error:
+        except _ERRORS as error:
             row = refusal(str(error))
         return row | {"scene": self.scene.name}
 
     def judged(self) -> SceneComparison:
         """Compare the runs of both sides, one level finer where five bodies violate an invariant."""
-        a, b = models = (self.a.model, self.b.model)
+        (first, second), models = self.sides, (self.sides[0].model, self.sides[1].model)
+        a, b = models
         scene, level = self.scene, 0
         try:
-            runs = spoiled(self.spoil, self.a.runs(), self.b.runs())
+            runs = spoiled(self.spoil, first.runs(), second.runs())
         except RunError as error:
-            failed = a if error.job.model == self.a.runs_by else b
+            failed = a if error.job.model == first.runs_by else b
             again = without_violation(scene, [(failed, error.outcome)], models, self.families)
             if again is None:
                 raise
@@ -173,21 +169,20 @@ class Pair(Measured):
     def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
         """Run both sides at the settings of a scene; None if a run does not succeed."""
         try:
-            a, b = (replace(side, scene=self.given(side, scene)).runs() for side in (self.a, self.b))
+            a, b = (replace(side, scene=self.given(side, scene)).runs() for side in self.sides)
             return spoiled(self.spoil, a, b)
-        except (RunError, SceneError, TableError):
+        except _ERRORS:
             return None
 
     def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
         """Run scenes by the side of a model, of two of one model the first; those that succeed."""
-        first = model == self.a.model
-        side = self.a if first else self.b
-        tables = []
+        number = 0 if model == self.sides[0].model else 1
+        side, tables = self.sides[number], []
         for scene in scenes:
             try:
                 table = Runs(side.run(self.given(side, scene)))
-                tables.append(spoiled(self.spoil, table, table)[0 if first else 1].base)
-            except (RunError, SceneError, TableError):
+                tables.append(spoiled(self.spoil, table, table)[number].base)
+            except _ERRORS:
                 continue
         return tables
 
@@ -241,22 +236,9 @@ class Search(Measured):
     Families are compared; what they end with is confirmed by ensembles, or else the next larger change.
     """
 
-    scene: Scene
-    a: Side
-    model: str
-    key: str
+    key: str  # of the number, which the second side gets changed
     tier: str
     halvings: int = HALVINGS
-
-    @property
-    def step(self) -> float:
-        """Factor from one change to the next larger one."""
-        return float((MOST / LEAST) ** 0.5**self.halvings)
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The side without the change, and the one that gets it."""
-        return self.a, Side(self.scene, self.model)
 
     @property
     def cost(self) -> float:
@@ -274,24 +256,24 @@ class Search(Measured):
                 high = middle
             else:
                 missed = low = middle
-        shown = high
+        shown, step = high, float((MOST / LEAST) ** 0.5**self.halvings)
         while not self.confirmed(high):
-            missed, high = high, high * self.step
-            if high > MOST * self.step**0.5:
+            missed, high = high, high * step
+            if high > MOST * step**0.5:
                 return {"found": None, "missed": missed, "shown": shown}
         return {"found": high, "missed": missed, "shown": shown}
 
     def pair(self, change: float) -> Pair:
         """Return the comparison with this relative change."""
         value = float(leaves(self.scene.data)[self.key]) * (1.0 + change)
-        changed = Side(self.scene.with_values({self.key: value}), self.model)
-        return Pair(self.scene, self.a, changed, self.tier)
+        first, second = self.sides
+        changed = replace(second, scene=self.scene.with_values({self.key: value}))
+        return Pair((first, changed), self.tier)
 
     def shows(self, change: float) -> bool:
         """Return whether the families differ with this relative change."""
-        pair = self.pair(change)
         try:
-            both = pair.a.runs(), pair.b.runs()
+            both = (side.runs() for side in self.pair(change).sides)
             return compare(*both, scene=self.scene, tier=self.tier).verdict == "differ"
         except (RunError, TableError):
             return True
@@ -305,15 +287,9 @@ class Search(Measured):
 class Bits(Measured):
     """The hash of one run under a variant of rounding."""
 
-    side: Side
-    environment: tuple[tuple[str, str], ...]
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The one that is run."""
-        return (self.side,)
+    environment: tuple[tuple[str, str], ...] = ()
 
     def find(self) -> Row:
         """Return the hash of all numbers of the table."""
-        frame = self.side.run(self.side.scene).frame
+        frame = self.sides[0].run(self.scene).frame
         return refusal("") | {"bits": hashlib.sha256(frame.to_numpy().tobytes()).hexdigest()}

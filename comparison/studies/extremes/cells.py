@@ -29,12 +29,10 @@ from comparison.execution.quality import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY
 from comparison.execution.run import Progress
 from comparison.execution.store import Row
 from comparison.scene import Scene, SceneError, load_scene
-from comparison.studies.extremes.runs import BASE, LIMIT, CellRun, out_of_time, run_tasks
+from comparison.studies.extremes.runs import BASE, LIMIT, CellRun, run_tasks
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method
 from comparison.studies.shared.study import part
-
-# ---- who runs a cell
 
 
 def _at(accuracy: str, method: Method, name: str, *groups: str) -> Method:
@@ -79,6 +77,7 @@ _PARTS, _RANGES = _DATA["part"], _DATA["range"]
 AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "only" not in part))
 """Those that are run under all laws; the first is the scene as it is."""
 UNITS = {part["axis"]: part["unit"] for part in _PARTS if "unit" in part}
+_BASE = load_scene(BASE).data
 
 
 @dataclass(frozen=True)
@@ -113,6 +112,13 @@ class Cell:
         scene = self.scene.with_values({**method.changes, "drive.cycles": CYCLES})
         return moved(scene, self.shift) if method == PERTURBED else scene
 
+    def limit(self, method: Method) -> float:
+        """Return the units that a run may take; less where most runs would take all they are given."""
+        if self.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
+            return LONG_LIMIT
+        short = self.law == LITERAL_LAW or (self.axis == HYPERCUBE and self.law != LAWS[0])
+        return SHORT_LIMIT if short else LIMIT
+
 
 def moved(scene: Scene, distance: float) -> Scene:
     """Return a scene with the slider's start moved by a distance, m."""
@@ -120,21 +126,21 @@ def moved(scene: Scene, distance: float) -> Scene:
 
 
 def cells(axes: Sequence[str], points: int) -> list[Cell]:
-    """Return all cells: every axis under every law, settings and cycles, then the hypercube."""
-    usual = [cell for law in LAWS for axis in axes for cell in along(axis, law)]
-    special = [cell for part in _PARTS if "only" in part for cell in _cells(part, LAWS[0])]
-    return [*usual, *special, *hypercube(points, SEED)]
+    """Return all cells: every axis under every law, settings and cycles, then the hypercube.
 
-
-def along(axis: str, law: str) -> list[Cell]:
-    """Return the cells of an axis under a law: of the laws of a whole side the ends alone; they cost much."""
-    parts = [part for part in _PARTS if part["axis"] == axis]
-    all_of_it = [cell for part in parts for cell in _cells(part, law)]
-    if law == LAWS[0]:
-        return all_of_it
-    if law == LITERAL_LAW and not parts[0].get("literal"):
-        return []
-    return list(dict.fromkeys((all_of_it[0], all_of_it[-1])))
+    Under the laws of a whole side the ends of an axis alone: they cost much.
+    """
+    found: list[Cell] = []
+    for law in LAWS:
+        for axis in axes:
+            parts = [part for part in _PARTS if part["axis"] == axis]
+            along = [cell for part in parts for cell in _cells(part, law)]
+            if law == LAWS[0]:
+                found += along
+            elif law != LITERAL_LAW or parts[0].get("literal"):
+                found += dict.fromkeys((along[0], along[-1]))
+    found += [cell for part in _PARTS if "only" in part for cell in _cells(part, LAWS[0])]
+    return found + hypercube(points, SEED)
 
 
 def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
@@ -143,9 +149,9 @@ def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
         methods = [METHODS[name] for name in part["only"]]
     elif not part.get("audited"):
         methods = [method for method in methods if method != INDEX2]
-    cells = []
+    cells, keys = [], part["keys"] if "keys" in part else {part["key"]: 1.0}
     for value in part["values"]:
-        values = {key: factor * value for key, factor in part["keys"].items()} | part.get("fixed", {})
+        values = {key: factor * value for key, factor in keys.items()} | part.get("fixed", {})
         both = ({}, values) if part.get("settings") else (values, {})
         cells.append(Cell(part["axis"], part.get("label", "{:g}").format(value), law, tuple(methods), *both))
     return cells
@@ -205,7 +211,8 @@ def judge(row: Row, exact: Iterable[Row], bound: float) -> Row:
     """
     judged = {"class": Class.CONVERGED, "error_m": nan, "bound_m": bound, "lasted_cycles": nan}
     if row["status"] != "success":
-        other = Class.NOT_TESTED if out_of_time(row) else Class.STOPPED
+        # Of what the study cut off nothing is known of the motion.
+        other = Class.NOT_TESTED if "share" in row and "x" not in row else Class.STOPPED
         return judged | {"class": _BY_STATUS.get(row["status"], other)}
     x = np.asarray(row["x"], dtype=np.float64)
     finished = [each["x"] for each in exact if each["status"] == "success"]
@@ -213,20 +220,20 @@ def judge(row: Row, exact: Iterable[Row], bound: float) -> Row:
         return judged | {"class": Class.UNCONFIRMED}
     distance = np.max([np.abs(x - np.asarray(each)) for each in finished], axis=0)
     outside = np.flatnonzero(~(distance <= bound))  # all, where there is no bound
-    if outside.size or _above(row, MUCH_ENERGY, MUCH_DRIFT):
+    if outside.size or _spoiled(row):
         judged["class"] = Class.DEGRADED
     lasted = float(outside[0]) / (x.size - 1) if outside.size else 1.0
     return judged | {"error_m": float(distance.max()), "lasted_cycles": lasted}
 
 
-def _above(row: Row, energy: float, drift: float) -> bool:
-    return (row.get("energy_share") or 0.0) > energy or (row.get("constraint_m") or 0.0) > drift
+def _spoiled(row: Row) -> bool:
+    return (row.get("energy_share") or 0.0) > MUCH_ENERGY or (row.get("constraint_m") or 0.0) > MUCH_DRIFT
 
 
 def warned(row: Row) -> bool:
     """Return whether `sixbar run` warns of a run by itself (`comparison.execution.quality`)."""
     steps = row.get("steps_per_contact")
-    return (steps is not None and steps < FEW_STEPS) or _above(row, MUCH_ENERGY, MUCH_DRIFT)
+    return (steps is not None and steps < FEW_STEPS) or _spoiled(row)
 
 
 def apart(*rows: Row) -> float:
@@ -238,8 +245,6 @@ def apart(*rows: Row) -> float:
 # ---- the campaign
 
 LONG_LIMIT, SHORT_LIMIT = 6000.0, 150.0
-"""Units for a run of many cycles; and where most runs would take all they are given: in the hypercube under
-the law of a whole side, and under the literal switch."""
 HAIR = 1e-13
 """m: a thousand times the rounding of x, and less than any setting resolves."""
 _SHARES = (0.0, 0.69, 0.81, 0.86, 0.95, 1.0)
@@ -267,7 +272,10 @@ Run = dict[str, Any]
 
 
 def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Run cells, check what errs more than its bound, and refine what nothing accounts for; see `frame`."""
+    """Run cells, check what errs more than its bound, and refine what nothing accounts for.
+
+    Returns a row a run, by cell and formulation, in SI units: columns are `COLUMNS` and ``cell``.
+    """
     first, second, third, checks, reruns = (part(on_progress, *ends) for ends in pairwise(_SHARES))
     rows = _run(
         cells, [(n, method) for n, cell in enumerate(cells) for method in cell.methods], n_jobs, first
@@ -290,7 +298,11 @@ def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | Non
     explain(runs)
     rerun(cells, rows, [run for run in runs if Cause.UNEXPLAINED in run["causes"]], n_jobs, reruns)
     explain(runs)
-    return frame(runs)
+    for run in runs:
+        run |= {"class": str(run["class"]), "cause": principal(run["causes"])}
+        run["causes"] = "; ".join(run["causes"])
+    table = pd.DataFrame(runs, columns=["cell", *COLUMNS]).astype(dict.fromkeys(MEASURED, float))
+    return table.assign(**{name: [float(f"{value:.3g}") for value in table[name]] for name in _ROUNDED})
 
 
 def _run(
@@ -300,13 +312,9 @@ def _run(
     rows: dict[Key, Row] = {}
     tasks: dict[float, dict[Key, CellRun]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
     for number, method in wanted:
-        cell, limit = cells[number], LIMIT
-        if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
-            limit = LONG_LIMIT
-        elif cell.law == LITERAL_LAW or (cell.axis == HYPERCUBE and cell.law != LAWS[0]):
-            limit = SHORT_LIMIT
+        limit = cells[number].limit(method)
         try:
-            scene = cell.scene_of(method)
+            scene = cells[number].scene_of(method)
         except SceneError as error:
             rows[number, method] = {"status": "bad input", "message": str(error)}
             continue
@@ -354,22 +362,23 @@ def check(cells: Sequence[Cell], runs: Sequence[Run], n_jobs: int, on_progress: 
     By a warning of the run itself, or by ``sixbar run --check``: its estimate exceeds the bound, or there is
     none. `sixbar run` names that check for every scene on which the bound was not measured.
     """
-    checked = [
-        (run, cells[run["cell"]].scene_of(run["method"]).with_values({"drive.cycles": CYCLES}))
-        for run in runs
-        if run["class"] is Class.DEGRADED
-    ]
+    degraded = [run for run in runs if run["class"] is Class.DEGRADED]
+    scenes = [_one_cycle(cells, run) for run in degraded]
     tasks = {
         (number, level): CellRun(each, run["model"], run["limit_units"])
-        for number, (run, scene) in enumerate(checked)
+        for number, (run, scene) in enumerate(zip(degraded, scenes, strict=True))
         for level, each in levels(scene, run["model"]).items()
     }
     rows = run_tasks(tasks, n_jobs, on_progress)
-    for number, (run, scene) in enumerate(checked):
+    for number, (run, scene) in enumerate(zip(degraded, scenes, strict=True)):
         family = {level: row for (other, level), row in rows.items() if other == number}
         run["estimate_m"] = estimate(family, scene, run["model"])
         if warned(run["row"]) or not run["estimate_m"] <= run["bound_m"]:
             run["class"] = Class.ANNOUNCED
+
+
+def _one_cycle(cells: Sequence[Cell], run: Run) -> Scene:
+    return cells[run["cell"]].scene_of(run["method"]).with_values({"drive.cycles": CYCLES})
 
 
 def estimate(family: Mapping[str, Row], scene: Scene, model: str) -> float:
@@ -403,13 +412,13 @@ def rerun(
     tasks: dict[tuple[int, str], CellRun] = {}
     references: dict[int, Row] = {}
     for run in wanted:
-        number, cell = run["cell"], cells[run["cell"]]
+        number = run["cell"]
         for exact in (STRICT, STRICT_IMPLICIT):
             if number not in references and rows.get((number, exact), {}).get("status") == "success":
                 references[number] = rows[number, exact]
-                tasks[number, "beside"] = CellRun(moved(cell.scene_of(exact), HAIR), exact.model, LIMIT)
-        scene = cell.scene_of(run["method"]).with_values({"drive.cycles": CYCLES})
-        if (better := finer(run["model"], scene)) is not None:
+                beside = moved(cells[number].scene_of(exact), HAIR)
+                tasks[number, "beside"] = CellRun(beside, exact.model, LIMIT)
+        if (better := finer(run["model"], _one_cycle(cells, run))) is not None:
             tasks[number, run["formulation"]] = CellRun(better, run["model"], LIMIT)
     ran = run_tasks(tasks, n_jobs, on_progress)
     for run in wanted:
@@ -418,21 +427,6 @@ def rerun(
         if (row := ran.get((number, run["formulation"]))) is not None:
             again = judge(row, run["exact"].values(), run["bound_m"])
             run |= {"finer_error_m": again["error_m"], "finer_class": again["class"]}
-
-
-def frame(runs: Iterable[Run]) -> pd.DataFrame:
-    """Return runs as a table, by cell and formulation, in SI units: columns are `COLUMNS` and ``cell``."""
-    named = [
-        {
-            **run,
-            "class": str(run["class"]),
-            "cause": principal(run["causes"]),
-            "causes": "; ".join(run["causes"]),
-        }
-        for run in runs
-    ]
-    table = pd.DataFrame(named, columns=["cell", *COLUMNS]).astype(dict.fromkeys(MEASURED, float))
-    return table.assign(**{name: [float(f"{value:.3g}") for value in table[name]] for name in _ROUNDED})
 
 
 # ---- why a run did not converge, as far as the runs themselves show
@@ -447,7 +441,9 @@ TOGETHER = 0.02
 """Cycles within which formulations leave the exact motion at one instant."""
 USUAL_NEWTON = 1e-7
 """Newton's tolerance of the five bodies where a scene says nothing."""
-_BASE = load_scene(BASE).data
+_JAMS = _BASE["mechanism"]["slider"]["length"] / _BASE["mechanism"]["slider"]["width"]
+"""Friction above which a force N on a corner at (r_x, r_y) from the centre, and c_f N along the wall turn the
+slider into its wall, by N (r_y - c_f r_x) / J5. The drive goes on all the same (Painleve's paradox)."""
 
 
 class Cause(StrEnum):
@@ -480,38 +476,39 @@ def principal(why: Sequence[Cause]) -> str:
 def explain(runs: Sequence[Run]) -> None:
     """Give every run its ``causes``: why it is in its class; nothing for one that converged."""
     unchanged = {(run["law"], run["formulation"]): run for run in runs if run["value"] == BASE_LABEL}
+    left: dict[int, list[Run]] = {}
     for run in runs:
+        if run["class"] in LARGER:
+            left.setdefault(run["cell"], []).append(run)
+    for run in runs:
+        causes = []
         if run["class"] is Class.REFUSED:
             # Where the same mechanism runs with a finer tolerance, only that was wrong.
             coarse = run["exact"].get(STRICT, run["row"])["status"] != "bad input"
-            run["causes"] = [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
+            causes = [Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM]
         elif run["class"] is Class.UNCONFIRMED:
-            run["causes"] = [Cause.UNCONFIRMED]
+            causes = [Cause.UNCONFIRMED]
         elif run["class"] in LARGER:
-            others = [other for other in runs if other["cell"] == run["cell"] and other is not run]
-            run["causes"] = _of_the_error(run, others, unchanged)
-        else:
-            # A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates
-            # the slider by N (r_y - c_f r_x) / J5: into its wall where c_f > r_y / r_x, length over width.
-            # The drive goes on all the same (Painleve's paradox).
-            slider = _BASE["mechanism"]["slider"]
-            jams = run["friction"] > slider["length"] / slider["width"]
-            run["causes"] = [Cause.JAMMED] if jams and run["class"] is not Class.CONVERGED else []
+            others = [other["lasted_cycles"] for other in left[run["cell"]] if other is not run]
+            causes = _of_the_error(run, others, unchanged)
+        elif run["class"] is not Class.CONVERGED and run["friction"] > _JAMS:
+            causes = [Cause.JAMMED]
+        run["causes"] = causes
 
 
-def _of_the_error(run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str, str], Run]) -> list[Cause]:
+def _of_the_error(run: Run, left: Sequence[float], unchanged: Mapping[tuple[str, str], Run]) -> list[Cause]:
     """Return what makes the error larger than its bound, factor by factor, as far as that accounts for it.
 
     Its numbers are compared with those of the cell that changes nothing: under hertz-corners, on which error
-    bounds are measured, and under its own law.
+    bounds are measured, and under its own law. ``left``: when others left the exact motion, in cycles.
     """
+    steps, error = run["steps_per_contact"], run["error_m"]
     if run["law"] == LITERAL_LAW:
         return [Cause.LITERAL]
     if not isfinite(run["bound_m"]):
         return [Cause.NO_BOUND]
     if run["axis"] == NEWTON and float(run["value"]) > USUAL_NEWTON:
         return [Cause.NEWTON_ERROR]
-    steps = run["steps_per_contact"]
     if steps is not None and steps < FEW_STEPS:
         return [Cause.FEW_STEPS]
     why, accounted = [], run["bound_m"]
@@ -528,16 +525,13 @@ def _of_the_error(run: Run, others: Sequence[Run], unchanged: Mapping[tuple[str,
     if steps is not None and same and (same["steps_per_contact"] or 0.0) > steps * SLIGHTLY:
         accounted *= (same["steps_per_contact"] / steps) ** 2  # of second order in the step
         why.append(Cause.FEW_STEPS)
-    if run["error_m"] <= SCATTER * accounted:
+    tests = {
+        Cause.STRICT_APART: run["exact_apart_m"] > run["bound_m"],
+        Cause.TOGETHER: any(abs(cycles - run["lasted_cycles"]) <= TOGETHER for cycles in left),
+        Cause.UNRESOLVED: run["neighbour_m"] >= error / SCATTER,
+        Cause.EDGE: run["finer_class"] in (Class.STOPPED, Class.NOT_TESTED),
+        Cause.TOO_COARSE: run["finer_error_m"] <= error / GAIN,
+    }
+    if error <= SCATTER * accounted:
         return why or [Cause.SCATTERED]
-    if run["exact_apart_m"] > run["bound_m"]:
-        return [*why, Cause.STRICT_APART]
-    left = [each["lasted_cycles"] for each in others if each["class"] in LARGER]
-    if any(abs(cycles - run["lasted_cycles"]) <= TOGETHER for cycles in left):
-        return [*why, Cause.TOGETHER]
-    if run["neighbour_m"] >= run["error_m"] / SCATTER:
-        return [*why, Cause.UNRESOLVED]
-    if run["finer_class"] in (Class.STOPPED, Class.NOT_TESTED):
-        return [*why, Cause.EDGE]
-    better = run["finer_error_m"] <= run["error_m"] / GAIN
-    return [*why, Cause.TOO_COARSE if better else Cause.UNEXPLAINED]
+    return [*why, next((cause for cause, holds in tests.items() if holds), Cause.UNEXPLAINED)]

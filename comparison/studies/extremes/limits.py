@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from math import cos, log, log1p, nan, radians, sin, tau
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,6 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.formatting import number
 from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
@@ -29,7 +29,6 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.runs import BASE
 from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, motion, table_1
 from comparison.studies.shared.figures import curves
-from comparison.studies.shared.frames import Columns
 from comparison.studies.shared.rates import rate
 from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.table import Table
@@ -45,21 +44,14 @@ _MARKS: dict[str, dict[str, Any]] = {
 # ---- one impact
 
 
-def restitution(c_e: float) -> float:
-    """Return what F = K d^n (1 + C d'/v) with C = 3 (1 - c_e^2) / 4 returns of the speed v of an impact.
+@cache
+def law() -> float:
+    """Return what F = K d^n (1 + C d'/v), C = 3 (1 - c_e^2) / 4, returns of the speed of an impact in `BASE`.
 
     Energy and momentum balance of a point mass: ln[(1 + C)/(1 - C e)] = C (1 + e), whatever m, K and n.
     """
-    if c_e == 1.0:
-        return 1.0
-    C = 0.75 * (1.0 - c_e**2)
+    C = 0.75 * (1.0 - load_scene(BASE).data["contact"]["restitution"] ** 2)
     return float(brentq(lambda e: log((1.0 + C) / (1.0 - C * e)) - C * (1.0 + e), 0.01, 1.0, xtol=1e-15))
-
-
-@cache
-def law() -> float:
-    """Return the restitution of the contact law with the base scene's c_e."""
-    return restitution(load_scene(BASE).data["contact"]["restitution"])
 
 
 def depth(m: float, K: float, v: float, c_e: float, n: float = 1.5) -> float:
@@ -111,16 +103,18 @@ class Limit:
     name: str
     cases: Sequence[Case]
     changes: Callable[[Case], dict[str, object]]  # dotted keys of a case
-    measure: Callable[[Case, Table, Table], Row]
-    """From a case, its run and the run that it is held against to columns of a row."""
+    measure: Callable[[Case, Table, Table], Row]  # of a case, its run and the one that it is held against
     against: Callable[[Case], Job] | None = None  # the run that a case is held against; by default its own
-    derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
-    """Adds columns to the frame of all runs."""
+    derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy  # adds columns to all runs
+
+    def scene(self, case: Case) -> Scene:
+        """Return the scene of a case."""
+        return load_scene(BASE, _DATA[self.name]["scene"] | self.changes(case))
 
     @property
     def jobs(self) -> list[Job]:
         """The runs of the cases and, in their order, those that they are held against."""
-        own = [Job(scene_of(self, case), case["model"]) for case in self.cases]
+        own = [Job(self.scene(case), case["model"]) for case in self.cases]
         return own + ([self.against(case) for case in self.cases] if self.against else [])
 
     def rows(self, outcomes: Sequence[Outcome]) -> pd.DataFrame:
@@ -144,11 +138,6 @@ class Limit:
             for name, order in data["orders"].items()
         ]
         return pd.DataFrame(rows, columns=["case", "quantity", "expected", *MODELS])
-
-
-def scene_of(limit: Limit, case: Case) -> Scene:
-    """Return the scene of a case."""
-    return load_scene(BASE, _DATA[limit.name]["scene"] | limit.changes(case))
 
 
 # Clearance to 0
@@ -195,7 +184,7 @@ _FLIGHTS = [f"x {k}" for k in (1, 2, 3)]
 
 def _first_impact(case: Case, run: Table, hard: Table) -> Row:
     """Return depth, duration and restitution of the first contact, and x (m) in the middle of the flights."""
-    data, first = scene_of(STIFFNESS, case).data, contacts(run).iloc[0]
+    data, first = STIFFNESS.scene(case).data, contacts(run).iloc[0]
     m = effective_mass(data, 2 if case["corners"] == "two" else 1, float(first["start"]))
     v, contact = float(first["normal_speed"]), data["contact"]
     # The middles of the first flights between contacts of the hardest walls; nan for what lacks.
@@ -226,38 +215,24 @@ STIFFNESS: Limit = Limit(
     "stiffness",
     [
         {"corners": at, "modulus": young, "model": model}
-        for at in TILTS
-        for young in MODULI
-        for model in MODELS
+        for at, young, model in product(TILTS, MODULI, MODELS)
     ],
-    lambda case: {
-        "contact.youngs_modulus": case["modulus"],
-        "initial.slider_angle": TILTS[case["corners"]],
-    },
+    lambda case: {"contact.youngs_modulus": case["modulus"], "initial.slider_angle": TILTS[case["corners"]]},
     _first_impact,
     # The hardest walls, whose flights are those that x is taken in.
-    lambda case: Job(scene_of(STIFFNESS, {**case, "modulus": MODULI[-1]}), "reference"),
+    lambda case: Job(STIFFNESS.scene({**case, "modulus": MODULI[-1]}), "reference"),
     _with_errors,
 )
 
 # Nothing lost
 BOTH, NO_FRICTION, NO_DAMPING = "restitution 1, friction 0", "friction 0", "restitution 1"
-_LOSSLESS = {BOTH: (1.0, 0.0), NO_FRICTION: (None, 0.0), NO_DAMPING: (1.0, None)}
-"""Restitution and friction, where they are not the scene's."""
+_RESTITUTION, _FRICTION = {"contact.restitution": 1.0}, {"friction.coefficient": 0.0}
+_LOSSLESS = {BOTH: _RESTITUTION | _FRICTION, NO_FRICTION: _FRICTION, NO_DAMPING: _RESTITUTION}
 _SETTINGS = {
     "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10, 1.0),
     "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6, 0.25),
 }
 """Of a model the key, its values (rad, s) where nothing is lost, the one where something is, and cycles."""
-
-
-def _without_losses(case: Case) -> dict[str, object]:
-    key, _, _, cycles = _SETTINGS[case["model"]]
-    losses = zip(("contact.restitution", "friction.coefficient"), _LOSSLESS[case["case"]], strict=True)
-    known = {name: value for name, value in losses if value is not None}
-    return {"drive.cycles": cycles, key: case["setting"], **known}
-
-
 LOSSLESS = Limit(
     "lossless",
     [
@@ -267,7 +242,11 @@ LOSSLESS = Limit(
         for case in cases
         for setting in (values if case == BOTH else [usual])
     ],
-    _without_losses,
+    lambda case: {
+        "drive.cycles": _SETTINGS[case["model"]][3],
+        _SETTINGS[case["model"]][0]: case["setting"],
+        **_LOSSLESS[case["case"]],
+    },
     lambda _, run, __: {
         name: float(np.abs(run.values(f"energy_{name}")).max())
         for name in ("damping", "friction", "residual", "kinetic")
@@ -299,7 +278,7 @@ def _less_static(case: Case, run: Table, static: Table) -> Row:
     The largest differences (N, N m, m), and the largest kinetic energy, J; of the whole cycle the number of
     contacts, when the last began, and the mean step, s.
     """
-    data, late, events = scene_of(SPEED, case).data, slice(len(run.time) // 2, None), contacts(run)
+    data, late, events = SPEED.scene(case).data, slice(len(run.time) // 2, None), contacts(run)
     held = static.values("guide_force")[late]
     walls = sum(sign * run.values(f"corner_{corner}_normal")[late] for corner, sign in _SIDES.items())
     # Upright and at rest, each corner of the side bears half.
@@ -323,9 +302,7 @@ SPEED = Limit(
     "speed",
     [
         {"friction": friction, "model": model, "speed": speed}
-        for friction in (0.0, 0.15)
-        for model in MODELS
-        for speed in SPEEDS
+        for friction, model, speed in product((0.0, 0.15), MODELS, SPEEDS)
         if model == "reference" or speed >= SLOWEST_TREE
     ],
     lambda case: {
@@ -356,10 +333,6 @@ def orders(frames: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         [LIMITS[name].observed(frame).astype({"case": object}) for name, frame in frames.items()]
     )
     return observed.dropna(subset="expected").replace({"case": named})
-
-
-WRITTEN: Columns = {"case": str, "quantity": str, "expected": number, **dict.fromkeys(MODELS, number)}
-"""Columns of `orders`, and what writes their values."""
 
 
 def draw(name: str, frame: pd.DataFrame, folder: Path) -> None:

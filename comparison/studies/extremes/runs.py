@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from math import isnan
 from typing import TypeVar
 
@@ -28,15 +29,11 @@ GRACE = 4.0
 """Times its limit, in wall time, after which its process is ended, should it not look at the time."""
 WARM = 0.02
 """Cycles of the run before, in which kernels are compiled: not counted."""
-_warm: set[tuple[str, str, str]] = set()
 Name = TypeVar("Name", bound=Hashable)
 
 
 class _OutOfTimeError(BaseException):
     """Ends a run at its limit: no exception of the model's, which it might take for one of its own."""
-
-    def __init__(self, share: float) -> None:
-        self.share = share
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,6 @@ class CellRun(Task):
     scene: Scene
     model: str
     limit: float = LIMIT
-
-    @property
-    def method(self) -> str:
-        """The integrator, as its scene names it."""
-        return str(self.scene.data["solver"][self.model]["method"])
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -67,7 +59,8 @@ def run_tasks(tasks: Mapping[Name, CellRun], n_jobs: int, on_progress: Progress 
 
 def run_cell(task: CellRun, progress: Progress) -> Row:
     """Run and measure, also what had been recorded of a run that ended early."""
-    _compile(task)
+    solver = task.scene.data["solver"][task.model]
+    _compile(task.model, solver["formulation"], solver["method"])
     allowed = task.limit * unit_seconds()
     progress(0.0)
     start = time.process_time()
@@ -85,23 +78,15 @@ def run_cell(task: CellRun, progress: Progress) -> Row:
         if ended.partial is not None:
             row |= measure(ended.partial, task.scene)
     except _OutOfTimeError as end:
-        row = {"status": LATE, "message": f"stopped after {task.limit:g} units", "share": end.share}
+        row = {"status": LATE, "message": f"stopped after {task.limit:g} units", "share": end.args[0]}
     return row | {"seconds": time.process_time() - start}
 
 
-def out_of_time(row: Row) -> bool:
-    """Return whether the study stopped a run at its limit: nothing is known of its motion."""
-    return "share" in row and "x" not in row
-
-
-def _compile(task: CellRun) -> None:
+@cache
+def _compile(model: str, formulation: str, method: str) -> None:
     """Run a little of an ordinary scene, once a process for each formulation and integrator."""
-    formulation = str(task.scene.data["solver"][task.model]["formulation"])
-    if (kind := (task.model, formulation, task.method)) not in _warm:
-        solver = {"formulation": formulation, "method": task.method}
-        usual = {f"solver.{task.model}.{key}": value for key, value in solver.items()}
-        run_one(load_scene(BASE, usual | {"drive.cycles": WARM}), task.model)
-        _warm.add(kind)
+    solver = {f"solver.{model}.formulation": formulation, f"solver.{model}.method": method}
+    run_one(load_scene(BASE, solver | {"drive.cycles": WARM}), model)
 
 
 def measure(table: Table, scene: Scene) -> Row:
@@ -116,18 +101,17 @@ def measure(table: Table, scene: Scene) -> Row:
     cycle = scene.data["output"]["samples_per_cycle"] + 1
     counters, events = table.provenance.get("counters", {}), table.events
     count = 0 if events is None else len(events)
+    energy, steps = (
+        None if isnan(value) else value for value in (energy_share(table), steps_per_contact(table))
+    )
     return {
         "x": (table.values("slider_x")[:cycle] - scene.data["mechanism"]["guide_x"]).tolist(),
         "share": float(table.time[-1] / scene.duration) if len(table.time) else 0.0,
-        "energy_share": _known(energy_share(table)),
+        "energy_share": energy,
         "constraint_m": table.provenance.get("constraints", {}).get("position"),
         "contacts": count,
         "largest_force_N": float(events["peak_force"].max()) if events is not None and count else None,
-        "steps_per_contact": _known(steps_per_contact(table)),
+        "steps_per_contact": steps,
         "steps": counters.get("steps"),
         "work": counters.get("rhs", counters.get("newton_iterations")),
     }
-
-
-def _known(value: float) -> float | None:
-    return None if isnan(value) else value

@@ -7,8 +7,7 @@ where Exudyn's five bodies, which have no error control in contacts, cannot foll
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from itertools import pairwise, product
 from math import pi, sqrt
@@ -21,7 +20,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import DOP853
 
 from comparison.execution.quality import energy_share
-from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.execution.run import Job, Progress, run_all
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits import duration, effective_mass
@@ -32,23 +31,12 @@ from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-
-class Steps(NamedTuple):
-    """Values of settings, as ``steps.toml`` explains them."""
-
-    gains: Sequence[float]
-    tolerances: Sequence[float]
-    cycles: Sequence[float]
-    moduli: Sequence[float]
-    impact_steps: Sequence[float]
-    phases: Sequence[float]
-    map_steps: Sequence[float]
-
-
+Config = Mapping[str, Sequence[float]]
+"""Values of settings, as ``full`` of ``steps.toml``."""
 _DATA: dict[str, dict[str, Any]] = tomllib.loads(
     files("comparison.studies.extremes").joinpath("steps.toml").read_text("utf-8")
 )
-FULL = Steps(**_DATA["full"])
+FULL: Config = _DATA["full"]
 
 # ---- steps of the explicit method DOP853
 
@@ -80,18 +68,18 @@ def gain_scene(name: str, alpha: float, beta: float, tolerance: float, cycles: f
     return load_scene(GAIN_SCENES[name], _DATA["gains"] | values | gains)
 
 
-def run_gains(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+def run_gains(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run alpha = beta at all tolerances, all pairs at the loosest, and many cycles with little of both.
 
     A row a run, with its settings, ``status``, ``steps`` that were accepted and their ``mean_step``, s, steps
     that were ``rejected`` by the error control, and the largest |Phi| as ``position`` (m, rad) and |Phi'| as
     ``velocity`` (m/s, rad/s).
     """
-    gains, (loosest, *_) = config.gains, config.tolerances
-    wanted = [(gain, gain, tolerance, 1.0) for gain in gains for tolerance in config.tolerances]
-    wanted += [(alpha, beta, loosest, 1.0) for alpha in gains for beta in gains]
-    wanted += [(gain, gain, loosest, count) for gain in (0.0, DEFAULT_GAIN) for count in config.cycles]
-    settings = [(name, *each) for name in GAIN_SCENES for each in dict.fromkeys(wanted)]
+    gains, tolerances, long = (config[name] for name in ("gains", "tolerances", "cycles"))
+    wanted = [(gain, gain, tolerance, 1.0) for gain, tolerance in product(gains, tolerances)]
+    wanted += [(alpha, beta, tolerances[0], 1.0) for alpha, beta in product(gains, gains)]
+    wanted += [(gain, gain, tolerances[0], count) for gain, count in product((0.0, DEFAULT_GAIN), long)]
+    settings = [(name, *each) for name, each in product(GAIN_SCENES, dict.fromkeys(wanted))]
     scenes = [gain_scene(*each) for each in settings]
     outcomes = run_all([Job(each, "reference") for each in scenes], n_jobs, on_progress)
     rows = []
@@ -115,7 +103,7 @@ SPECTRAL_RADIUS = 0.9
 """At infinite frequency, as the Exudyn model runs generalized-alpha."""
 _SETTLED = 60
 """Steps in flight after which the algorithmic acceleration has died away: 0.73^60 = 6e-9."""
-ALL_PHASES = np.linspace(0.005, 1.0, 200)
+_PHASES = np.linspace(0.005, 1.0, 200)
 
 
 class Fixed(NamedTuple):
@@ -149,7 +137,7 @@ FIXED = {
 }
 
 
-def rebounds(method: Fixed, wh: float, phases: Array = ALL_PHASES) -> Array:
+def rebounds(method: Fixed, wh: float, phases: Array = _PHASES) -> Array:
     """Return the speeds at which a mass flies off a unilateral linear spring, in units of that before.
 
     Of all contacts that follow on one another, since a mass may touch again while its algorithmic
@@ -181,95 +169,75 @@ _APPROACH, _LEAVE = 3, 40
 """Steps in flight before and after the impact; in the latter the algorithmic acceleration dies away."""
 
 
-@dataclass(frozen=True)
-class Impact:
-    """One impact of the slider, upright, on its left wall, with the press at rest and the linear law."""
+def run_impacts(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Let the slider hit its left wall, upright, with the press at rest and a linear law that loses nothing.
 
-    method: str
-    step: float
-    modulus: float
-    phase: float
-
-    @property
-    def wh(self) -> float:
-        """Step times w = sqrt(2 K / m): both corners of a side hit at once."""
-        scene = load_scene(BASE, {"contact.youngs_modulus": self.modulus}).data
-        return self.step * sqrt(corner_stiffness(scene["contact"]) / effective_mass(scene, 2))
-
-    @property
-    def speed(self) -> float:
-        """Of the slider, m/s: a micrometre a step at most, so that it does not come to the other wall."""
-        return min(0.05, 1e-6 / self.step)
-
-    def scene(self) -> Scene:
-        """Return the scene, in which nothing is lost."""
-        count = _APPROACH + int(1.3 * pi / self.wh) + _LEAVE
-        cycle = 60.0 / _DATA["impact"]["drive.speed_rpm"]
-        base = load_scene(BASE)
-        before = (_APPROACH + self.phase) * self.step * self.speed
+    A row for each method, step (s), modulus (Pa) and phase that takes so few steps that it can err: ``wh``,
+    the step times w = sqrt(2 K / m), as both corners hit at once; ``rebound``, what the slider leaves with,
+    and ``theory``, what one mass would, in speeds before the impact; of the table of contacts ``impulse``:
+    over momentum, less 1, which should be the rebound, and ``touch``: the speed of the touch, which should
+    be 1.
+    """
+    base, cycle = load_scene(BASE), 60.0 / _DATA["impact"]["drive.speed_rpm"]
+    rows: list[dict[str, Any]] = []
+    scenes, steps = [], config["impact_steps"]
+    for method, step, young, phase in product(FIXED, steps, config["moduli"], config["phases"]):
+        data = base.with_values({"contact.youngs_modulus": young}).data
+        mass = effective_mass(data, 2)
+        wh = step * sqrt(corner_stiffness(data["contact"]) / mass)
+        if wh < LEAST:
+            continue
+        # A micrometre a step at most, so that it does not come to the other wall.
+        speed = min(0.05, 1e-6 / step)
         values = {
-            "contact.youngs_modulus": self.modulus,
-            "drive.cycles": count * self.step / cycle,
-            "initial.slider_vx": -self.speed,
-            "initial.slider_offset": before - base.data["clearance"]["slider"],
-            "output.samples_per_cycle": round(cycle / self.step),
-            "solver.exudyn.method": self.method,
+            "contact.youngs_modulus": young,
+            "drive.cycles": (_APPROACH + int(1.3 * pi / wh) + _LEAVE) * step / cycle,
+            "initial.slider_vx": -speed,
+            "initial.slider_offset": (_APPROACH + phase) * step * speed - data["clearance"]["slider"],
+            "output.samples_per_cycle": round(cycle / step),
+            "solver.exudyn.method": method,
             # A sample a step, although their quotient rounds.
-            "solver.exudyn.step": self.step * (1 + 1e-6),
+            "solver.exudyn.step": step * (1 + 1e-6),
         }
-        return base.with_values(_DATA["impact"] | values)
-
-    def measure(self, outcome: Outcome) -> dict[str, Any]:
-        """Return what the slider leaves with and what one mass would, in speeds before the impact.
-
-        ``rebound`` and ``theory``; of the table of contacts ``impulse``: over momentum, less 1, which should
-        be the rebound, and ``touch``: the speed of the touch, which should be 1.
-        """
-        theory = float(rebounds(FIXED[self.method], self.wh, np.array([self.phase]))[0])
-        row = asdict(self) | {"wh": self.wh, "status": outcome.status, "theory": theory}
+        scenes.append((base.with_values(_DATA["impact"] | values), speed, mass * speed))
+        theory = float(rebounds(FIXED[method], wh, np.array([phase]))[0])
+        rows.append({"method": method, "step": step, "modulus": young, "phase": phase, "wh": wh})
+        rows[-1] |= {"status": "", "theory": theory}
+    outcomes = run_all([Job(scene, "exudyn") for scene, *_ in scenes], n_jobs, on_progress)
+    for row, (_, speed, momentum), outcome in zip(rows, scenes, outcomes, strict=True):
+        row["status"] = outcome.status
         if (run := outcome.table) is not None:
-            first, momentum = contacts(run).iloc[0], effective_mass(self.scene().data, 2) * self.speed
-            row["rebound"] = run.values("slider_vx")[-1] / self.speed
+            first = contacts(run).iloc[0]
+            row["rebound"] = run.values("slider_vx")[-1] / speed
             row["impulse"] = first["impulse"] / momentum - 1
-            row["touch"] = first["normal_speed"] / self.speed
-        return row
+            row["touch"] = first["normal_speed"] / speed
+    return pd.DataFrame(rows)
 
 
-def run_impacts(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Run those that take so few steps that they can err; a row each (`Impact.measure`)."""
-    every = [Impact(*each) for each in product(FIXED, config.impact_steps, config.moduli, config.phases)]
-    impacts = [impact for impact in every if impact.wh >= LEAST]
-    ended = run_all([Job(impact.scene(), "exudyn") for impact in impacts], n_jobs, on_progress)
-    return pd.DataFrame([each.measure(outcome) for each, outcome in zip(impacts, ended, strict=True)])
-
-
-def map_scene(method: str, step: float, young: float) -> Scene:
-    """Return a quarter of a cycle of the central case; without a method: for the reference."""
-    values: dict[str, object] = {
-        "contact.youngs_modulus": young,
-        "output.groups": ["energy"] if method == "trapezoidal-index2" else [],
-    }
-    if method:
-        values |= {"solver.exudyn.method": method, "solver.exudyn.step": step}
-    return load_scene(BASE, _DATA["map"] | values)
-
-
-def run_map(config: Steps, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Return a row for each method, step (s) and modulus (Pa).
+def run_map(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Run a quarter of a cycle of the central case; a row for each method, step (s) and modulus (Pa).
 
     ``count``: steps per contact, in an elastic impact of one corner at the speed of the scene's first touch.
     Of a run that finished ``wrong``: where the method gives energies, the spurious energy in what was lost,
     else by how much the deepest penetration of a wall differs from the reference's; ``speed``: largest |vx|
     in that of the reference.
     """
-    points = list(product(FIXED, config.map_steps, config.moduli))
-    jobs = [Job(map_scene(*point), "exudyn") for point in points]
-    jobs += [Job(map_scene("", 1.0, young), "reference") for young in config.moduli]
+    points = list(product(FIXED, config["map_steps"], config["moduli"]))
+    base = load_scene(BASE, {**_DATA["map"], "output.groups": []})
+    scenes = []
+    for method, step, young in points:
+        values = {"contact.youngs_modulus": young, "solver.exudyn.method": method, "solver.exudyn.step": step}
+        groups = {"output.groups": ["energy"]} if method == "trapezoidal-index2" else {}
+        scenes.append(base.with_values(values | groups))
+    jobs = [Job(scene, "exudyn") for scene in scenes]
+    jobs += [
+        Job(base.with_values({"contact.youngs_modulus": each}), "reference") for each in config["moduli"]
+    ]
     outcomes = run_all(jobs, n_jobs, on_progress)
-    exact = dict(zip(config.moduli, outcomes[len(points) :], strict=True))
+    exact = dict(zip(config["moduli"], outcomes[len(points) :], strict=True))
     rows = []
-    for (method, step, young), outcome in zip(points, outcomes, strict=False):
-        data, right, run = map_scene(method, step, young).data, exact[young].table, outcome.table
+    for (method, step, young), scene, outcome in zip(points, scenes, outcomes, strict=False):
+        data, right, run = scene.data, exact[young].table, outcome.table
         row: dict[str, Any] = {"method": method, "step": step, "modulus": young, "status": outcome.status}
         if right is not None:
             touch = float(contacts(right)["normal_speed"].iloc[0])
@@ -291,19 +259,11 @@ def _largest(run: Table, channel: str, middle: float = 0.0) -> float:
     return max(abs(ends["min"] - middle), abs(ends["max"] - middle))
 
 
-class StepRuns(NamedTuple):
-    """Frames with a row a run: Baumgarte's gains, single impacts, and the map of step and modulus."""
-
-    gains: pd.DataFrame
-    impacts: pd.DataFrame
-    points: pd.DataFrame
-
-
-def run_steps(config: Steps, n_jobs: int, on_progress: Progress | None) -> StepRuns:
-    """Run all."""
+def run_steps(config: Config, n_jobs: int, on_progress: Progress | None) -> dict[str, pd.DataFrame]:
+    """Run Baumgarte's ``gains``, single ``impacts`` and the map of step and modulus, ``points``."""
     shares = (part(on_progress, *ends) for ends in pairwise((0.0, 0.6, 0.9, 1.0)))
-    runs = zip((run_gains, run_impacts, run_map), shares, strict=True)
-    return StepRuns(*(run(config, n_jobs, share) for run, share in runs))
+    runs = {"gains": run_gains, "impacts": run_impacts, "points": run_map}
+    return {name: run(config, n_jobs, share) for (name, run), share in zip(runs.items(), shares, strict=True)}
 
 
 # ---- figures
@@ -318,35 +278,41 @@ _LOOKS = {
     "larger": {"marker": "D", "color": svg.OUTSIDE, "ms": 5, "ls": ""},
     "stopped": {"marker": "x", "color": svg.DIFFERENCE, "ms": 5, "ls": ""},
 }
+_LOGARITHMIC = {"xscale": "log", "yscale": "log"}
 
 
-def draw(runs: StepRuns, folder: Path) -> None:
+def draw(runs: Mapping[str, pd.DataFrame], folder: Path) -> None:
     """Write the mean step over the gain, the rebound of one impact, and the map of step and modulus."""
-    S = stable_to()
-    equal = runs.gains.query("cycles == 1 and alpha == beta and alpha > 0")
-    gain_looks = {
+    _draw_gains(runs["gains"], folder / "baumgarte_steps.svg")
+    _draw_rebound(runs["impacts"], folder / "rebound.svg")
+    _draw_map(runs["points"], folder / "step_and_modulus.svg")
+
+
+def _draw_gains(gains: pd.DataFrame, path: Path) -> None:
+    S, equal = stable_to(), gains.query("cycles == 1 and alpha == beta and alpha > 0")
+    looks = {
         (name, tolerance): {"marker": mark, "color": svg.FIRST, "dashes": dashes, "mfc": "none", "ms": 4}
         | {"label": f"{name}, tolerance {tolerance:.0e}"}
         for name, mark in zip(GAIN_SCENES, _MARKS, strict=False)
         for tolerance, dashes in zip(equal["tolerance"].unique(), _DASHES, strict=False)
     }
-    with svg.panels(folder / "baumgarte_steps.svg", height=3.6) as (axes,):
-        settings = {"xscale": "log", "yscale": "log", "xlabel": "gain alpha = beta (1/s)"}
-        curves(axes, equal, "alpha", "mean_step", ["scene", "tolerance"], gain_looks, **settings)
+    with svg.panels(path, height=3.6) as (axes,):
+        settings = {**_LOGARITHMIC, "xlabel": "gain alpha = beta (1/s)"}
+        curves(axes, equal, "alpha", "mean_step", ["scene", "tolerance"], looks, **settings)
         line = np.array([S / 0.02, equal["alpha"].max()])
         axes.plot(line, S / line, color=svg.LIMIT, lw=2.5, alpha=0.6, zorder=0, label="theory: S / alpha")
         axes.set_ylabel("mean step (s)")
         svg.legend_above(axes, 2)
-    _draw_rebound(runs.impacts, folder / "rebound.svg")
-    points = runs.points
+
+
+def _draw_map(points: pd.DataFrame, path: Path) -> None:
     conditions = [points["status"] != "success", points["wrong"] <= SMALL, points["wrong"] <= WRONG]
     small, wide, larger, stopped = _LOOKS
     shown = points.assign(look=np.select(conditions, [stopped, small, wide], larger))
-    with svg.panels(folder / "step_and_modulus.svg", 1, 2, height=3.6, sharex=True, sharey=True) as both:
+    with svg.panels(path, 1, 2, height=3.6, sharex=True, sharey=True) as both:
         for axes, name in zip(both, FIXED, strict=True):
             mine = shown[shown["method"] == name]
-            settings = {"xscale": "log", "yscale": "log", "xlabel": "step (s)"}
-            curves(axes, mine, "step", "modulus", "look", _LOOKS, **settings)
+            curves(axes, mine, "step", "modulus", "look", _LOOKS, **_LOGARITHMIC, xlabel="step (s)")
             of = mine.drop_duplicates("modulus")
             for count, dashes in zip((10.0, 3.0, 1.0), _DASHES, strict=True):
                 at, label = of["count"] * of["step"] / count, f"{count:g} steps per contact"

@@ -3,36 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import log10
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.formatting import decade
+from comparison.formatting import decade, number
+from comparison.models import MODELS
 from comparison.report import svg
 from comparison.scene import load_scene
 from comparison.studies.extremes import cells as grid
 from comparison.studies.extremes import limits, steps
-from comparison.studies.extremes.cells import (
-    AXES,
-    COMPARED,
-    HYPERCUBE,
-    LARGER,
-    LAWS,
-    METHODS,
-    UNITS,
-    Cause,
-    Class,
-)
+from comparison.studies.extremes.cells import AXES, COMPARED, HYPERCUBE, LARGER, LAWS, METHODS, Cause, Class
 from comparison.studies.extremes.runs import LIMIT
-from comparison.studies.extremes.steps import StepRuns, Steps
 from comparison.studies.shared.benchmark_unit import BENCHMARK
 from comparison.studies.shared.figures import curves
-from comparison.studies.shared.frames import markdown, write_csv
+from comparison.studies.shared.frames import Columns, markdown, write_csv
 from comparison.studies.shared.study import Study, part
 
 NAMES = {name: f"{method.model}, {name}" for name, method in METHODS.items()}
@@ -50,29 +39,25 @@ _LOOKS: dict[str, dict[str, Any]] = {
         (Class.STOPPED, svg.OUTSIDE, "x"),
         (Class.REFUSED, svg.SERIES[5], "_"),
         (Class.NOT_TESTED, svg.LIMIT, "."),
-        (Class.DEGRADED, svg.INK, "*"),
-        (Class.CRASHED, svg.INK, "*"),
-        (Class.NONSENSE, svg.INK, "*"),
+        *((kind, svg.INK, "*") for kind in (Class.DEGRADED, Class.CRASHED, Class.NONSENSE)),
     )
 }
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """Axes along which one number is pushed, points of the Latin hypercube, and what has a known answer."""
 
     axes: Sequence[str]
     points: int
-    known: Steps | None
+    known: steps.Config | None
 
 
-@dataclass(frozen=True)
-class Results:
-    """The runs of the grid (`cells.frame`); of what has a known answer, limits by name and runs of steps."""
+class Results(NamedTuple):
+    """The runs of the grid (`cells.run_campaign`); of what has a known answer, limits and runs of steps."""
 
     runs: pd.DataFrame
     limits: Mapping[str, pd.DataFrame]
-    steps: StepRuns | None
+    steps: Mapping[str, pd.DataFrame]
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -80,7 +65,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     every = grid.cells(config.axes, config.points)
     runs = grid.run_campaign(every, n_jobs, part(on_progress, 0.0, 0.86))
     if config.known is None:
-        return Results(runs, {}, None)
+        return Results(runs, {}, {})
     frames = limits.run_limits(n_jobs, part(on_progress, 0.86, 0.93))
     return Results(runs, frames, steps.run_steps(config.known, n_jobs, part(on_progress, 0.93, 1.0)))
 
@@ -90,19 +75,27 @@ def page(results: Results) -> Mapping[str, object]:
     runs = results.runs
     larger, stopped = runs[runs["class"].isin(LARGER)], runs[runs["class"] == Class.STOPPED]
     kinds = [kind for kind in Class if kind in (*list(Class)[:6], *runs["class"])]
+    single = stopped[(stopped["law"] == LAWS[0]) & (stopped["axis"] != HYPERCUBE)]
+    written: Columns = {"case": str, "quantity": str, **dict.fromkeys(("expected", *MODELS), number)}
     return {
-        "finding": finding(runs),
+        "runs": runs,
+        "count": {kind: int((runs["class"] == kind).sum()) for kind in Class},
+        "law": LAWS[0],
+        "stopped": "; ".join(
+            f"{title} ({where(single[single['formulation'] == name]) or 'nowhere'})"
+            for name, title in TITLES.items()
+        ),
         "points": runs.loc[runs["axis"] == HYPERCUBE, "value"].nunique(),
         "limits": [f"{limit:g}" for limit in (LIMIT, grid.SHORT_LIMIT, grid.LONG_LIMIT)],
         "benchmark": BENCHMARK,
-        "counts": crossed(runs, "formulation", METHODS, kinds),
-        "by_law": crossed(runs, "law", LAWS, kinds),
+        "counts": crossed(runs, "formulation", METHODS, "class", kinds),
+        "by_law": crossed(runs, "law", LAWS, "class", kinds),
         "larger": larger,
-        "causes": crossed(larger.assign(**{"class": larger["formulation"]}), "cause", Cause, METHODS),
-        "stops": crossed(stopped.assign(**{"class": stopped["status"]}), "formulation", METHODS),
+        "causes": crossed(larger, "cause", Cause, "formulation", METHODS),
+        "stops": crossed(stopped, "formulation", METHODS, "status"),
         "steps": results.steps,
-        "orders": markdown(limits.orders(results.limits), limits.WRITTEN) if results.limits else "",
-        "law": limits.law(),
+        "orders": markdown(limits.orders(results.limits), written) if results.limits else "",
+        "restitution": limits.law(),
         # The reference's largest step is a fiftieth of a cycle.
         "gain": 0.1 * 50.0 / load_scene("ideal").period,
         "S": steps.stable_to(),
@@ -115,28 +108,13 @@ def where(runs: pd.DataFrame) -> str:
     return "; ".join(f"{axis} {', '.join(values)}" for axis, values in cells)
 
 
-def finding(runs: pd.DataFrame) -> str:
-    """Return how many runs are in each class, and where the compared formulations stop."""
-    counted = {kind: int((runs["class"] == kind).sum()) for kind in Class}
-    late = counted.pop(Class.NOT_TESTED)
-    tested = ", ".join(f"{count} {kind}" for kind, count in counted.items())
-    single = runs[(runs["class"] == Class.STOPPED) & (runs["law"] == LAWS[0]) & (runs["axis"] != HYPERCUBE)]
-    stopped = [
-        f"{title} ({where(single[single['formulation'] == name]) or 'nowhere'})"
-        for name, title in TITLES.items()
-    ]
-    return (
-        f"Of {len(runs)} runs {late} ended at the study's own limit of time and are not tested. Of the other "
-        f"{len(runs) - late}: {tested}. With one parameter pushed, under {LAWS[0]}, runs stop by "
-        f"themselves at: {'; '.join(stopped)}."
-    )
-
-
-def crossed(runs: pd.DataFrame, by: str, order: Iterable[str], classes: Iterable[str] | None = None) -> str:
-    """Return how many runs of each value of a column ended in each class, in these orders."""
-    total = pd.crosstab(runs[by], runs["class"])
-    if classes is not None:
-        total = total.reindex(columns=list(classes), fill_value=0)
+def crossed(
+    runs: pd.DataFrame, by: str, order: Iterable[str], over: str, columns: Iterable[str] | None = None
+) -> str:
+    """Return how many runs have each pair of values of two columns, in these orders, and their sums."""
+    total = pd.crosstab(runs[by], runs[over])
+    if columns is not None:
+        total = total.reindex(columns=list(columns), fill_value=0)
     total = total.reindex([name for name in order if name in total.index]).rename(index=NAMES, columns=NAMES)
     return markdown(total.assign(runs=total.sum(axis=1)).rename_axis(by).reset_index())
 
@@ -166,9 +144,9 @@ def draw(results: Results, folder: Path) -> None:
     for name, frame in results.limits.items():
         limits.draw(name, frame, folder)
         write_csv({f"limit_{name}": frame}, folder, "%.6g")
-    if (ran := results.steps) is not None:
+    if ran := results.steps:
         steps.draw(ran, folder)
-        known = {"gains": ran.gains, "impacts": ran.impacts, "step_and_modulus": ran.points}
+        known = {"gains": ran["gains"], "impacts": ran["impacts"], "step_and_modulus": ran["points"]}
         write_csv(known, folder, "%.6g")
 
 
@@ -190,7 +168,7 @@ def draw_axes(runs: pd.DataFrame, folder: Path) -> None:
             axes.set_yticks(range(len(TITLES)), list(TITLES.values()), size=7)
             for label, colour in zip(axes.get_yticklabels(), COLOURS.values(), strict=False):
                 label.set_color(colour)
-            axes.set_title(f"{axis} ({UNITS.get(str(axis), '1')})", size=8, loc="left", pad=3)
+            axes.set_title(f"{axis} ({grid.UNITS.get(str(axis), '1')})", size=8, loc="left", pad=3)
             axes.set(xlim=(-0.5, 7.5), ylim=(2.5, -0.5))
             axes.tick_params(length=0)
             axes.spines[:].set_visible(False)

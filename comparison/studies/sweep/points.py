@@ -5,15 +5,14 @@ from __future__ import annotations
 import csv
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice, product
 from pathlib import Path
 
 from scipy.stats import qmc
 
 from comparison.files import check_size
-from comparison.scene import Scene, parse_set
-from comparison.studies.shared.scenes import settable
+from comparison.scene import parse_set
 
 Point = dict[str, object]  # dotted keys of a scene and their values
 MOST = 1_000_000
@@ -43,10 +42,10 @@ def chosen_points(
 def grid(axes: Sequence[str]) -> list[Point]:
     """Return every combination of the values of axes ``key=a,b,c``, those of the last key changing first."""
     values: dict[str, list[object]] = {}
-    for axis, key, text in _axes("--grid", axes, "a,b,c"):
+    for key, text in _axes("--grid", axes, "a,b,c"):
         values[key] = [_value(part) for part in text.split(",") if part.strip()]
         if not values[key]:
-            raise SweepError(f"--grid {axis!r}: needs at least one value, as in {key}=1,2,3")
+            raise SweepError(f"--grid {key + '=' + text!r}: needs at least one value, as in {key}=1,2,3")
     count = math.prod(map(len, values.values()))
     if count > MOST:
         raise SweepError(f"--grid: {count} points; at most {MOST} are possible")
@@ -78,13 +77,13 @@ def listed(path: Path) -> list[Point]:
 def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
     """Return points of a Latin hypercube over axes ``key=low:high``: one in each of ``count`` parts."""
     ranges: dict[str, tuple[float, float]] = {}
-    for axis, key, text in _axes("--latin", axes, "low:high"):
+    for key, text in _axes("--latin", axes, "low:high"):
         try:
             low, high = map(float, text.split(":"))
         except ValueError:
             low = high = math.nan
         if not (low < high and math.isfinite(high - low)):
-            raise SweepError(f"--latin {axis!r}: needs two numbers low:high with low < high")
+            raise SweepError(f"--latin {key + '=' + text!r}: needs two numbers low:high with low < high")
         ranges[key] = low, high
     if not 1 <= count <= MOST:
         raise SweepError(f"--points {count} must be 1 to {MOST}")
@@ -93,27 +92,23 @@ def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
     return [dict(zip(ranges, map(float, row), strict=True)) for row in qmc.scale(sample, lows, highs)]
 
 
-def check_keys(base: Scene, keys: Sequence[str]) -> None:
-    """Refuse what is not a key of the scene; name the nearest one that is."""
-    known = [key for key in settable(base.data) if not key.startswith("scene.")]
-    for key in keys:
-        if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
-            hint = f"; did you mean {close[0]!r}?" if close else ""
-            raise SweepError(f"sweep of scene {base.name!r}: {key!r} is not a key of a scene{hint}")
+def close_to(name: str, known: Iterable[str]) -> str:
+    """Return a hint at the name that may have been meant; nothing where none is near."""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {close[0]!r}?" if close else ""
 
 
-def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str, str]]:
-    """Return each axis with its key and what it says of it; no key twice."""
-    split: list[tuple[str, str, str]] = []
+def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str]]:
+    """Return the key of each axis and what it says of it; no key twice."""
+    split: dict[str, str] = {}
     for axis in axes:
         key, equals, text = axis.partition("=")
         if not equals or not all(part.strip() for part in key.split(".")):
             raise SweepError(f"{option} {axis!r} must be key={form}")
-        if any(key.strip() == other for _, other, _ in split):
+        if key.strip() in split:
             raise SweepError(f"{option}: key {key.strip()!r} is given twice")
-        split.append((axis, key.strip(), text))
-    return split
+        split[key.strip()] = text
+    return list(split.items())
 
 
 def _value(text: str) -> object:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import logging
 import socket
 from collections.abc import Mapping, Sequence
@@ -17,13 +16,14 @@ import pandas as pd
 from comparison.execution.pool import Attempt, Died
 from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
-from comparison.execution.tasks import Finished, Spread, Task, measure_all
+from comparison.execution.tasks import SUCCESS, Finished, Spread, Task, measure_all
 from comparison.files import replacing
 from comparison.metrics.signals import rms
 from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest
-from comparison.studies.sweep.points import Point, SweepError, check_keys
+from comparison.studies.shared.scenes import settable
+from comparison.studies.sweep.points import Point, SweepError, close_to
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
 
@@ -112,30 +112,22 @@ def sweep(
     spread: Spread,
     on_progress: Progress | None = None,
 ) -> tuple[Path, int]:
-    """Run all points by all models and write the table.
+    """Run all points by all models; return the path of the table and how many runs did not succeed.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
-    does not depend on who ran what when. The folder is made once all that is asked for, of `names`, is known.
-
-    Returns
-    -------
-    table, failed
-        The path of the table, and how many runs did not succeed: these are rows too, with their reason.
-
-    Raises
-    ------
-    SweepError
-        If a point names what is not a key of a scene, or a quantity is not one.
-    LedgerError
-        If a row cannot be kept.
+    does not depend on who ran what when; failed runs are rows too, with their reason. The folder is made once
+    all that is asked for is known; what is not is a `SweepError`, a row that cannot be kept a `LedgerError`.
     """
     known = names()
     for name in asked:
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {close[0]!r}?" if close else "such as " + ", ".join(USUAL)
+            hint = close_to(name, known) or "such as " + ", ".join(USUAL)
             raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
-    check_keys(base, list(dict.fromkeys(key for point in points for key in point)))
+    keys = [key for key in settable(base.data) if not key.startswith("scene.")]
+    for key in dict.fromkeys(key for point in points for key in point):
+        if key not in keys:
+            hint = "; ".join(filter(None, ("is not a key of a scene", close_to(key, keys))))
+            raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
     for model in models:
         find(model)
     folder.mkdir(parents=True, exist_ok=True)
@@ -151,25 +143,26 @@ def sweep(
     path = folder / TABLE
     with replacing(path) as part:
         pd.DataFrame(lines).to_csv(part, index=False)
-    return path, sum(row["status"] != "success" for row in rows)
+    return path, sum(row["status"] != SUCCESS for row in rows)
 
 
 def on_cluster(address: str) -> Spread:
     """Return what spreads work over the workers of a Dask scheduler, which have this package installed."""
     try:
-        from distributed import Client
+        from distributed import Client, as_completed
     except ImportError as error:
         raise SweepError("--scheduler needs dask: pip install 'sixbar-crossval[cluster]'") from error
     # What they say about a lost connection is said here, in one line.
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    where = f"--scheduler {address}"
     try:
         parts = urlsplit(address if "://" in address else f"tcp://{address}")
         host, port = parts.hostname, parts.port
     except ValueError as error:
-        raise SweepError(f"--scheduler {address}: {error}") from error
+        raise SweepError(f"{where}: {error}") from error
     if not host or not port:
-        raise SweepError(f"--scheduler {address}: must be tcp://host:port")
+        raise SweepError(f"{where}: must be tcp://host:port")
     try:
         # Dask's own client tries for twice its patience where nobody listens, and without end where one who
         # listens stays silent. A scheduler speaks first, but for the handshake of TLS.
@@ -179,36 +172,30 @@ def on_cluster(address: str) -> Spread:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
-        raise SweepError(f"--scheduler {address}: does not answer: {reason}") from error
+        raise SweepError(f"{where}: does not answer: {reason}") from error
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         try:
-            yield from _work(client, address, attempt, tasks)
+            try:
+                client.wait_for_workers(1, timeout=PATIENCE)
+            except TimeoutError as error:
+                raise SweepError(f"{where}: has no workers") from error
+            futures = {
+                client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
+                for key, task in tasks.items()
+            }
+            for future in as_completed(futures, loop=client.loop):
+                if future.status == "finished":
+                    yield futures[future], future.result()
+                elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
+                    yield futures[future], Died("its worker died")
+                else:
+                    raise SweepError(f"{where}: lost; finished runs are kept")
         finally:
             with suppress(OSError, TimeoutError):
                 client.close(timeout=2)
 
     return spread
-
-
-def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
-    from distributed import as_completed
-
-    try:
-        client.wait_for_workers(1, timeout=PATIENCE)
-    except TimeoutError as error:
-        raise SweepError(f"--scheduler {address}: has no workers") from error
-    futures = {
-        client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
-        for key, task in tasks.items()
-    }
-    for future in as_completed(futures, loop=client.loop):
-        if future.status == "finished":
-            yield futures[future], future.result()
-        elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
-            yield futures[future], Died("its worker died")
-        else:
-            raise SweepError(f"--scheduler {address}: lost; finished runs are kept")
 
 
 def _alone(attempt: Attempt, task: Task) -> Any:

@@ -12,12 +12,13 @@ from comparison.execution.run import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import pairs
 from comparison.studies.detection.draws import Trial, controls, searches, trials
 from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
-from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all
+from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all, refusal, summary
 from comparison.tables.table import TableError
-from comparison.verdict.compare import Runs
+from comparison.verdict.compare import Runs, compare
 from comparison.verdict.refinement import Settled
 from comparison.verdict.results import Confirmation
 
+FAULTS = catalogue()
 STEP = (MOST / LEAST) ** (1 / 64)
 
 
@@ -27,7 +28,7 @@ def test_a_wrong_start_is_moved_as_the_right_one_is():
     other = moved(pin, 1e-6, 0.0)
     right, turned = (scene.data["mechanism"]["crank_angle_deg"] for scene in (pin, other))
     side = Side(pin.with_values({"mechanism.crank_angle_deg": right + 2.0}), "reference")
-    given = Pair(pin, Side(pin, "exudyn"), side, "tight").given(side, other)
+    given = Pair((Side(pin, "exudyn"), side), "tight").given(side, other)
     assert given.data["mechanism"]["crank_angle_deg"] == pytest.approx(turned + 2.0, abs=1e-12)
     assert turned != right
 
@@ -37,33 +38,57 @@ def two():
     """A pair that differs by a tenth of the gravity, and what ran."""
     scene = scenes("tight")["press"]
     wrong = scene.with_values({"environment.gravity": 9.0})
-    pair = Pair(scene, Side(scene, "exudyn"), Side(wrong, "reference"), "tight")
-    return pair, (pair.a.runs(), pair.b.runs())
+    pair = Pair((Side(scene, "exudyn"), Side(wrong, "reference")), "tight")
+    return pair, tuple(side.runs() for side in pair.sides)
+
+
+@pytest.fixture(scope="module")
+def twins():
+    """Two results of the reference that differ by numerics alone."""
+    scene = scenes("tight")["press"]
+    other = scene.with_values({"solver.reference.tolerance": 2e-12})
+    return Side(scene, "reference").runs(), Side(other, "reference").runs(), scene
+
+
+@pytest.mark.parametrize("fault", [f for f in FAULTS if f.kind == "table"], ids=lambda fault: fault.spoil)
+def test_no_spoiled_table_agrees(fault, twins):
+    a, b, scene = twins
+    assert compare(*spoiled("", a, b), scene=scene, tier="tight").verdict == "agree"
+    before = b.base.frame.copy()
+    sides = spoiled(fault.spoil, a, b)
+    assert b.base.frame.equals(before)  # what is spoiled is a copy
+    try:
+        found = summary(compare(*sides, scene=scene, tier="tight"))
+    except TableError as error:
+        found = refusal(str(error))
+    # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
+    assert Trial(fault, "exudyn", "tight").detected(found) == (not fault.missed)
+    if first := found["first"]:
+        assert first["difference"] > first["threshold"] > 0
+        assert found["channels"][first["channel"]][0] == "differ"
 
 
 @pytest.mark.parametrize("key", ["stiffness +1 %", "a corner left out", "zero force", "both constant"])
 def test_an_ensemble_is_run_as_its_side_was(key, two, monkeypatch):
     """With its wrong number, by its own code, or with its tables spoiled, from the moved start."""
-    fault = next(fault for fault in catalogue() if key in (fault.name, fault.spoil))
+    fault = next(fault for fault in FAULTS if key in (fault.name, fault.spoil))
     table, asked = two[1][1].base, []
     monkeypatch.setattr(pairs, "run_one", lambda scene, engine: asked.append((engine, scene.hash)) or table)
     monkeypatch.setattr(pairs, "load_copy", lambda _: None)
     pair = Trial(fault, fault.model or "exudyn", "tight").pair
     start = moved(pair.scene, 1e-9, -1e-9)
     both = spoiled(fault.spoil, Runs(table), Runs(table))
-    for side, runs in zip((pair.a, pair.b), both, strict=True):
+    for side, runs in zip(pair.sides, both, strict=True):
         (made,) = pair.ensemble([start], side.model)
         assert made.frame.equals(runs.base.frame)
-    wrong = fault.engine or pair.b.model
-    assert asked == [(pair.a.model, start.hash), (wrong, fault.given(start).hash)]
+    wrong = fault.engine or pair.sides[1].model
+    assert asked == [(pair.sides[0].model, start.hash), (wrong, fault.given(start).hash)]
 
-
-def test_runs_of_an_ensemble_that_fail_are_left_out(two, monkeypatch):
-    def run_one(scene, engine):
+    def fails(scene, engine):
         raise RunError(Outcome("chatter"), Job(scene, engine))
 
-    monkeypatch.setattr(pairs, "run_one", run_one)
-    assert two[0].ensemble([two[0].scene], "exudyn") == []
+    monkeypatch.setattr(pairs, "run_one", fails)
+    assert pair.ensemble([start], pair.sides[0].model) == []
 
 
 def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
@@ -78,14 +103,9 @@ def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
     monkeypatch.setattr(pairs, "settle", settle)
     row = pair.find()
     assert (row["verdict"], row["confirmation"]["outcome"]) == ("agree", "underestimated")
-    assert not trials(catalogue())[0].detected(row)
+    assert not trials(FAULTS)[0].detected(row)
     monkeypatch.setattr(Pair, "find", lambda _: row)
     assert not searches()[0].confirmed(1e-3)
-
-
-def test_families_show_a_change_of_a_tenth_and_no_change_of_nothing(two):
-    search = Search(two[0].scene, two[0].a, "reference", "environment.gravity", "tight")
-    assert (search.shows(0.1), search.shows(0.0)) == (True, False)
 
 
 def test_finer_runs_of_both_sides_keep_their_difference(two):
@@ -104,7 +124,7 @@ def test_finer_runs_of_both_sides_keep_their_difference(two):
 def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monkeypatch):
     scene = scenes("standard")["press"]
     wrong = scene.with_values({"environment.gravity": 9.0})
-    pair = Pair(scene, Side(scene, "reference"), Side(wrong, "exudyn"), "standard")
+    pair = Pair((Side(scene, "reference"), Side(wrong, "exudyn")), "standard")
     step = scene.data["solver"]["exudyn"]["step"]
     judged = []
 
@@ -128,7 +148,9 @@ def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monk
     assert judged == ([(step / 2, 1)] if status == VIOLATED else [])
 
 
-def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models(two):
+def test_a_wrong_number_is_shown_by_families_and_confirmed_by_the_ensembles_of_both_models(two):
+    search = Search((two[0].sides[0], Side(two[0].scene, "reference")), "environment.gravity", "tight")
+    assert (search.shows(0.1), search.shows(0.0)) == (True, False)
     row = two[0].find()
     made = row["confirmation"]
     assert (row["verdict"], made["outcome"], made["members"]) == ("differ", "confirmed", [30, 99])
@@ -150,26 +172,26 @@ def test_the_search_ends_within_a_third_of_the_smallest_change(smallest, confirm
 
 
 @pytest.mark.parametrize(
-    ("shows", "confirmed", "found", "missed", "shown"),
+    ("shows", "confirmed", "numbers"),
     [
-        (False, False, np.nan, MOST, np.nan),
-        (True, False, np.nan, MOST, LEAST * STEP),
-        (True, True, LEAST * STEP, np.nan, LEAST * STEP),
+        (False, False, (np.nan, MOST, np.nan)),
+        (True, False, (np.nan, MOST, LEAST * STEP)),
+        (True, True, (LEAST * STEP, np.nan, LEAST * STEP)),
     ],
 )
-def test_a_search_without_an_end_says_so(shows, confirmed, found, missed, shown, monkeypatch):
+def test_a_search_without_an_end_says_so(shows, confirmed, numbers, monkeypatch):
     monkeypatch.setattr(Search, "shows", lambda *_: shows)
     monkeypatch.setattr(Search, "confirmed", lambda *_: confirmed)
     row = searches()[0].find()
-    numbers = np.array([row["found"], row["missed"], row["shown"]], dtype=float)
-    assert numbers == pytest.approx([found, missed, shown], rel=1e-9, nan_ok=True)
+    found = np.array([row["found"], row["missed"], row["shown"]], dtype=float)
+    assert found == pytest.approx(numbers, rel=1e-9, nan_ok=True)
 
 
 @pytest.mark.slow
 def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
     few = ("stiffness +0.1 %", "friction drives instead of braking", "slider x in millimetres")
-    tried = [one for one in trials(catalogue()) if one.fault.name in few and one.tier == "tight"]
+    tried = [one for one in trials(FAULTS) if one.fault.name in few and one.tier == "tight"]
     assert len({(one.fault.kind, one.model) for one in tried}) == 5
     healthy = [pair for pair in controls() if pair.tier == "tight"][:2]
     with installed([one.fault for one in tried if one.fault.engine]):
