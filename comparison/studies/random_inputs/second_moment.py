@@ -16,7 +16,7 @@ curvature.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import binomtest, norm
@@ -26,8 +26,7 @@ from comparison.tables.arrays import Array, BoolArray
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
-class Plane:
+class Plane(NamedTuple):
     """A plane fitted to a response."""
 
     mean: float

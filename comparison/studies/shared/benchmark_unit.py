@@ -14,8 +14,7 @@ from math import cos, sin, sqrt
 BENCHMARK = "bouncing-mass"
 STEPS = 330_000
 """Of four right-hand sides each: 20 ms on the machine of reports/extremes (AMD EPYC 26/2)."""
-REPEATS = 7
-"""The least counts: others are disturbed."""
+REPEATS = 7  # The least counts: others are disturbed
 
 
 @cache

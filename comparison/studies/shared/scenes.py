@@ -30,8 +30,7 @@ def settable(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def at_tier(scene: Scene, tier: str) -> Scene:
     """Return a scene with the settings of a tier for the models of this package."""
-    strict = tight(scene, MODELS) if tier == "tight" else None
-    return strict or scene
+    return (tight(scene, MODELS) if tier == "tight" else None) or scene
 
 
 def log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

@@ -22,7 +22,7 @@ def run(x, starts=(), corner="ll"):
 
 
 def numbers(runs):
-    return numbers_of(runs, np.array([1.5]), {"slider_x": "m"}, period=1.0, first_cycle=1)
+    return numbers_of(runs, np.array([1.5]), ["slider_x"], period=1.0, first_cycle=1)
 
 
 def frame(values):
