@@ -228,12 +228,10 @@ def page(results: Results) -> dict[str, object]:
     words: Columns = dict.fromkeys(("cost of", "over that of", "scene"), str)
     shown: Columns = dict.fromkeys(("method", "scene", "channels"), str) | {"cycles": "{:.0f}".format}
     shown |= dict.fromkeys(("processor time a cycle (ms)", "contacts a cycle"), number)
-    figure, *figures = [
-        f"![{TITLES[scene]}: {COSTS[cost]} over {QUANTITIES[CHIEF[scene]]}]({scene}-{cost}.svg)"
-        for scene, cost in sorted(
-            product(CHIEF, COSTS), key=lambda each: each != (*WITH_CLEARANCE[:1], "seconds")
-        )
-    ]
+    figures = {
+        (scene, cost): f"![{TITLES[scene]}: {COSTS[cost]} over {QUANTITIES[chief]}]({scene}-{cost}.svg)"
+        for (scene, chief), cost in product(CHIEF.items(), COSTS)
+    }
     failed = [
         f"- {row['model']}, {row['method']}, {row['scene']}, {row['setting']:g}: {row['status']}"
         for row in results.rows
@@ -241,7 +239,7 @@ def page(results: Results) -> dict[str, object]:
     ]
     return {
         "finding": finding(rows),
-        "figure": figure,
+        "figure": figures.pop((WITH_CLEARANCE[0], "seconds")),
         "ratios": markdown(ratios(rows), words | dict.fromkeys(EQUAL, two)),
         "rounds": config.rounds,
         "busy": f"{config.busy:g}",
@@ -249,7 +247,7 @@ def page(results: Results) -> dict[str, object]:
         "machine": platform_name(),
         "truth": f"{TRUTH:.0e}",
         "confirmed": " and ".join(quantity(apart, "m", 1) for apart in results.confirmed),
-        "figures": "\n\n".join(figures),
+        "figures": "\n\n".join(figures.values()),
         "long_cycles": MISSING if isnan(cycles) else f"{cycles:.0f}",
         "long_ratio": two(ratio),
         "grown": markdown(grown, shown),
