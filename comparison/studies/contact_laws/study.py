@@ -1,7 +1,5 @@
 """The three contact laws on the paper's central case, and what the literal switch of Eqs. 7-8 does there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from math import nan
@@ -23,7 +21,7 @@ from comparison.tables.table import Table
 LAWS = ("hertz-corners", "foundation", "paper-switching")
 LITERAL = LAWS[-1]
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12)
-SHOWN = 1e-10  # Of the figure
+SHOWN = 1e-10  # of the figure
 APART = 1e-6  # m, half a hundredth of the clearance: closer runs follow each other
 LEAST = 1e-14  # J: below round-off of the energies; what a logarithmic axis shows of zero
 RUNS: Quantities = {

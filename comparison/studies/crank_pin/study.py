@@ -1,7 +1,5 @@
 """The paper's clearance at the crank pin A, beside its published peaks (Figs. 7 and 8)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import nan
 from pathlib import Path
@@ -30,7 +28,7 @@ NUDGE = 1e-7
 PRINTED = {name: published(f"F7-R-{name[0]}") for name in QUANTITIES}
 REACH = 0.01
 """s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
-CYCLE, PASSAGE = "second cycle", "passage"  # Where a peak is taken
+CYCLE, PASSAGE = "second cycle", "passage"  # where a peak is taken
 CASE = ["key", "value", "model", "quantity", "where"]
 """What names an ensemble's peak: the key that is varied, its value, ..."""
 

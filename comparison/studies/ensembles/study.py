@@ -6,8 +6,6 @@ tests at 5 % each would find differences by chance: the p-values are adjusted af
 (Ann. Statist. 29, 2001, 1165-1188), however the tests depend on each other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
@@ -31,9 +29,9 @@ CYCLES, FIRST_CYCLE = 4, 1
 SPREAD = 0.01
 """Of the clearance: initial offsets are drawn from so much to either side. After a cycle it is forgotten."""
 COMPARED = ("slider_x", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-INSTANTS = 40  # A cycle, at which the channels are compared
+INSTANTS = 40  # a cycle, at which the channels are compared
 ROUND_OFF = 1e-16  # m; of a coordinate of 0.55 m
-RATE = 0.05  # Of the differences that are reported, the share expected to be false is at most this
+RATE = 0.05  # of the differences that are reported, the share expected to be false is at most this
 QUANTILES = {"median": 0.5, "nine tenths": 0.9, "largest": 1.0}
 CONTACT_COLUMNS = {"largest_depth": "m", "peak_force": "N", "normal_speed": "m/s"}
 ENSEMBLES = pd.DataFrame(

@@ -4,8 +4,6 @@ The closed form is for any arrangement of the parts, and of this study alone: th
 closures, and a run of the scene ``ideal`` by each of them checks this one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache, partial
 from itertools import product
@@ -21,7 +19,7 @@ from comparison.scene import load_scene
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
-Points = NDArray[np.complex128]  # Points of the plane as x + iy, m
+Points = NDArray[np.complex128]  # points of the plane as x + iy, m
 BASE = "150rpm-0.2mm"
 
 # ---- the closed form
@@ -137,12 +135,12 @@ ANGLES = 240
 OF_THE_QUOTIENT = 0.015
 """Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
 quotient falls 1.3 % short, as the page reports."""
-DRAWN, STARTS = 1000, 5  # Random geometries an arrangement, and how many of the best are starts of a fit
+DRAWN, STARTS = 1000, 5  # random geometries an arrangement, and how many of the best are starts of a fit
 REACH, GUIDES = 0.9, (0.02, 1.5)
 """m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""
 COARSE = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
 """Allowances of the first of two fits: with the printed ones alone the angle's steep valley holds it."""
-MISSING = 1e3  # Misfit of a press that cannot be assembled, growing with what it lacks
+MISSING = 1e3  # misfit of a press that cannot be assembled, growing with what it lacks
 
 
 def printed_facts() -> pd.DataFrame:

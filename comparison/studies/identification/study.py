@@ -1,7 +1,5 @@
 """The geometry from the published facts, and what runs say about radius, gravity and reference line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product
@@ -19,20 +17,8 @@ from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import load_scene
-from comparison.studies.identification.fitting import (
-    BASE,
-    TOPOLOGIES,
-    Fit,
-    Topology,
-    fit,
-    motion,
-    printed_facts,
-    residuals,
-    shipped_geometry,
-    shown,
-    table_1,
-    vibration,
-)
+from comparison.studies.identification import fitting
+from comparison.studies.identification.fitting import BASE, TOPOLOGIES, Fit, Topology
 from comparison.studies.shared.figures import curves
 from comparison.studies.shared.frames import Columns, markdown, write_csv
 from comparison.studies.shared.published import published
@@ -41,7 +27,7 @@ from comparison.tables.table import Table
 
 Values = dict[str, object]
 
-FITTING = 0.1  # Share of the progress that the fits take
+FITTING = 0.1  # share of the progress that the fits take
 UNKNOWNS = ("H_x", "H_y", "guide")
 DECISIVE = 3.0
 """Factor between two misfits from which on the peaks decide; scenes scatter by 2 about their mean."""
@@ -103,9 +89,9 @@ class Results(NamedTuple):
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Fit every arrangement and run what kinematics leave open."""
-    facts, fits = printed_facts(), []
+    facts, fits = fitting.printed_facts(), []
     for n, topology in enumerate(config.topologies):
-        if found := fit(topology, facts):
+        if found := fitting.fit(topology, facts):
             fits.append(found)
         if on_progress:
             on_progress(FITTING * (n + 1) / len(config.topologies))
@@ -214,10 +200,11 @@ def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    (best, second, *_), facts, shipped = results.fits, results.facts, shipped_geometry()
+    (best, second, *_), facts, shipped = results.fits, results.facts, fitting.shipped_geometry()
     ranked, misfits = ranking(results.fits, facts), misfit(results.ratios)
-    misses = residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
-    compared = facts.assign(best=best.shown, second=second.shown, shipped=shown(shipped, best.topology)[1])
+    misses = fitting.residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
+    own = fitting.shown(shipped, best.topology)[1]
+    compared = facts.assign(best=best.shown, second=second.shown, shipped=own)
     six = "{:.6g}".format
     written: Columns = {"fact": str, "unit": str, "value": six, "allowance": partial(number, digits=2)}
     written |= dict.fromkeys(("best", "second", "shipped"), six)
@@ -239,7 +226,7 @@ def page(results: Results) -> dict[str, object]:
         "unknowns": markdown(pd.DataFrame({"": UNKNOWNS} | unknowns)),
         "certainty": ", ".join(map(_mm, deviations)),
         "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
-        "vibration": f"{1e3 * vibration():.1f}",
+        "vibration": f"{1e3 * fitting.vibration():.1f}",
         "closed_form": max(_off_the_closed_form(run) for run in results.ideal.values()),
         "gravities": gravities,
         "runner_up": factors[RUNNER_UP],
@@ -269,15 +256,15 @@ def ranking(fits: Sequence[Fit], facts: pd.DataFrame) -> pd.DataFrame:
         for end, (place, name) in VELOCITIES.items():
             printed = published(name)
             excess = abs(each.shown[place]) - abs(printed.value)
-            possible = -vibration() - printed.rounding <= excess <= printed.rounding
+            possible = -fitting.vibration() - printed.rounding <= excess <= printed.rounding
             row |= {f"{end}_velocity": each.shown[place], f"{end}_off": 0.0 if possible else excess}
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def misfit(ratios: pd.DataFrame) -> pd.Series[float]:
+def misfit(ratios: pd.DataFrame) -> pd.Series:
     """Return the typical factor by which each row's peaks miss the published ones."""
-    factors: pd.Series[float] = np.exp(np.sqrt((np.log(ratios) ** 2).mean(axis=1)))
+    factors: pd.Series = np.exp(np.sqrt((np.log(ratios) ** 2).mean(axis=1)))
     return factors
 
 
@@ -290,9 +277,9 @@ def decision(misfits: Mapping[str, float]) -> str:
 
 def _off_the_closed_form(run: Table) -> float:
     """Return how far a model's ideal slider is off the closed form of the shipped geometry at most, m."""
-    lengths, speed = table_1()
+    lengths, speed = fitting.table_1()
     crank = radians(run.provenance["scene"]["mechanism"]["crank_angle_deg"]) + speed * run.time
-    here = motion(shipped_geometry(), TOPOLOGIES[0], lengths, crank)
+    here = fitting.motion(fitting.shipped_geometry(), TOPOLOGIES[0], lengths, crank)
     return float(np.abs(run.values("slider_y") - here.F.imag).max())
 
 
@@ -324,7 +311,7 @@ def _draw_presses(fits: Sequence[Fit], path: Path) -> None:
     with svg.panels(path, 1, 2, height=3.1, sharex=True, sharey=True) as both:
         for axes, each, word in zip(both, fits, ("best", "second"), strict=False):
             angle = radians(each.shown[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
-            cycle = motion(each.geometry, each.topology, table_1()[0], angle)
+            cycle = fitting.motion(each.geometry, each.topology, fitting.table_1()[0], angle)
             for path_of in (cycle.C, cycle.A):
                 axes.plot(path_of.real, path_of.imag, color=svg.LIMIT, lw=0.8)
             axes.axvline(each.geometry.guide, color=svg.GRID, lw=0.8)

@@ -18,8 +18,6 @@ square displacement with time: 0 regular, 1 chaotic; the median over c leaves ou
 Noise passes for chaos.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -27,14 +25,14 @@ import numpy as np
 
 from comparison.tables.arrays import Array
 
-CLEAR = 10.0  # Times the error: there it changes the logarithm by at most 0.1
+CLEAR = 10.0  # times the error: there it changes the logarithm by at most 0.1
 CONFIDENCE = 0.95
 RESAMPLES = 2000
-FEW = 0.1  # Share of periods with a collapsed stage that is passed over
+FEW = 0.1  # share of periods with a collapsed stage that is passed over
 FREQUENCIES = 100
 BAND = (np.pi / 5, 4 * np.pi / 5)  # rad, of c: away from 0, pi and 2 pi
-LEAST = 100  # Periods for the 0-1 test; a tenth of them is the longest displacement
-LONGEST = 16  # The longest period of a section that is looked for
+LEAST = 100  # periods for the 0-1 test; a tenth of them is the longest displacement
+LONGEST = 16  # the longest period of a section that is looked for
 
 
 class Exponent(NamedTuple):

@@ -5,8 +5,6 @@ slider's place, tilt and speeds; everything else follows from the crank. What a 
 impact speed that a closed contact remembers. So states are taken where the slider flies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -32,10 +30,10 @@ STATE = {
     "slider_omega": "initial.slider_omega",
 }
 """Channel of a table -> key of a scene."""
-CLEAR_OF_WALLS = 0.02  # Of the clearance
-SHORTEST = 0.08  # Of a cycle: the shortest stage
-TRANSIENT = 10  # Cycles before the first that counts; the start is forgotten after one
-SAMPLES = 200  # A cycle; stages begin and end at samples
+CLEAR_OF_WALLS = 0.02  # of the clearance
+SHORTEST = 0.08  # of a cycle: the shortest stage
+TRANSIENT = 10  # cycles before the first that counts; the start is forgotten after one
+SAMPLES = 200  # a cycle; stages begin and end at samples
 ROUND_OFF = 1e-15  # m; some ten times the rounding of a coordinate of 0.55 m
 
 

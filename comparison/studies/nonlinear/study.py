@@ -1,7 +1,5 @@
 """Whether the press is chaotic: runs and exponents, the verdict on a scene, page and figures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from math import nan
@@ -25,18 +23,18 @@ from comparison.studies.shared.study import Study, part
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-Key = tuple[str, str, float]  # Scene, model, and its tolerance
+Key = tuple[str, str, float]  # scene, model, and its tolerance
 
 MAIN = "150rpm-0.2mm"
 FORGETTING = "150rpm-0.2mm, without memory"
 """Label of the main scene with a damping that refers to the speed of the moment."""
 SPEED, CLEARANCE = "drive.speed_rpm", "clearance.slider"
-USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # Tolerances of the models where only one is run
+USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
 DISTANCES = {"reference": (1e-10, 1e-9, 1e-8, 1e-7, 1e-6), "exudyn": (1e-8, 1e-7)}
 """m, of perturbed runs from their orbit."""
 NEAR = 0.01
 """Of the largest scatter over the angles: perturbed runs that start farther away are no neighbours."""
-ANGLES = 40  # Samples a cycle of a long run
+ANGLES = 40  # samples a cycle of a long run
 SWEPT_CYCLES, SHOWN_CYCLES = 60, 40
 """Of a run with another speed or clearance, and of these the last that are drawn."""
 
@@ -177,8 +175,8 @@ def verdict(best: Mapping[Key, Exponent], name: str) -> Chaos:
 
 # ---- page
 
-SECTION = 15  # The sample of a cycle, of `ANGLES`, that stands for the others: in the slider's chatter
-SAME = 1e-3  # Of the clearance: two states of a section this close are the same
+SECTION = 15  # the sample of a cycle, of `ANGLES`, that stands for the others: in the slider's chatter
+SAME = 1e-3  # of the clearance: two states of a section this close are the same
 SECTIONS: Quantities = {
     "scene": "scene",
     "K, reference": ("K, reference", "", 2),
@@ -255,7 +253,7 @@ def _forgetting(results: Results, name: str) -> dict[str, str]:
 # ---- figures
 
 COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
-DRAWN = (0, 7, 15, 34)  # Samples of a cycle whose sections are drawn
+DRAWN = (0, 7, 15, 34)  # samples of a cycle whose sections are drawn
 MOST_POINTS = 200
 DIAGRAMS = (
     (SPEED, "speed (rpm)", 1.0, 15),
@@ -264,7 +262,7 @@ DIAGRAMS = (
 )
 """Key, label, factor and sample of a cycle of each bifurcation diagram: after the reversal the slider
 chatters, before the top dead centre only at high speed."""
-BINS = 400  # Of a bifurcation diagram's height: cycles that fall into the same are one point
+BINS = 400  # of a bifurcation diagram's height: cycles that fall into the same are one point
 
 
 def draw(results: Results, folder: Path) -> None:

@@ -3,8 +3,6 @@
 What is measured is here; which value decides, and why, stands in ``claims.toml``.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
@@ -33,10 +31,10 @@ and their unit."""
 
 LITTLE = 0.05
 """Relative change that is little, in every statement: see ``claims.toml``, criterion "peaks"."""
-POINT = 0.01  # Of the room that the clearance leaves: the width of a point in a plot of it
+POINT = 0.01  # of the room that the clearance leaves: the width of a point in a plot of it
 BOTTOM = 0.05
 """Of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work."""
-SWING = 0.5  # Of the clearance: a quarter of the slider's way from wall to wall
+SWING = 0.5  # of the clearance: a quarter of the slider's way from wall to wall
 
 _DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
 CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]

@@ -1,7 +1,5 @@
 """The paper's figures by both models, printed values marked, and how far all predictions are met."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,10 +31,10 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-COLUMNS = 250  # Of a panel half as wide as the page
-EVERY = 8  # Samples of the two cycles that are drawn of a path
-HARDEST = 0.99  # Quantile of the pin's force from which on its hits are marked
-CYCLES = 4  # Of the portraits' curves: the last ones. More would fill the plane, and the page
+COLUMNS = 250  # of a panel half as wide as the page
+EVERY = 8  # samples of the two cycles that are drawn of a path
+HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
+CYCLES = 4  # of the portraits' curves: the last ones. More would fill the plane, and the page
 SCALES = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
 WORDS = {channel: word for word, channel in QUANTITIES.items()}
 ERROR_LABELS = [f"error of the\n{WORDS[channel]} ({unit})" for channel, (_, unit) in SCALES.items()]

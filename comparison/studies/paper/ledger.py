@@ -5,8 +5,6 @@ however well it is met. A number that the paper prints again is one entry. Size,
 apart: the largest error of a cycle has the printed size by chance more easily than all three.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from math import exp, isnan, nan
@@ -30,7 +28,7 @@ at least (Fig. 9): within 5 % is the condition's own number."""
 FACTOR = 2.0
 """The paper prints neither its tolerances nor the radius of the corners, which is known to a factor of four
 and moves accelerations by a third; and from starts 1 um apart our own peaks differ by up to 1.7 (300 rpm)."""
-CAP = cap(Limits(upper=1.0))  # Reliability without any error, whatever the limit
+CAP = cap(Limits(upper=1.0))  # reliability without any error, whatever the limit
 
 
 class Use(StrEnum):

@@ -1,7 +1,5 @@
 """The paper's conditions by both models: what is run, and what a run shows in place of a printed number."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product

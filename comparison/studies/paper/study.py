@@ -1,7 +1,5 @@
 """The paper against both models: every printed number, every figure, every statement."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -86,7 +84,7 @@ def page(results: Results) -> Mapping[str, object]:
     }
 
 
-def agree(rows: pd.DataFrame) -> pd.Series[bool]:
+def agree(rows: pd.DataFrame) -> pd.Series:
     """Return where sign and instant are the printed ones."""
     return (rows["sign"] == Outcome.AGREES) & (rows["instant"] == Outcome.AGREES)
 

@@ -1,7 +1,5 @@
 """Random inputs, and many runs with drawn ones, in chunks: a chunk is a task of a worker and a stored row."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

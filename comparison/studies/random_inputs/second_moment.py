@@ -14,8 +14,6 @@ The American Statistician 54 (2000) 217-224). What the plane leaves is the rough
 curvature.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """First-order second moments of the slider's errors over random inputs, checked by Monte Carlo."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -201,7 +199,7 @@ def _shown(results: Results, name: str) -> dict[str, str]:
 # ---- figures
 
 STEPS = 120
-LEAST_COUNT = 5  # Failures: a smaller share is not drawn
+LEAST_COUNT = 5  # failures: a smaller share is not drawn
 
 
 def draw(results: Results, folder: Path) -> None:

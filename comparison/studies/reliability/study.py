@@ -1,7 +1,5 @@
 """The reliability of the paper's cases by both models, over the paper's two cycles and over more."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,8 +34,8 @@ from comparison.words.reliability import rounded
 
 LEFT_OUT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""
-PAPER = 2  # Cycles of the paper's figures and of the shipped scenes
-LEAST = 1e-12  # Of a reliability: what a logarithmic axis shows of less
+PAPER = 2  # cycles of the paper's figures and of the shipped scenes
+LEAST = 1e-12  # of a reliability: what a logarithmic axis shows of less
 
 
 class Config(NamedTuple):

@@ -1,7 +1,5 @@
 """The panel that most figures have: curves or points, a look for each value of a column."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The catalogue of formulations and integrators by which either model can run a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

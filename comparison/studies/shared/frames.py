@@ -1,7 +1,5 @@
 """Data frames as tables in Markdown and as CSV."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ import pandas as pd
 from comparison.files import replacing
 from comparison.formatting import MISSING, quantity, table
 
-Columns = dict[Any, Callable[[Any], str]]  # A column of a frame, and what writes a value of it
+Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and what writes a value of it
 Quantities = Mapping[str, str | tuple[Any, ...]]
 """Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
 

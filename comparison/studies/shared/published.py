@@ -6,8 +6,6 @@ where the study paper fits the limit of the permitted error to it; "cap" where i
 mechanism without error, to its last printed digit; "misprint" where it cannot be what the authors computed.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple

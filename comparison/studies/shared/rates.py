@@ -1,7 +1,5 @@
 """Observed rates: the slope of a line through logarithms, exact limits of a counted share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What several studies do with scenes: values by dotted key, settings of a tier, random starts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

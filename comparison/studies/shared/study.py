@@ -1,7 +1,5 @@
 """A study: what it is asked with, what it measures, the page that it fills and the figures that it draws."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

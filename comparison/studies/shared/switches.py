@@ -4,8 +4,6 @@ Under ``paper-switching`` the potential of a side jumps whenever its second corn
 leaves. The motion does not jump there, so the energy residual does: by what was created, and nowhere else.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every method over its settings on three scenes, timed one by one, with the errors of what users read."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

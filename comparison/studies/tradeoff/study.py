@@ -1,7 +1,5 @@
 """Speed against accuracy of every formulation and integrator: page, figures and tables."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import product
 from math import isnan, log10, nan

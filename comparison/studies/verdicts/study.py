@@ -1,7 +1,5 @@
 """The verdicts of all shipped scenes in one table, and the picture of the README."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from math import inf, nan

@@ -1,7 +1,5 @@
 """Ensembles of synthetic runs: what is found, how often chance is taken for a difference, what is asked."""
 
-from __future__ import annotations
-
 from math import comb
 
 import numpy as np

@@ -1,25 +1,13 @@
 """The search for the press: its kinematics, and what it finds from facts of a known press and the paper's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.studies.identification.fitting import (
-    TOPOLOGIES,
-    Geometry,
-    Topology,
-    fit,
-    motion,
-    printed_facts,
-    shipped_geometry,
-    shown,
-    table_1,
-)
-from comparison.studies.identification.study import RADII, decision, fit_radius
+from comparison.studies.identification import fitting, study
+from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, Topology
 
-LENGTHS, _ = table_1()
+LENGTHS, _ = fitting.table_1()
 RIGHT = Topology(crank=1, rocker=1, slider=-1, pin="centroid", side=-1)
 SEARCHED = 300
 """Random geometries, of which the best five are fitted; the study draws 1000."""
@@ -33,7 +21,7 @@ def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
         if topology.pin == "tip":
             hung, (x, y, guide) = LENGTHS.rocker, (0.535, -0.126, 0.179)
         geometry = Geometry(-topology.side * x, y, topology.side * guide)
-        press = motion(geometry, topology, LENGTHS, ANGLE)
+        press = fitting.motion(geometry, topology, LENGTHS, ANGLE)
         if press.assembled < 1e-3:
             continue  # it does not turn all round
         turned += 1
@@ -64,8 +52,8 @@ def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
     [Geometry(0.9, 0.9, -0.5), Geometry(0.2568, 0.2, -0.9), Geometry(0.045, 0.0, -0.5)],  # A runs through H
 )
 def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin(geometry):
-    assert motion(geometry, RIGHT, LENGTHS, ANGLE).assembled < 0
-    assert np.isnan(shown(geometry, RIGHT)[1]).all()
+    assert fitting.motion(geometry, RIGHT, LENGTHS, ANGLE).assembled < 0
+    assert np.isnan(fitting.shown(geometry, RIGHT)[1]).all()
 
 
 @pytest.mark.parametrize(
@@ -76,23 +64,24 @@ def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin(geome
     ],
 )
 def test_a_known_press_is_found_from_what_it_shows(topology, geometry):
-    facts = printed_facts().assign(value=shown(geometry, topology)[1])
-    found = fit(topology, facts, SEARCHED)
+    facts = fitting.printed_facts().assign(value=fitting.shown(geometry, topology)[1])
+    found = fitting.fit(topology, facts, SEARCHED)
     assert found.misfit < 1e-3
     # A misfit of 1e-3 allowances is so much of a standard deviation of the geometry, at most 1 mm.
     assert found.geometry == pytest.approx(geometry, abs=2e-6)
-    wrong = fit(topology._replace(pin="tip"), facts, SEARCHED)
+    wrong = fitting.fit(topology._replace(pin="tip"), facts, SEARCHED)
     assert wrong is None or wrong.misfit > 10
 
 
 def check_paper(topologies, drawn):
     """The shipped geometry lies within the uncertainty of the best fit, and other topologies far behind."""
-    found = [fit(topology, printed_facts(), drawn) for topology in topologies]
+    found = [fitting.fit(topology, fitting.printed_facts(), drawn) for topology in topologies]
     best, *others = sorted((each for each in found if each is not None), key=lambda each: each.misfit)
     assert best.topology == RIGHT
     assert best.misfit < 1  # allowances: what a right model should show
     assert all(each.misfit > 1.5 for each in others)
-    off, deviations = np.subtract(shipped_geometry(), best.geometry), np.sqrt(np.diag(best.covariance))
+    off = np.subtract(fitting.shipped_geometry(), best.geometry)
+    deviations = np.sqrt(np.diag(best.covariance))
     assert np.all(np.abs(off) < deviations)
     # Three unknowns: 7.8 is passed by chance once in 20 times.
     assert off @ np.linalg.pinv(best.covariance) @ off < 7.8
@@ -112,14 +101,14 @@ def test_the_shipped_press_is_the_best_of_all():
 
 def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
     scatter = np.array([0.5, 1.0, 2.0])
-    peaks = pd.DataFrame((np.array(RADII)[:, None] / 2e-3) ** 0.2 * scatter, index=RADII)
-    found = fit_radius(peaks)
+    peaks = pd.DataFrame((np.array(study.RADII)[:, None] / 2e-3) ** 0.2 * scatter, index=study.RADII)
+    found = study.fit_radius(peaks)
     assert (found.power, found.radius, found.scatter) == pytest.approx((0.2, 2e-3, 2.0), rel=1e-9)
     # Three scenes a factor of 2 apart: ln 2 / sqrt 3 / 0.2 = 2.0 in the logarithm of the radius.
     assert np.log([found.radius / found.low, found.high / found.radius]) == pytest.approx(2.0, rel=1e-3)
-    assert np.isnan(fit_radius(1 / peaks).radius)
+    assert np.isnan(study.fit_radius(1 / peaks).radius)
 
 
 def test_peaks_decide_only_by_a_large_factor():
-    assert decision({"none": 1.7, "up": 12.0, "left": 9.0}) == "the peaks exclude up and left"
-    assert decision({"the first": 1.7, "the second": 1.6}) == "the peaks do not decide"
+    assert study.decision({"none": 1.7, "up": 12.0, "left": 9.0}) == "the peaks exclude up and left"
+    assert study.decision({"the first": 1.7, "the second": 1.6}) == "the peaks do not decide"

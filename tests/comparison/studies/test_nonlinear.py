@@ -1,7 +1,5 @@
 """Nonlinear dynamics: methods on maps whose answers are known, the verdict on a scene, the press as a map."""
 
-from __future__ import annotations
-
 from functools import partial
 from math import acos, log, pi
 

@@ -1,7 +1,5 @@
 """Printed figures and statements of the paper: how they are judged, on made-up motions with known errors."""
 
-from __future__ import annotations
-
 from collections import Counter
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Pages, tables and printed figures that several studies use, and the switches of the literal law."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """Studies as a whole, with fake models: what they write, that they resume, and how they show what failed."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from dataclasses import replace

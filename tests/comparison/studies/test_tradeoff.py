@@ -1,7 +1,5 @@
 """Orders, fronts and costs at equal error of curves whose answers are known; every method runs its scenes."""
 
-from __future__ import annotations
-
 import re
 from math import isnan
 
