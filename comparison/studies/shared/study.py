@@ -77,14 +77,17 @@ class Study(Generic[C, R]):
         self.draw(results, folder)
         if self.data is not None:
             write_json(self.data(results), folder / f"{self.name}.json")
-        template = (
-            files(f"comparison.studies.{self.name.replace('-', '_')}") / f"{self.name.replace('-', '_')}.md"
-        )
         page = folder / "README.md"
-        write_text(_PAGES.from_string(template.read_text("utf-8")).render(self.page(results)), page)
+        write_text(self.text(results), page)
         if self.one_file:
             write_text(single_page(page), folder / "report.html")
         return page
+
+    def text(self, results: R) -> str:
+        """Return the page: its template with what is measured."""
+        name = self.name.replace("-", "_")
+        template = files(f"comparison.studies.{name}") / f"{name}.md"
+        return _PAGES.from_string(template.read_text("utf-8")).render(self.page(results))
 
 
 def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
