@@ -325,6 +325,11 @@ def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_
     assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is verdict
 
 
+def test_pairs_that_differ_by_little_count_for_neither_side():
+    # Of six pairs 3 > 1, 3 > 2, 2 > 1; 2 = 2, 1.04 and 2 as good as 1 and 2, and 1.04 < 2.
+    assert claims.net_share(np.array([2.0, 3.0, 1.04]), np.array([1.0, 2.0])) == pytest.approx((3 - 1) / 6)
+
+
 @pytest.mark.parametrize("times", [1, 3])
 def test_swings_count_in_a_cycle_only_if_they_are_wide_however_many_contacts_there_are(times):
     clearance = load_scene(runs.CENTRAL).data["clearance"]["slider"]
