@@ -1,11 +1,9 @@
 """The paper's clearance at the crank pin A, beside its published peaks (Figs. 7 and 8)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,26 +20,20 @@ from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
 
-Values = dict[str, object]
-
-RADIUS, MODULUS = "clearance.journal_radius", "contact.youngs_modulus"
+RADIUS, MODULUS, FRICTION = "clearance.journal_radius", "contact.youngs_modulus", "friction.coefficient"
 TOLERANCE, SAMPLES = "solver.reference.tolerance", "output.samples_per_cycle"
-FRICTION = "friction.coefficient"
-SHOWN = 10e-3
-"""m; the journal radius of the first table."""
+SHOWN = 10e-3  # m; the journal radius of the first table
 NUDGE = 1e-7
 """Degrees of the crank from one member to the next: less than 1e-9 m of the ideal slider in all of them."""
 PRINTED = {name: published(f"F7-R-{name[0]}") for name in QUANTITIES}
 REACH = 0.01
 """s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
-CYCLE, PASSAGE = "second cycle", "passage"
-"""Where a peak is taken."""
+CYCLE, PASSAGE = "second cycle", "passage"  # where a peak is taken
 CASE = ["key", "value", "model", "quantity", "where"]
 """What names an ensemble's peak: the key that is varied, its value, ..."""
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """What is varied and how often it runs."""
 
     varied: Mapping[str, Sequence[float]]  # key -> its values; each is run as an ensemble
@@ -50,47 +42,41 @@ class Config:
     samplings: tuple[int, ...]  # samples a cycle of one run each
 
 
-def scene(values: Values, member: int = 0) -> Scene:
+def scene(values: Mapping[str, object], member: int = 0) -> Scene:
     """Return two cycles with clearance at A only."""
     base = load_scene("150rpm-0.2mm")
-    fixed: Values = {
+    fixed: dict[str, object] = {
         "joints.slider": "ideal",
         "joints.crank_pin": "clearance",
         "mechanism.crank_angle_deg": base.data["mechanism"]["crank_angle_deg"] + member * NUDGE,
         "output.groups": ["accelerations"],
     }
-    return base.with_values(fixed | values)
+    return base.with_values(fixed | dict(values))
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run the ensembles, the ideal mechanism and Exudyn in one go.
 
-    Returns
-    -------
-    peaks
-        A row a run and peak, with the columns of `CASE`, ``size`` and ``time`` (s); of a run that failed one
-        with ``message``.
+    Returns a row a run and peak, with the columns of `CASE`, ``size`` and ``time`` (s); of a run that failed
+    one with ``message``.
     """
-    radii = config.varied[RADIUS]
-    runs: list[tuple[str, float, str, Values, int]] = [
-        (key, value, "reference", {key: value}, member)
-        for key, values in config.varied.items()
-        for value in values
-        for member in range(config.members)
+    radii, usual = config.varied[RADIUS], {SAMPLES: config.samples}
+    varied = [(key, value) for key, values in config.varied.items() for value in values]
+    runs = [
+        ((*one, "reference"), scene(usual | dict([one]), k)) for one in varied for k in range(config.members)
     ]
-    runs += [(SAMPLES, each, "reference", {SAMPLES: each}, 0) for each in config.samplings]
-    runs += [(RADIUS, radius, "exudyn", {RADIUS: radius}, 0) for radius in radii]
-    runs += [(FRICTION, 0.0, "reference", {RADIUS: radii[-1], FRICTION: 0.0}, 0)]
-    usual: Values = {SAMPLES: config.samples}
-    jobs = [Job(scene(usual | values, member), model) for _, _, model, values, member in runs]
+    runs += [((SAMPLES, each, "reference"), scene({SAMPLES: each})) for each in config.samplings]
+    runs += [((RADIUS, radius, "exudyn"), scene(usual | {RADIUS: radius})) for radius in radii]
+    runs.append(((FRICTION, 0.0, "reference"), scene(usual | {RADIUS: radii[-1], FRICTION: 0.0})))
+    jobs = [Job(of, case[2]) for case, of in runs]
     counts = dict.fromkeys((config.samples, *config.samplings))
     still = [Job(scene({SAMPLES: n, "joints.crank_pin": "ideal"}), "reference") for n in counts]
     outcomes = run_all([*jobs, *still], n_jobs, on_progress)
     ideals = dict(zip(counts, map(successful, outcomes[len(jobs) :], still), strict=True))
     return pd.DataFrame(
-        dict(zip(CASE, run, strict=False)) | row
-        for run, job, outcome in zip(runs, jobs, outcomes, strict=False)
-        for row in peak_rows(outcome, ideals[job.scene.data["output"]["samples_per_cycle"]], job.scene.period)
+        dict(zip(CASE, case, strict=False)) | row
+        for (case, of), outcome in zip(runs, outcomes, strict=False)
+        for row in peak_rows(outcome, ideals[of.data["output"]["samples_per_cycle"]], of.period)
     )
 
 
@@ -135,20 +121,16 @@ def met_at(sizes: pd.Series, size: float) -> float:
     return float(np.exp(logs[n] + (logs[n + 1] - logs[n]) * above[n] / (above[n] - above[n + 1])))
 
 
-# ---- page
-
-
 def page(peaks: pd.DataFrame) -> dict[str, object]:
     """Return what stands in the page."""
     frame = cases(peaks)
-    met = {
-        name: met_at(over_modulus(frame, name)["median"], abs(PRINTED[name].value))
-        for name in ("displacement", "acceleration")
-    }
-    rows = frame.reset_index()
-    ratios = rows[rows["key"].isin([RADIUS, MODULUS, FRICTION])]
+    ratios = frame.reset_index()
+    ratios = ratios[ratios["key"].isin([RADIUS, MODULUS, FRICTION])]
     return {
-        "met": met,
+        "met": {
+            name: met_at(over_modulus(frame, name)["median"], abs(PRINTED[name].value))
+            for name in ("displacement", "acceleration")
+        },
         "members": frame["count"].max(),
         "peaks": rows_table(shown_peak(frame, name, at) for at in (PASSAGE, CYCLE) for name in QUANTITIES),
         "failed": peaks.reindex(columns=["model", "message"]).dropna().value_counts(sort=False),

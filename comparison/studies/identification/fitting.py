@@ -4,10 +4,7 @@ The closed form is for any arrangement of the parts, and of this study alone: th
 closures, and a run of the scene ``ideal`` by each of them checks this one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from itertools import product
 from math import inf, isfinite, pi, tau
@@ -22,8 +19,7 @@ from comparison.scene import load_scene
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
-Points = NDArray[np.complex128]
-"""Points of the plane as x + iy, m."""
+Points = NDArray[np.complex128]  # points of the plane as x + iy, m
 BASE = "150rpm-0.2mm"
 
 # ---- the closed form
@@ -39,15 +35,13 @@ class Lengths(NamedTuple):
     rod4: float
 
 
-@dataclass(frozen=True)
-class Topology:
+class Topology(NamedTuple):
     """The two-valued choices of an arrangement, 1 or -1 but for the pin."""
 
     crank: int  # 1: counter-clockwise, -1: clockwise
     rocker: int  # 1: joint B lies to the left of the line from A to H, -1: to its right
     slider: int  # -1: rod 4 points down from the rocker's tip, 1: up
-    pin: str
-    """Where rod 2 is attached to the rocker: ``"centroid"`` or ``"tip"``."""
+    pin: str  # "centroid" or "tip": where rod 2 is attached to the rocker
     side: int  # -1: the guide is to the left of the crank pivot, 1: to its right
 
     def words(self, text: str) -> str:
@@ -76,8 +70,7 @@ class Geometry(NamedTuple):
     guide: float
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """One crank cycle; every array has shape (n,)."""
 
     assembled: float
@@ -126,17 +119,13 @@ def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     height1 = across * C1.real / height
     height2 = (across * C2.real - C1.real**2 - height1**2) / height
     F = geometry.guide + 1j * (C.imag + height)
-    assembled = min(_margin(chord, lengths.rod2), _margin(fall, lengths.rod4))
+    margins = [float(chord.min()) / lengths.rod2, float(fall.min()) / lengths.rod4]
+    assembled = min(margin if isfinite(margin) else -inf for margin in margins)
     return Motion(assembled, A, B, C, F, C1.imag + height1, C2.imag + height2, np.abs(across / height))
 
 
 def _dot(a: Points, b: Points) -> Array:
     return np.asarray(a.real * b.real + a.imag * b.imag)
-
-
-def _margin(square: Array, length: float) -> float:
-    smallest = float(square.min()) / length
-    return smallest if isfinite(smallest) else -inf
 
 
 # ---- the fit
@@ -146,14 +135,12 @@ ANGLES = 240
 OF_THE_QUOTIENT = 0.015
 """Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
 quotient falls 1.3 % short, as the page reports."""
-DRAWN, STARTS = 1000, 5
-"""Random geometries an arrangement, and how many of the best are starts of a fit."""
+DRAWN, STARTS = 1000, 5  # random geometries an arrangement, and how many of the best are starts of a fit
 REACH, GUIDES = 0.9, (0.02, 1.5)
 """m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""
 COARSE = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
 """Allowances of the first of two fits: with the printed ones alone the angle's steep valley holds it."""
-MISSING = 1e3
-"""Misfit of a press that cannot be assembled, growing with what it lacks."""
+MISSING = 1e3  # misfit of a press that cannot be assembled, growing with what it lacks
 
 
 def printed_facts() -> pd.DataFrame:
@@ -192,9 +179,8 @@ def vibration() -> float:
 def table_1() -> tuple[Lengths, float]:
     """Return the lengths of Table 1, and the speed of the crank, rad/s."""
     data = load_scene(BASE).data
-    mechanism = data["mechanism"]
-    rocker = mechanism["rocker"]
-    crank, rod2, rod4 = (mechanism[part]["length"] for part in ("crank", "rod2", "rod4"))
+    rocker = data["mechanism"]["rocker"]
+    crank, rod2, rod4 = (data["mechanism"][part]["length"] for part in ("crank", "rod2", "rod4"))
     lengths = Lengths(crank, rod2, rocker["length"], rocker["centroid"], rod4)
     return lengths, pi / 30 * abs(float(data["drive"]["speed_rpm"]))
 
@@ -239,8 +225,7 @@ def _highest(values: Array) -> tuple[float, float]:
     return here - 0.25 * (before - after) * shift, k + shift
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(NamedTuple):
     """The best geometry of an arrangement."""
 
     topology: Topology
@@ -256,7 +241,9 @@ class Fit:
         return float(np.sqrt(np.sum(self.residuals**2) / freedom))
 
 
-def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame, allowances: Array) -> Array:
+def residuals(
+    geometry: Sequence[float] | Array, topology: Topology, facts: pd.DataFrame, allowances: Array
+) -> Array:
     """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
     assembled, values = shown(Geometry(*map(float, geometry)), topology)
     if assembled <= 0:
@@ -273,17 +260,13 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
     near, far = sorted(topology.side * distance for distance in GUIDES)
     low, high = np.array([-REACH, -REACH, near]), np.array([REACH, REACH, far])
     starts = rng.uniform(low, high, (drawn, 3))
-
-    def misses(geometry: Array, allowances: Array) -> Array:
-        return residuals(geometry.tolist(), topology, facts, allowances)
-
-    costs = np.array([np.sum(misses(start, COARSE) ** 2) for start in starts])
-    search = partial(least_squares, misses, bounds=(low, high), x_scale=0.1)
+    costs = np.array([np.sum(residuals(start, topology, facts, COARSE) ** 2) for start in starts])
+    search = partial(least_squares, residuals, bounds=(low, high), x_scale=0.1)
     tried = []
     for n in np.argsort(costs)[:STARTS]:
         if costs[n] < MISSING**2:
-            coarse = search(starts[n], args=(COARSE,))
-            tried.append(search(coarse.x, args=(facts["allowance"].to_numpy(),)))
+            coarse = search(starts[n], args=(topology, facts, COARSE))
+            tried.append(search(coarse.x, args=(topology, facts, facts["allowance"].to_numpy())))
     if not tried:
         return None
     best = min(tried, key=lambda each: each.cost)

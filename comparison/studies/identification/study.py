@@ -1,9 +1,6 @@
 """The geometry from the published facts, and what runs say about radius, gravity and reference line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import exp, radians, sqrt
@@ -20,20 +17,8 @@ from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import load_scene
-from comparison.studies.identification.fitting import (
-    BASE,
-    TOPOLOGIES,
-    Fit,
-    Topology,
-    fit,
-    motion,
-    printed_facts,
-    residuals,
-    shipped_geometry,
-    shown,
-    table_1,
-    vibration,
-)
+from comparison.studies.identification import fitting
+from comparison.studies.identification.fitting import BASE, TOPOLOGIES, Fit, Topology
 from comparison.studies.shared.figures import curves
 from comparison.studies.shared.frames import Columns, markdown, write_csv
 from comparison.studies.shared.published import published
@@ -42,8 +27,7 @@ from comparison.tables.table import Table
 
 Values = dict[str, object]
 
-FITTING = 0.1
-"""Share of the progress that the fits take."""
+FITTING = 0.1  # share of the progress that the fits take
 UNKNOWNS = ("H_x", "H_y", "guide")
 DECISIVE = 3.0
 """Factor between two misfits from which on the peaks decide; scenes scatter by 2 about their mean."""
@@ -75,8 +59,7 @@ NUDGE = 1e-9
 """m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """What is fitted and how much is run."""
 
     topologies: Sequence[Topology]
@@ -86,8 +69,7 @@ class Config:
     long_samples: int  # a cycle, of the runs whose ranges are taken
 
 
-@dataclass(frozen=True)
-class Results:
+class Results(NamedTuple):
     """Fits of all arrangements, the best first, and what was run."""
 
     config: Config
@@ -107,30 +89,18 @@ class Results:
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Fit every arrangement and run what kinematics leave open."""
-    facts, tried = printed_facts(), []
+    facts, fits = fitting.printed_facts(), []
     for n, topology in enumerate(config.topologies):
-        tried.append(fit(topology, facts))
+        if found := fitting.fit(topology, facts):
+            fits.append(found)
         if on_progress:
             on_progress(FITTING * (n + 1) / len(config.topologies))
-    fits = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
+    fits.sort(key=lambda each: each.misfit)
     runs = simulate(fits[1], config, n_jobs, part(on_progress, FITTING, 1.0))
     return Results(config, facts, fits, *runs)
 
 
 # ---- the runs
-
-
-def press(fitted: Fit) -> Values:
-    """Return the scene keys of a press whose rod 2 is attached at the rocker's centroid."""
-    topology, geometry = fitted.topology, fitted.geometry
-    mechanism = load_scene(BASE).data["mechanism"]
-    return {
-        "mechanism.rocker_pivot": [geometry.pivot_x, geometry.pivot_y],
-        "mechanism.guide_x": geometry.guide - mechanism["reference_offset"],
-        "mechanism.crank_angle_deg": float(fitted.shown[0]),
-        "mechanism.rocker_branch": topology.rocker,
-        "mechanism.slider_branch": topology.slider,
-    }
 
 
 def simulate(
@@ -140,17 +110,24 @@ def simulate(
 
     The runner-up's crank must rotate counter-clockwise and its rod 2 be attached at the rocker's centroid.
     """
+    topology, geometry = runner_up.topology, runner_up.geometry
+    other: Values = {
+        "mechanism.rocker_pivot": [geometry.pivot_x, geometry.pivot_y],
+        "mechanism.guide_x": geometry.guide - load_scene(BASE).data["mechanism"]["reference_offset"],
+        "mechanism.crank_angle_deg": float(runner_up.shown[0]),
+        "mechanism.rocker_branch": topology.rocker,
+        "mechanism.slider_branch": topology.slider,
+    }
     settings: dict[tuple[str, float], Values] = {(RADIUS, value): {RADIUS: value} for value in RADII}
     settings |= {(GRAVITY, value): {GRAVITY: value} for value in GRAVITIES}
-    settings |= {(RUNNER_UP, value): press(runner_up) | {GRAVITY: value} for value in GRAVITIES}
+    settings |= {(RUNNER_UP, value): other | {GRAVITY: value} for value in GRAVITIES}
     jobs: dict[tuple[object, ...], Job] = {}
-    for setting, values in settings.items():
+    for (setting, values), name in product(settings.items(), CASES):
         # Gravity and contact move nothing in the ideal mechanism.
         still = {key: value for key, value in values.items() if key.startswith("mechanism.")}
-        for name in CASES:
-            jobs[setting, name] = _job(name, still | {"joints.slider": "ideal"}, config)
-            for k in range(config.members):
-                jobs[setting, name, k] = _job(name, values, config, k)
+        jobs[setting, name] = _job(name, still | {"joints.slider": "ideal"}, config)
+        for k in range(config.members):
+            jobs[setting, name, k] = _job(name, values, config, k)
     for offset, (joint, cycles) in product(OFFSETS, (("clearance", config.cycles), ("ideal", 1))):
         of: Values = {"mechanism.reference_offset": offset, "joints.slider": joint, "output.groups": []}
         of |= {"drive.cycles": float(cycles), "output.samples_per_cycle": config.long_samples}
@@ -160,18 +137,22 @@ def simulate(
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
     tables = dict(zip(jobs, map(successful, outcomes, jobs.values()), strict=True))
 
-    def ratio(setting: tuple[str, float], name: str, channel: str) -> float:
-        still, members = tables[setting, name], [tables[setting, name, k] for k in range(config.members)]
-        period = float(still.time[-1]) / 2
-        peaks = [slider_errors(run, still, period).peak(channel, period, 2 * period) for run in members]
-        sizes = [abs(peak.value) for peak in peaks]
-        return float(np.median(sizes)) / abs(published(f"{CASES[name]}-{CHANNELS[channel]}").value)
-
+    rows = []
+    for setting in settings:
+        ratios = []
+        for name, (channel, letter) in product(CASES, CHANNELS.items()):
+            still_run = tables[setting, name]
+            period = float(still_run.time[-1]) / 2
+            errors = (
+                slider_errors(tables[setting, name, k], still_run, period) for k in range(config.members)
+            )
+            sizes = [abs(each.peak(channel, period, 2 * period).value) for each in errors]
+            ratios.append(float(np.median(sizes)) / abs(published(f"{CASES[name]}-{letter}").value))
+        rows.append(ratios)
     columns = pd.MultiIndex.from_product([CASES, CHANNELS])
-    ratios = [[ratio(setting, *column) for column in columns] for setting in settings]
     ranges = {offset: _ranges(tables[offset, "clearance"], tables[offset, "ideal"]) for offset in OFFSETS}
     return (
-        pd.DataFrame(ratios, pd.MultiIndex.from_tuples(settings), columns),
+        pd.DataFrame(rows, pd.MultiIndex.from_tuples(settings), columns),
         pd.DataFrame.from_dict(ranges, orient="index", columns=list(PRINTED_RANGES)),
         {model: tables["ideal", model] for model in MODELS},
     )
@@ -219,23 +200,19 @@ def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    best, second = results.fits[:2]
-    ranked, misfits = ranking(results.fits, results.facts), misfit(results.ratios)
-    shipped, facts = shipped_geometry(), results.facts
-    misses = residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
-    compared = facts.assign(best=best.shown, second=second.shown, shipped=shown(shipped, best.topology)[1])
+    (best, second, *_), facts, shipped = results.fits, results.facts, fitting.shipped_geometry()
+    ranked, misfits = ranking(results.fits, facts), misfit(results.ratios)
+    misses = fitting.residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
+    own = fitting.shown(shipped, best.topology)[1]
+    compared = facts.assign(best=best.shown, second=second.shown, shipped=own)
     six = "{:.6g}".format
     written: Columns = {"fact": str, "unit": str, "value": six, "allowance": partial(number, digits=2)}
-    deviations = [sqrt(best.covariance[n, n]) for n in range(3)]
-    unknowns = {
-        "": UNKNOWNS,
-        "best": [_mm(value) for value in best.geometry],
-        "standard deviation": [_mm(value) for value in deviations],
-        "shipped": [_mm(value) for value in shipped],
-    }
-    slope, at_zero = np.polyfit(
-        results.ranges.index.to_numpy(np.float64), results.ranges["y error, highest"], 1
-    )
+    written |= dict.fromkeys(("best", "second", "shipped"), six)
+    deviations = np.sqrt(np.diag(best.covariance))
+    columns: dict[str, Any] = {"best": best.geometry, "standard deviation": deviations, "shipped": shipped}
+    unknowns = {name: [_mm(value) for value in values] for name, values in columns.items()}
+    highest = results.ranges["y error, highest"]
+    slope, at_zero = np.polyfit(results.ranges.index.to_numpy(np.float64), highest, 1)
     offset = (PRINTED_RANGES["y error, highest"] - at_zero) / slope if slope else np.nan
     factors = {name: [float(misfits[name, value]) for value in GRAVITIES] for name in (GRAVITY, RUNNER_UP)}
     gravities = dict(zip(("upwards", "none", "downwards"), factors[GRAVITY], strict=True))
@@ -245,14 +222,11 @@ def page(results: Results) -> dict[str, object]:
         "second": second,
         "count": len(results.fits),
         "possible": int(((ranked["lowest_off"] == 0) & (ranked["highest_off"] == 0)).sum()),
-        "facts": markdown(
-            compared.rename_axis("fact").reset_index(),
-            written | dict.fromkeys(("best", "second", "shipped"), six),
-        ),
-        "unknowns": markdown(pd.DataFrame(unknowns)),
+        "facts": markdown(compared.rename_axis("fact").reset_index(), written),
+        "unknowns": markdown(pd.DataFrame({"": UNKNOWNS} | unknowns)),
         "certainty": ", ".join(map(_mm, deviations)),
         "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
-        "vibration": f"{1e3 * vibration():.1f}",
+        "vibration": f"{1e3 * fitting.vibration():.1f}",
         "closed_form": max(_off_the_closed_form(run) for run in results.ideal.values()),
         "gravities": gravities,
         "runner_up": factors[RUNNER_UP],
@@ -282,15 +256,15 @@ def ranking(fits: Sequence[Fit], facts: pd.DataFrame) -> pd.DataFrame:
         for end, (place, name) in VELOCITIES.items():
             printed = published(name)
             excess = abs(each.shown[place]) - abs(printed.value)
-            possible = -vibration() - printed.rounding <= excess <= printed.rounding
+            possible = -fitting.vibration() - printed.rounding <= excess <= printed.rounding
             row |= {f"{end}_velocity": each.shown[place], f"{end}_off": 0.0 if possible else excess}
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def misfit(ratios: pd.DataFrame) -> pd.Series[float]:
+def misfit(ratios: pd.DataFrame) -> pd.Series:
     """Return the typical factor by which each row's peaks miss the published ones."""
-    factors: pd.Series[float] = np.exp(np.sqrt((np.log(ratios) ** 2).mean(axis=1)))
+    factors: pd.Series = np.exp(np.sqrt((np.log(ratios) ** 2).mean(axis=1)))
     return factors
 
 
@@ -303,9 +277,9 @@ def decision(misfits: Mapping[str, float]) -> str:
 
 def _off_the_closed_form(run: Table) -> float:
     """Return how far a model's ideal slider is off the closed form of the shipped geometry at most, m."""
-    lengths, speed = table_1()
+    lengths, speed = fitting.table_1()
     crank = radians(run.provenance["scene"]["mechanism"]["crank_angle_deg"]) + speed * run.time
-    here = motion(shipped_geometry(), TOPOLOGIES[0], lengths, crank)
+    here = fitting.motion(fitting.shipped_geometry(), TOPOLOGIES[0], lengths, crank)
     return float(np.abs(run.values("slider_y") - here.F.imag).max())
 
 
@@ -337,7 +311,7 @@ def _draw_presses(fits: Sequence[Fit], path: Path) -> None:
     with svg.panels(path, 1, 2, height=3.1, sharex=True, sharey=True) as both:
         for axes, each, word in zip(both, fits, ("best", "second"), strict=False):
             angle = radians(each.shown[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
-            cycle = motion(each.geometry, each.topology, table_1()[0], angle)
+            cycle = fitting.motion(each.geometry, each.topology, fitting.table_1()[0], angle)
             for path_of in (cycle.C, cycle.A):
                 axes.plot(path_of.real, path_of.imag, color=svg.LIMIT, lw=0.8)
             axes.axvline(each.geometry.guide, color=svg.GRID, lw=0.8)

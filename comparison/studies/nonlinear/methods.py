@@ -18,81 +18,24 @@ square displacement with time: 0 regular, 1 chaotic; the median over c leaves ou
 Noise passes for chaos.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 
-CLEAR = 10.0
-"""Times the error: there it changes the logarithm by at most 0.1."""
+CLEAR = 10.0  # times the error: there it changes the logarithm by at most 0.1
 CONFIDENCE = 0.95
 RESAMPLES = 2000
-FEW = 0.1
-"""Share of periods with a collapsed stage that is passed over."""
+FEW = 0.1  # share of periods with a collapsed stage that is passed over
 FREQUENCIES = 100
-BAND = (np.pi / 5, 4 * np.pi / 5)
-"""rad, of c: away from 0, pi and 2 pi."""
-LEAST = 100
-"""Periods for the 0-1 test; a tenth of them is the longest displacement."""
-LONGEST = 16
-"""The longest period of a section that is looked for."""
+BAND = (np.pi / 5, 4 * np.pi / 5)  # rad, of c: away from 0, pi and 2 pi
+LEAST = 100  # periods for the 0-1 test; a tenth of them is the longest displacement
+LONGEST = 16  # the longest period of a section that is looked for
 
 
-@dataclass(frozen=True)
-class PerturbedOrbits:
-    """Perturbed orbits at m distances over n stages."""
-
-    begins: NDArray[np.int64]  # when a stage begins, shape (n,)
-    logs: Array  # ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound
-    collapsed: BoolArray  # whether d1 is no more than error, shape (m, n)
-
-
-def follow(
-    orbit: Callable[[Array, int], tuple[Array, int]],
-    perturbed: Callable[[Array, int, int], Array],
-    start: Array,
-    when: int,
-    until: int,
-    *,
-    distances: Array,
-    round_off: float,
-    scale: Array,
-) -> PerturbedOrbits:
-    """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
-
-    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
-    there to a given end, the same state to the same end. Coordinates are multiplied with ``scale`` before
-    distances are taken; ``distances`` and ``round_off`` are d0 of the perturbed orbits and of the one that
-    shows the error.
-    """
-    state = np.asarray(start, dtype=np.float64)
-    even = np.full(state.size, 1.0 / np.sqrt(state.size))
-    directions = np.tile(even, (distances.size, 1))
-    stages = []
-    while when < until:
-        after, end = orbit(state, when)
-        drift = (perturbed(state + round_off * even / scale, when, end) - after) * scale
-        error = float(np.linalg.norm(drift))
-        starts = state + distances[:, None] * directions / scale
-        apart = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
-        grown = np.linalg.norm(apart, axis=1)
-        lost = grown <= CLEAR * error
-        directions[~lost] = apart[~lost] / grown[~lost, None]
-        # Where even the error is zero, so may a distance be: the least number there is has a logarithm.
-        least = np.maximum(CLEAR * error, np.finfo(float).tiny)
-        stages.append((when, np.log(np.maximum(grown, least) / distances), lost))
-        state, when = after, end
-    begins, logs, collapsed = (np.array(column) for column in zip(*stages, strict=True))
-    return PerturbedOrbits(begins, logs.T, collapsed.T)
-
-
-@dataclass(frozen=True)
-class Exponent:
+class Exponent(NamedTuple):
     """A largest Lyapunov exponent per period, with its confidence interval."""
 
     value: float
@@ -113,20 +56,54 @@ class Exponent:
         return 1 if self.low > 0.0 and self.measured else 0
 
 
-def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Exponent]:
-    """Return the exponent of each distance, smallest first, per period of the drive.
+def exponents(
+    orbit: Callable[[Array, int], tuple[Array, int]],
+    perturbed: Callable[[Array, int, int], Array],
+    start: Array,
+    when: int,
+    until: int,
+    *,
+    distances: Array,
+    round_off: float,
+    scale: Array,
+    period: int,
+    skip: int = 0,
+) -> list[Exponent]:
+    """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
-    A stage belongs to the period in which it begins. Until ``skip`` periods have passed the directions
-    settle.
+    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
+    there to a given end, the same state to the same end. Coordinates are multiplied with ``scale`` before
+    distances are taken; ``distances`` and ``round_off`` are those of the perturbed orbits at the start of a
+    stage and of the one that shows the error. Returns the exponent of each distance per period: a stage
+    belongs to that in which it begins; until ``skip`` periods have passed the directions settle.
     """
-    periods = orbits.begins // period
+    state = np.asarray(start, dtype=np.float64)
+    even = np.full(state.size, 1.0 / np.sqrt(state.size))
+    directions = np.tile(even, (distances.size, 1))
+    begins, logs, collapsed = [], [], []
+    while when < until:
+        after, end = orbit(state, when)
+        drift = (perturbed(state + round_off * even / scale, when, end) - after) * scale
+        error = float(np.linalg.norm(drift))
+        starts = state + distances[:, None] * directions / scale
+        apart = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
+        grown = np.linalg.norm(apart, axis=1)
+        lost = grown <= CLEAR * error
+        directions[~lost] = apart[~lost] / grown[~lost, None]
+        # Where even the error is zero, so may a distance be: the least number there is has a logarithm.
+        least = np.maximum(CLEAR * error, np.finfo(float).tiny)
+        begins.append(when)
+        logs.append(np.log(np.maximum(grown, least) / distances))
+        collapsed.append(lost)
+        state, when = after, end
+    periods = np.array(begins) // period
     periods -= periods[0]
-    results = []
-    for logs, collapsed in zip(orbits.logs, orbits.collapsed, strict=True):
-        grown = np.bincount(periods, weights=logs)[skip:].astype(np.float64)
-        lost = np.bincount(periods, weights=collapsed)[skip:] > 0
-        results.append(Exponent(float(np.mean(grown)), *mean_interval(grown), float(np.mean(lost))))
-    return results
+    found = []
+    for growth, lost in zip(np.transpose(logs), np.transpose(collapsed), strict=True):
+        each = np.bincount(periods, weights=growth)[skip:].astype(np.float64)
+        share = float(np.mean(np.bincount(periods, weights=lost)[skip:] > 0))
+        found.append(Exponent(float(np.mean(each)), *mean_interval(each), share))
+    return found
 
 
 def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:

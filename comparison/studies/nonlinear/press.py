@@ -5,10 +5,8 @@ slider's place, tilt and speeds; everything else follows from the crank. What a 
 impact speed that a closed contact remembers. So states are taken where the slider flies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import partial
 from math import pi
 from typing import Any
@@ -20,7 +18,7 @@ from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
 from comparison.execution.tasks import Task
 from comparison.scene import Scene
-from comparison.studies.nonlinear.methods import exponents, follow
+from comparison.studies.nonlinear.methods import exponents
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
@@ -32,16 +30,11 @@ STATE = {
     "slider_omega": "initial.slider_omega",
 }
 """Channel of a table -> key of a scene."""
-CLEAR_OF_WALLS = 0.02
-"""Of the clearance."""
-SHORTEST = 0.08
-"""Of a cycle: the shortest stage."""
-TRANSIENT = 10
-"""Cycles before the first that counts; the start is forgotten after one."""
-SAMPLES = 200
-"""A cycle; stages begin and end at samples."""
-ROUND_OFF = 1e-15
-"""m; some ten times the rounding of a coordinate of 0.55 m."""
+CLEAR_OF_WALLS = 0.02  # of the clearance
+SHORTEST = 0.08  # of a cycle: the shortest stage
+TRANSIENT = 10  # cycles before the first that counts; the start is forgotten after one
+SAMPLES = 200  # a cycle; stages begin and end at samples
+ROUND_OFF = 1e-15  # m; some ten times the rounding of a coordinate of 0.55 m
 
 
 def states(table: Table, scene: Scene) -> Array:
@@ -66,11 +59,6 @@ def scale(scene: Scene) -> Array:
 def by_cycle(values: NDArray[Any], scene: Scene) -> NDArray[Any]:
     """Return samples by cycle and angle, shape (cycles, samples a cycle, ...), without the very last."""
     return values[:-1].reshape(-1, scene.data["output"]["samples_per_cycle"], *values.shape[1:])
-
-
-def spread(cycles: Array, scene: Scene) -> Array:
-    """Return how far states scatter, m, shape (angles,), from states of shape (cycles, angles, 4)."""
-    return np.asarray(np.linalg.norm((cycles * scale(scene)).std(axis=0), axis=1))
 
 
 class Press:
@@ -137,10 +125,11 @@ def measure(chain: Chain, progress: Progress) -> Row:
     table, press = run(before), Press(scene, run)
     when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(free(table, scene), before)[-1]))
     try:
-        orbits = follow(
+        found = exponents(
             press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
             distances=np.array(chain.distances), round_off=ROUND_OFF, scale=scale(scene),
+            period=SAMPLES, skip=1,
         )  # fmt: skip
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {"exponents": [astuple(exponent) for exponent in exponents(orbits, SAMPLES, skip=1)]}
+    return {"exponents": [list(each) for each in found]}

@@ -3,16 +3,12 @@
 What is measured is here; which value decides, and why, stands in ``claims.toml``.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -22,22 +18,34 @@ from scipy.signal import find_peaks
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.chaos import Chaos
+from comparison.studies.nonlinear.study import Chaos
 from comparison.studies.paper.runs import CHANNELS, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels
 
 Claim = Mapping[str, Any]
+Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], str]]]
+"""What one model's runs show of a statement: criterion -> value, and what these follow from: label -> values
+and their unit."""
 
 LITTLE = 0.05
 """Relative change that is little, in every statement: see ``claims.toml``, criterion "peaks"."""
-POINT = 0.01
-"""Of the room that the clearance leaves: the width of a point in a plot of it."""
+POINT = 0.01  # of the room that the clearance leaves: the width of a point in a plot of it
 BOTTOM = 0.05
 """Of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work."""
-SWING = 0.5
-"""Of the clearance: a quarter of the slider's way from wall to wall."""
+SWING = 0.5  # of the clearance: a quarter of the slider's way from wall to wall
+
+_DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
+CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]
+CLAIMS: list[Claim] = [
+    entry
+    | ({"quantity": name, "channel": QUANTITIES[name]} if name else {})
+    | {key: entry[key].format(quantity=name) for key in ("id", "says")}
+    for entry in _DATA["claim"]
+    for name in entry.get("quantities", [""])
+]
+"""The statements, one for each of an entry's quantities."""
 
 
 class Verdict(StrEnum):
@@ -48,60 +56,15 @@ class Verdict(StrEnum):
     UNDECIDED = "undecided"
 
 
-@dataclass(frozen=True)
-class Criterion:
-    """What decides a statement: which values support it, which contradict it, and why."""
-
-    measured: str
-    supported: float
-    contradicted: float
-    reason: str
-
-    def decide(self, value: float) -> Verdict:
-        """Return what a value says; undecided between the two bounds, and of nan."""
-        way = 1.0 if self.supported > self.contradicted else -1.0
-        if way * value >= way * self.supported:
-            return Verdict.SUPPORTED
-        return Verdict.CONTRADICTED if way * value <= way * self.contradicted else Verdict.UNDECIDED
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What one model's runs show of a statement."""
-
-    deciding: Mapping[str, float]  # criterion -> value
-    numbers: Mapping[str, tuple[Array | Sequence[float], str]]
-    """What they follow from: label -> values and their unit."""
-
-    @property
-    def verdict(self) -> Verdict:
-        """What all criteria say."""
-        return _unanimous({criteria()[name].decide(value) for name, value in self.deciding.items()})
-
-
-def _unanimous(verdicts: set[Verdict]) -> Verdict:
-    return next(iter(verdicts)) if len(verdicts) == 1 else Verdict.UNDECIDED
-
-
-@cache
-def _data() -> dict[str, Any]:
-    return tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
-
-
-def criteria() -> dict[str, Criterion]:
-    """Return the criteria by name."""
-    return {name: Criterion(**values) for name, values in _data()["criteria"].items()}
-
-
-def all_claims() -> list[Claim]:
-    """Return the statements, one for each of an entry's quantities with its name and channel."""
-    return [
-        entry
-        | ({"quantity": name, "channel": QUANTITIES[name]} if name else {})
-        | {key: entry[key].format(quantity=name) for key in ("id", "says")}
-        for entry in _data()["claim"]
-        for name in entry.get("quantities", [""])
-    ]
+def verdict(evidence: Evidence) -> Verdict:
+    """Return what all criteria say; undecided between their bounds, of nan, and where they disagree."""
+    said = set()
+    for name, value in evidence[0].items():
+        supported, contradicted = CRITERIA[name]["supported"], CRITERIA[name]["contradicted"]
+        way = 1.0 if supported > contradicted else -1.0
+        against = Verdict.CONTRADICTED if way * value <= way * contradicted else Verdict.UNDECIDED
+        said.add(Verdict.SUPPORTED if way * value >= way * supported else against)
+    return said.pop() if len(said) == 1 else Verdict.UNDECIDED
 
 
 def judge_all(runs: Runs) -> pd.DataFrame:
@@ -111,15 +74,16 @@ def judge_all(runs: Runs) -> pd.DataFrame:
     both models say, ``verdict_of_model`` what one says.
     """
     rows = []
-    for claim in all_claims():
-        evidence = {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS}
-        verdict = _unanimous({each.verdict for each in evidence.values()})
-        for model, each in evidence.items():
-            known = {key: claim[key] for key in ("id", "section", "says")} | {"verdict": verdict}
-            known |= {"model": model, "verdict_of_model": each.verdict}
-            deciding = {name: ([value], "") for name, value in each.deciding.items()}
-            for name, (values, unit) in {**deciding, **each.numbers}.items():
-                ends = {"least": min(values, default=nan), "most": max(values, default=nan)}
+    for claim in CLAIMS:
+        shown = {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS}
+        verdicts = {model: verdict(evidence) for model, evidence in shown.items()}
+        both = verdicts[MODELS[0]] if len(set(verdicts.values())) == 1 else Verdict.UNDECIDED
+        for model, (deciding, numbers) in shown.items():
+            known = {key: claim[key] for key in ("id", "section", "says")} | {"verdict": both}
+            known |= {"model": model, "verdict_of_model": verdicts[model]}
+            values = {name: ([value], "") for name, value in deciding.items()}
+            for name, (of, unit) in {**values, **numbers}.items():
+                ends = {"least": min(of, default=nan), "most": max(of, default=nan)}
                 rows.append(known | {"what": name, "unit": unit, "decides": name in deciding} | ends)
     return pd.DataFrame(rows)
 
@@ -133,38 +97,35 @@ def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
     more, less = (_sizes(runs, scene, model, channel) for scene in sides)
     closest = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
     values, unit = {"peaks": float(closest)}, channels()[channel].unit
-    many = [later_cycles(runs, scene, model, channel) for scene in sides]
-    if all(each.size for each in many):
-        values["cycles"] = net_share(*many)
-    return Evidence(values, {sides[0]: (more, unit), sides[1]: (less, unit)})
+    if all((scene, model) in runs.long for scene in sides):
+        values["cycles"] = net_share(*(_later_cycles(runs, scene, model, channel) for scene in sides))
+    return values, {sides[0]: (more, unit), sides[1]: (less, unit)}
 
 
 def alike(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether two conditions' largest errors of the second cycle are nearly the same."""
-    channel = claim["channel"]
-    sizes = {scene: _sizes(runs, scene, model, channel) for scene in claim["scenes"]}
-    a, b = (float(np.median(each)) for each in sizes.values())
-    numbers = {scene: (each, channels()[channel].unit) for scene, each in sizes.items()}
-    return Evidence({"change": abs(_ratio(b, a) - 1)}, numbers)
+    unit = channels()[claim["channel"]].unit
+    numbers = {scene: (_sizes(runs, scene, model, claim["channel"]), unit) for scene in claim["scenes"]}
+    a, b = (float(np.median(sizes)) for sizes, _ in numbers.values())
+    return {"change": abs(_ratio(b, a) - 1)}, numbers
 
 
 def more_contacts(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the slider touches its guide more often in a cycle."""
-    counts = {
-        f"{scene}, contacts a cycle": contacts_by_cycle(runs, scene, model)["size"].to_numpy(np.float64)
-        for scene in (claim["more"], claim["less"])
-    }
-    return Evidence({"cycles": net_share(*counts.values())}, {label: (n, "") for label, n in counts.items()})
+    more, less = (
+        _contacts(runs, scene, model)["size"].to_numpy(np.float64) for scene in (claim["more"], claim["less"])
+    )
+    labels = (f"{claim[side]}, contacts a cycle" for side in ("more", "less"))
+    return {"cycles": net_share(more, less)}, dict(zip(labels, ((more, ""), (less, "")), strict=True))
 
 
 def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the smallest reliability falls."""
-    smallest = {
-        scene: runs.reliabilities(scene, model)[claim["quantity"]].minimum
+    more, less = (
+        runs.reliabilities[scene, model][claim["quantity"]].minimum
         for scene in (claim["more"], claim["less"])
-    }
-    more, less = smallest.values()
-    return Evidence({"reliability": less - more}, {scene: ([r], "1") for scene, r in smallest.items()})
+    )
+    return {"reliability": less - more}, {claim["more"]: ([more], "1"), claim["less"]: ([less], "1")}
 
 
 def close(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -178,7 +139,7 @@ def close(runs: Runs, model: str, claim: Claim) -> Evidence:
         largest = float(errors[second(runs.ideal[scene, model])].max())
         shares.append(_ratio(there, largest))
         numbers |= {f"{scene}, largest there": ([there], unit), f"{scene}, in the cycle": ([largest], unit)}
-    return Evidence({"bottom": max(shares)}, numbers)
+    return {"bottom": max(shares)}, numbers
 
 
 def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -192,17 +153,16 @@ def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
     )
     span = [float(np.ptp(errors[bottom]))]
     numbers = {"range of the error there": (span, "m/s^2"), "changes in the whole cycle": ([cycle], "")}
-    return Evidence({"abrupt": there}, numbers)
+    return {"abrupt": there}, numbers
 
 
 def oscillating(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the slider swings more often across its clearance than its load makes it."""
-    scene = claim["scene"]
-    x = runs.by_cycle(runs.long[scene, model], "slider_x")
-    least = SWING * float(load_scene(scene).data["clearance"]["slider"])
+    x = runs.by_cycle(claim["scene"], model, "slider_x")
+    least = SWING * float(load_scene(claim["scene"]).data["clearance"]["slider"])
     cycles = _swings(x.ravel(), least) // x.shape[1]
     counts = np.bincount(cycles, minlength=len(x))[1:-1].astype(np.float64)  # ends may cut a swing
-    return Evidence({"swings": float(np.median(counts))}, {"swings a cycle": (counts, "")})
+    return {"swings": float(np.median(counts))}, {"swings a cycle": (counts, "")}
 
 
 def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -221,10 +181,10 @@ def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
         for name, (x, y) in quadrants.items()
     }
     left, right = (
-        [shares[f"{height} {side}"] for height in ("upper", "lower")] for side in ("left", "right")
+        [share for name, share in shares.items() if name.endswith(side)] for side in ("left", "right")
     )
     zones = max(_ratio(min(left), max(right)), _ratio(min(right), max(left)))
-    return Evidence({"zones": zones}, {name: ([share], "1") for name, share in shares.items()})
+    return {"zones": zones}, {name: ([share], "1") for name, share in shares.items()}
 
 
 def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -233,7 +193,7 @@ def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
     for channel in claim["channels"]:
         errors = _later(runs.long_errors(claim["scene"], model, channel))
         middle[channel] = float(np.median([np.corrcoef(a, b)[0, 1] for a, b in pairwise(errors)]))
-    return Evidence({"recurrence": min(middle.values())}, {name: ([r], "") for name, r in middle.items()})
+    return {"recurrence": min(middle.values())}, {name: ([r], "") for name, r in middle.items()}
 
 
 def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -242,9 +202,9 @@ def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
     room = 2 * float(load_scene(scene).data["clearance"]["slider"])
     if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
         room *= abs(published("F14e-y2").value / published("F14a-x").value)
-    width = np.ptp(_later(runs.by_cycle(runs.long[scene, model], channel)), axis=0)
+    width = np.ptp(_later(runs.by_cycle(scene, model, channel)), axis=0)
     numbers = {"at the start's angle": (width[:1], "m"), "widest": ([float(width.max())], "m")}
-    return Evidence({"scatter": float(np.mean(width >= POINT * room))}, numbers)
+    return {"scatter": float(np.mean(width >= POINT * room))}, numbers
 
 
 def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -255,7 +215,7 @@ def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
     )
     spread, span = float(np.ptp(errors, axis=0).max()), float(np.ptp(errors))
     numbers = {"spread": ([spread], unit), "range of the error": ([span], unit)}
-    return Evidence({"repetition": spread / span if span else 0.0}, numbers)
+    return {"repetition": spread / span if span else 0.0}, numbers
 
 
 def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -265,14 +225,14 @@ def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
     for channel in CHANNELS:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares[channel] = float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2)))
-    return Evidence({"codes": max(shares.values())}, {name: ([share], "1") for name, share in shares.items()})
+    return {"codes": max(shares.values())}, {name: ([share], "1") for name, share in shares.items()}
 
 
 def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the central case is chaotic, as the study nonlinear has it: one verdict of both models."""
     del claim
     value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[runs.chaos]
-    return Evidence({"exponent": value}, {"exponents per cycle": (runs.exponents[model], "")})
+    return {"exponent": value}, {"exponents per cycle": (runs.exponents[model], "")}
 
 
 TESTS = {
@@ -295,25 +255,22 @@ def net_share(a: Array, b: Array) -> float:
     return float(np.mean(np.sign(difference) * apart))
 
 
-def later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:
+def _later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:
     """Return the largest error of each cycle from the second on, of the acceleration the largest force.
 
     A contact is shorter than the interval of the samples of a long run; its peak force, which the
     acceleration's error follows, stands in the table of contacts.
     """
-    if (scene, model) not in runs.long:
-        return np.empty(0)
     if channel == "slider_ay":
-        return contacts_by_cycle(runs, scene, model)["max"].to_numpy(np.float64)
+        return _contacts(runs, scene, model)["max"].to_numpy(np.float64)
     return np.asarray(np.abs(runs.long_errors(scene, model, channel)).max(axis=1)[1:])
 
 
-def contacts_by_cycle(runs: Runs, scene: str, model: str) -> pd.DataFrame:
+def _contacts(runs: Runs, scene: str, model: str) -> pd.DataFrame:
     """Return number (``size``) and largest force (``max``, N) of the contacts of each later cycle."""
     run = runs.long[scene, model]
     cycles = (run.time.size - 1) // runs.config.long_samples
-    none = pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64)
-    events = none if run.events is None else run.events
+    events = pd.DataFrame(columns=["start", "peak_force"], dtype=float) if run.events is None else run.events
     cycle = (events["start"] / run.time[-1] * cycles).astype(int)
     counted = events["peak_force"].astype(float).groupby(cycle).agg(["size", "max"])
     return counted.reindex(range(1, cycles), fill_value=0)
@@ -326,7 +283,7 @@ def _sizes(runs: Runs, scene: str, model: str, channel: str) -> Array:
 
 def _ratio(a: float, b: float) -> float:
     """Return a / b of sizes; 1 where both are zero."""
-    return float(a / b) if b else float("inf") if a else 1.0
+    return float(a / b) if b else inf if a else 1.0
 
 
 def _swings(values: Array, least: float) -> Array:

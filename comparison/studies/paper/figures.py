@@ -1,8 +1,6 @@
 """The paper's figures by both models, printed values marked, and how far all predictions are met."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,7 @@ from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.ledger import CLOSE, FACTOR, Outcome, Use, one_limit
+from comparison.studies.paper.ledger import CLOSE, FACTOR, Outcome, Use
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
@@ -33,16 +31,13 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-COLUMNS = 250
-"""Of a panel half as wide as the page."""
-EVERY = 8
-"""Samples of the two cycles that are drawn of a path."""
-HARDEST = 0.99
-"""Quantile of the pin's force from which on its hits are marked."""
-CYCLES = 4
-"""Of the portraits' curves: the last ones. More would fill the plane, and the page."""
-UNITS = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
+COLUMNS = 250  # of a panel half as wide as the page
+EVERY = 8  # samples of the two cycles that are drawn of a path
+HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
+CYCLES = 4  # of the portraits' curves: the last ones. More would fill the plane, and the page
+SCALES = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
 WORDS = {channel: word for word, channel in QUANTITIES.items()}
+ERROR_LABELS = [f"error of the\n{WORDS[channel]} ({unit})" for channel, (_, unit) in SCALES.items()]
 ERRORS = {
     "figure-9": ("F9-210", "F9-69"),
     "figure-10": ("F10-28", "F10-33"),
@@ -66,9 +61,9 @@ def draw(runs: Runs, entries: pd.DataFrame, folder: Path) -> None:
     _phase(runs, folder / "figure-14-phase.svg")
     _poincare(runs, folder / "figure-14-poincare.svg")
     _cycles(runs, folder / "figure-15.svg")
-    limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
+    fitted = dict(zip(entries["quantity"], entries["limit"], strict=True))
     for name, conditions in RELIABILITY.items():
-        _reliability(runs, conditions, limits, folder / f"{name}.svg")
+        _reliability(runs, conditions, fitted, folder / f"{name}.svg")
 
 
 @contextmanager
@@ -143,15 +138,11 @@ def _responses(runs: Runs, path: Path) -> None:
             panel.plot(lowest.time, lowest.value, label="printed", **PRINTED)
 
 
-ERROR_LABELS = [f"error of the\n{WORDS[channel]} ({unit})" for channel, (_, unit) in UNITS.items()]
-
-
 def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
     """Draw the errors of two conditions over the second cycle, with the printed peaks."""
     scenes, x = [scene_of(f"{prefix}-d") for prefix in conditions], "time (crank cycles)"
     with _grid(path, ERROR_LABELS, scenes, 4.9, x, sharex=True, sharey="row") as axes:
-        for row, channel, letter in zip(axes, CHANNELS, "dva", strict=True):
-            scale, _ = UNITS[channel]
+        for row, (channel, (scale, _)), letter in zip(axes, SCALES.items(), "dva", strict=True):
             for panel, prefix, scene in zip(row, conditions, scenes, strict=True):
                 run = runs.short[scene, MODELS[0]][0]
                 shown, period = second(run), run.time[-1] / 2
@@ -168,8 +159,7 @@ def _two_codes(runs: Runs, path: Path) -> None:
     shown = second(run)
     time = run.time[shown]
     with _grid(path, ERROR_LABELS, ("both models", "their difference"), 4.9, "time (s)", sharex=True) as axes:
-        for (left, right), channel in zip(axes, CHANNELS, strict=True):
-            scale, unit = UNITS[channel]
+        for (left, right), (channel, (scale, unit)) in zip(axes, SCALES.items(), strict=True):
             errors = {m: scale * runs.errors(CENTRAL, m, channel)[shown] for m in MODELS}
             _both(left, time, errors)
             apart = np.maximum(np.abs(errors[MODELS[1]] - errors[MODELS[0]]), 1e-16 * scale)
@@ -187,15 +177,16 @@ def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, flo
     labels = [f"1 − R of the\n{quantity} (-)" for quantity in QUANTITIES]
     with _grid(path, labels, scenes, 5.1, x, sharex=True, sharey="row") as axes:
         for column, (prefix, scene) in enumerate(zip(conditions, scenes, strict=True)):
-            assessed = {model: runs.reliabilities(scene, model) for model in MODELS}
-            for row, quantity, letter in zip(axes, QUANTITIES, "dva", strict=True):
+            assessed = {model: runs.reliabilities[scene, model] for model in MODELS}
+            for row, quantity in zip(axes, QUANTITIES, strict=True):
                 panel, first = row[column], assessed[MODELS[0]][quantity]
                 for model, by_quantity in assessed.items():
                     curve = by_quantity[quantity]
                     panel.semilogy(curve.angle, 1 - curve.reliability, ".-", label=model, **LINES[model])
-                fitted = reliability(Limits(upper=limits[quantity]), first.mean, first.deviation)
+                upper = Limits(upper=limits[f"min_{quantity}_reliability"])
+                fitted = reliability(upper, first.mean, first.deviation)
                 panel.plot(first.angle, 1 - fitted, label="fitted limit", **RANGE)
-                printed = published(f"{prefix}-{letter}")
+                printed = published(f"{prefix}-{quantity[0]}")
                 panel.plot(printed.angle, 1 - printed.value, label="printed", **PRINTED)
                 panel.set(xlim=(18, 378), xticks=range(36, 361, 72))
         for row in axes:
@@ -206,33 +197,26 @@ def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, flo
 
 # ---- paths, phase portraits, Poincaré maps, many cycles: a column a model
 
-
-def _of_x(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return x from the ideal slider's line (mm) and its velocity (mm/s), a row a cycle."""
-    run, line = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_x")[0]
-    return 1e3 * (runs.by_cycle(run, "slider_x") - line), 1e3 * runs.by_cycle(run, "slider_vx")
-
-
-def _of_y(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return y from the ideal slider's start (m) and its velocity (m/s), a row a cycle."""
-    run, start = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_y")[0]
-    return runs.by_cycle(run, "slider_y") - start, runs.by_cycle(run, "slider_vy")
+PLANES = {
+    "x": ("slider x − line (mm)", "velocity of x (mm/s)", "F14a-x", "F14a-vx", (1e3, 1e3)),
+    "y": ("slider y − start (m)", "velocity of y (m/s)", "F14c-y", "F14c-vy", (1.0, 1.0)),
+    "error": ("error of y (µm)", "its velocity (mm/s)", "F14e-y", "F14e-vy", (1e6, 1e3)),
+}
+"""Labels of both axes, how rows of the printed ranges begin, and scales from the printed units."""
 
 
-def _of_error(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return the errors of y (um) and of its velocity (mm/s), a row a cycle."""
-    y, velocity = (runs.long_errors(CENTRAL, model, channel) for channel in ("slider_y", "slider_vy"))
-    return 1e6 * y, 1e3 * velocity
+def _plane(runs: Runs, name: str, model: str) -> tuple[Array, Array]:
+    """Return the coordinate and its velocity in the units of `PLANES`, a row a cycle.
 
-
-PLANES: tuple[
-    tuple[Callable[[Runs, str], tuple[Array, Array]], str, str, str, str, tuple[float, float]], ...
-] = (
-    (_of_x, "slider x − line (mm)", "velocity of x (mm/s)", "F14a-x", "F14a-vx", (1e3, 1e3)),
-    (_of_y, "slider y − start (m)", "velocity of y (m/s)", "F14c-y", "F14c-vy", (1.0, 1.0)),
-    (_of_error, "error of y (µm)", "its velocity (mm/s)", "F14e-y", "F14e-vy", (1e6, 1e3)),
-)
-"""Values, labels of both axes, how rows of the printed ranges begin, and scales from the printed units."""
+    x is from the ideal slider's line, y from its start.
+    """
+    scale, scale_v = PLANES[name][-1]
+    if name == "error":
+        y, velocity = (runs.long_errors(CENTRAL, model, channel) for channel in ("slider_y", "slider_vy"))
+        return scale * y, scale_v * velocity
+    zero = runs.ideal[CENTRAL, model].values(f"slider_{name}")[0]
+    place, velocity = (runs.by_cycle(CENTRAL, model, f"slider_{part}{name}") for part in ("", "v"))
+    return scale * (place - zero), scale_v * velocity
 
 
 def _path(runs: Runs, path: Path) -> None:
@@ -271,47 +255,47 @@ def _pin(runs: Runs, path: Path) -> None:
 
 def _phase(runs: Runs, path: Path) -> None:
     """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
-    labels = [plane[2] for plane in PLANES]
+
+    def box(panel: Axes, ranges: Sequence[Sequence[float]], label: str, line: Any) -> None:
+        across, up = ranges
+        panel.plot(
+            [across[k] for k in (0, 1, 1, 0, 0)], [up[k] for k in (0, 0, 1, 1, 0)], label=label, **line
+        )
+
+    labels = [plane[1] for plane in PLANES.values()]
     with _grid(path, labels, MODELS, 6.6, "", sharex="row", sharey="row") as axes:
-        for row, (plane, across, _, *names, scales) in zip(axes, PLANES, strict=True):
-            printed = np.array(
-                [
-                    [s * published(each).value for each in (n, f"{n}2")]
-                    for n, s in zip(names, scales, strict=True)
-                ]
-            )
+        for row, (plane, (across, _, *names, scales)) in zip(axes, PLANES.items(), strict=True):
+            printed = [
+                [scale * published(each).value for each in (name, f"{name}2")]
+                for name, scale in zip(names, scales, strict=True)
+            ]
             for panel, model in zip(row, MODELS, strict=True):
-                x, v = plane(runs, model)
+                x, v = _plane(runs, plane, model)
                 panel.margins(0.04)
                 last = x[-CYCLES:].ravel(), v[-CYCLES:].ravel()
                 panel.plot(*last, color=COLOURS[model], lw=0.5, label=f"last {CYCLES} cycles")
-                _box(
-                    panel,
-                    np.array([np.array([of.min(), of.max()]) for of in (x, v)]),
-                    "range of all cycles",
-                    RANGE,
-                )
-                if plane is _of_y:  # of the displacement the paper prints a range that cannot be
+                box(panel, [(of.min(), of.max()) for of in (x, v)], "range of all cycles", RANGE)
+                if plane == "y":  # of the displacement the paper prints a range that cannot be
                     for value in printed[1]:
                         panel.axhline(value, **LIMIT)
                 else:
-                    _box(panel, printed, "printed range", LIMIT)
+                    box(panel, printed, "printed range", LIMIT)
                 panel.set_xlabel(across)
 
 
 def _poincare(runs: Runs, path: Path) -> None:
     """Draw sections of x at the start's angle and where widest, and of the error of y (Fig. 14b, f)."""
-    width = np.ptp(_of_x(runs, MODELS[0])[0][1:], axis=0)
+    width = np.ptp(_plane(runs, "x", MODELS[0])[0][1:], axis=0)
     sections = (
-        (_of_x, 0, 1e6, "slider x (nm)", 1e3, "velocity of x (µm/s)"),
-        (_of_x, int(width.argmax()), 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
-        (_of_error, 0, 1e3, "error of y (nm)", 1e3, "its rate (µm/s)"),
+        ("x", 0, 1e6, "slider x (nm)", 1e3, "velocity of x (µm/s)"),
+        ("x", int(width.argmax()), 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
+        ("error", 0, 1e3, "error of y (nm)", 1e3, "its rate (µm/s)"),
     )
     labels = [section[-1] for section in sections]
     with _grid(path, labels, MODELS, 6.6, "", sharex="row", sharey="row") as axes:
         for row, (plane, at, scale, across, scale_v, _) in zip(axes, sections, strict=True):
             for panel, model in zip(row, MODELS, strict=True):
-                x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
+                x, v = (values[1:, at] - values[1:, at].mean() for values in _plane(runs, plane, model))
                 label = "once a cycle, less the mean"
                 panel.plot(scale * x, scale_v * v, ".", color=COLOURS[model], ms=3, label=label)
                 panel.margins(0.05)
@@ -320,24 +304,15 @@ def _poincare(runs: Runs, path: Path) -> None:
 
 def _cycles(runs: Runs, path: Path) -> None:
     """Draw the lowest and the highest sample of each column of the drawing over all cycles (Fig. 15)."""
-    rows = (
-        (_of_x, "slider x − line (mm)", [1e3 * published(name).value for name in X_RANGE]),
-        (_of_y, "slider y − start (m)", [published("S4.2-stroke").value]),
-    )
-    labels = [label for _, label, _ in rows]
+    rows = {"x": [1e3 * published(name).value for name in X_RANGE], "y": [published("S4.2-stroke").value]}
+    labels = [PLANES[plane][0] for plane in rows]
     with _grid(path, labels, MODELS, 4.2, "time (crank cycles)", sharex=True, sharey="row") as axes:
-        for row, (plane, _, printed) in zip(axes, rows, strict=True):
+        for row, (plane, printed) in zip(axes, rows.items(), strict=True):
             for panel, model in zip(row, MODELS, strict=True):
-                by_cycle = plane(runs, model)[0]
+                by_cycle = _plane(runs, plane, model)[0]
                 kept = envelope(by_cycle.ravel(), COLUMNS)
                 time, values = kept / by_cycle.shape[1], by_cycle.ravel()[kept]
                 panel.plot(time, values, color=COLOURS[model], lw=0.6, label="all cycles")
                 for k, value in enumerate(printed):
                     panel.axhline(value, label=None if k else "printed", **LIMIT)
                 panel.set_xlim(0, len(by_cycle))
-
-
-def _box(panel: Axes, ranges: Array, label: str, line: Mapping[str, Any]) -> None:
-    """Draw the rectangle of two ranges, shape (2, 2): across, up."""
-    across, up = ranges
-    panel.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], label=label, **line)

@@ -5,11 +5,9 @@ however well it is met. A number that the paper prints again is one entry. Size,
 apart: the largest error of a cycle has the printed size by chance more easily than all three.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from math import exp
+from math import exp, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -22,7 +20,7 @@ from comparison.reliability.errors import QUANTITIES, Peak, unit_of
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.paper.runs import PEAKS, REACH, Runs, measure, scene_of
-from comparison.studies.shared.published import Published, printed_events, printed_rows, published
+from comparison.studies.shared.published import CONDITION, Published, printed_rows, published
 
 CLOSE = 0.05
 """What the paper calls insignificant moves its peaks by 0.3 % at most (Fig. 10), what it calls larger by 33 %
@@ -30,8 +28,7 @@ at least (Fig. 9): within 5 % is the condition's own number."""
 FACTOR = 2.0
 """The paper prints neither its tolerances nor the radius of the corners, which is known to a factor of four
 and moves accelerations by a third; and from starts 1 um apart our own peaks differ by up to 1.7 (300 rpm)."""
-CAP = cap(Limits(upper=1.0))
-"""Reliability without any error, whatever the limit."""
+CAP = cap(Limits(upper=1.0))  # reliability without any error, whatever the limit
 
 
 class Use(StrEnum):
@@ -61,34 +58,35 @@ class Outcome(StrEnum):
 
     AGREES = "agrees"
     DIFFERS = "differs"
-    VARIES = "varies"
-    """Between models or starts."""
-    OPEN = "open"
-    """Printed in more than one way."""
-    NONE = ""
-    """Nothing to compare."""
+    VARIES = "varies"  # between models or starts
+    OPEN = "open"  # printed in more than one way
+    NONE = ""  # nothing to compare
 
 
 def ledger(runs: Runs) -> pd.DataFrame:
     """Return a row for each printed number, in the order of the paper.
 
-    ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit``
-    of the permitted error, of a reliability. Behind a model's name ``_at`` (s); ``_least`` and ``_most`` of
-    all starts' sizes; ``_ratio``: its size over the printed one, of reliabilities of what is missing to the
-    cap, nan where nothing is judged; ``_away``: its instant after the printed one, cycles.
+    A figure is printed again where condition, quantity and size are the same; sign and instant may differ:
+    then the paper contradicts itself. ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs``
+    as printed anywhere; ``limit`` of the permitted error, of a reliability. By model: ``_at`` (s);
+    ``_least`` and ``_most`` of all starts' sizes; ``_ratio``: its size over the printed one, of reliabilities
+    of what is missing to the cap, nan where nothing is judged; ``_away``: its instant after the printed one,
+    cycles.
     """
     limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
-    return pd.DataFrame([_entry(ids, runs, limits) for ids in printed_events()])
+    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
+    events = rows.groupby([*CONDITION, "quantity", "size"], sort=False)
+    return pd.DataFrame([_entry(same, runs, limits) for _, same in events])
 
 
-def size_of(ratios: Sequence[float]) -> Size:
+def _size(ratios: Sequence[float]) -> Size:
     """Judge ratios of sizes, ours over the printed one."""
     if all(abs(ratio - 1) <= CLOSE for ratio in ratios):
         return Size.CLOSE
     return Size.FACTOR if all(1 / FACTOR <= ratio <= FACTOR for ratio in ratios) else Size.FAR
 
 
-def outcome(ways: int, agree: Sequence[bool]) -> Outcome:
+def _outcome(ways: int, agree: Sequence[bool]) -> Outcome:
     """Judge what is printed in so many ways by whether each of our runs agrees with it."""
     if not agree:
         return Outcome.NONE
@@ -99,24 +97,26 @@ def outcome(ways: int, agree: Sequence[bool]) -> Outcome:
     return Outcome.AGREES if agree[0] else Outcome.DIFFERS
 
 
-def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[str, Any]:
-    row, prints = printed_rows().loc[ids[0]], [published(name) for name in ids]
-    scene, quantity, word, first = scene_of(ids[0]), str(row["quantity"]), str(row["use"]), prints[0]
-    use, limit, bounded = USES.get(word, Use.CALIBRATION), float("nan"), quantity.startswith("min_")
-    if bounded:
+def _entry(printed: pd.DataFrame, runs: Runs, limits: Mapping[str, float]) -> dict[str, Any]:
+    """Judge one number by the rows that print it."""
+    ids = [str(name) for name in printed.index]
+    prints, row, scene = [published(name) for name in ids], printed.iloc[0], scene_of(ids[0])
+    first, quantity, word = prints[0], str(row["quantity"]), str(row["use"])
+    use, limit = USES.get(word, Use.CALIBRATION), nan
+    if quantity.startswith("min_"):
         name = quantity.split("_")[1]
-        limit = limits[name]
-        missing = {model: lacking(limit, runs.reliabilities(scene, model)[name]) for model in MODELS}
-        measured = {model: [Peak(CAP - lack, float("nan"))] for model, lack in missing.items()}
-        ratio = {model: lack / (CAP - first.value) for model, lack in missing.items()}
-        same = all(abs(lack - (CAP - first.value)) <= first.rounding for lack in missing.values())
-        size = Size.CLOSE if same else size_of(list(ratio.values()))
+        limit, lack = limits[name], CAP - first.value
+        missing = {model: lacking(limit, runs.reliabilities[scene, model][name]) for model in MODELS}
+        measured = {model: [Peak(CAP - each, nan)] for model, each in missing.items()}
+        ratio = {model: each / lack for model, each in missing.items()}
+        same = all(abs(each - lack) <= first.rounding for each in missing.values())
+        size = Size.CLOSE if same else _size(list(ratio.values()))
         if name == "displacement" and limit > abs(published("S4.2-stroke").value):
             use = Use.UNINFORMATIVE
     else:
         measured = {model: measure(ids[0], runs, model) for model in MODELS}
         ratio = {model: abs(each[0].value / first.value) for model, each in measured.items()}
-        size = size_of([abs(p.value / first.value) for each in measured.values() for p in each])
+        size = _size([abs(p.value / first.value) for each in measured.values() for p in each])
     judged = use in (Use.PREDICTION, Use.CALIBRATION)
     peaks = [p for each in measured.values() for p in each] if judged and quantity in PEAKS else []
     times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
@@ -129,12 +129,12 @@ def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[
         "unit": first.unit,
         "printed": first.value,
         "printed_at": first.time,
-        "times": [time for time in times if not np.isnan(time)],
+        "times": [time for time in times if not isnan(time)],
         "signs": len(signs),
         "use": use,
         "fitted": "" if word in USES else word,
         "limit": limit,
-        "note": "; ".join(filter(None, printed_rows().loc[list(ids), "note"])),
+        "note": "; ".join(filter(None, printed["note"])),
     }
     for model, each in measured.items():
         sizes = [abs(peak.value) for peak in each]
@@ -143,13 +143,13 @@ def _entry(ids: Sequence[str], runs: Runs, limits: Mapping[str, float]) -> dict[
             f"{model}_at": each[0].time,
             f"{model}_least": min(sizes),
             f"{model}_most": max(sizes),
-            f"{model}_ratio": ratio[model] if judged else float("nan"),
+            f"{model}_ratio": ratio[model] if judged else nan,
             f"{model}_away": (each[0].time - first.time) / period,
         }
     return entry | {
         "size": size if judged else Size.NONE,
-        "sign": outcome(len(signs), [p.value * first.value > 0 for p in peaks]),
-        "instant": outcome(len(times), [abs(p.time - first.time) <= REACH * period for p in peaks]),
+        "sign": _outcome(len(signs), [p.value * first.value > 0 for p in peaks]),
+        "instant": _outcome(len(times), [abs(p.time - first.time) <= REACH * period for p in peaks]),
     }
 
 
@@ -174,7 +174,7 @@ def one_limit(runs: Runs, quantity: str) -> float:
     count. The errors are those of the first model: both have the same.
     """
     known = [
-        (CAP - printed.value, runs.reliabilities(scene_of(identifier), MODELS[0])[quantity])
+        (CAP - printed.value, runs.reliabilities[scene_of(identifier), MODELS[0]][quantity])
         for identifier, name, printed in printed_reliabilities()
         if name == quantity and CAP - printed.value > printed.rounding
     ]
@@ -201,7 +201,7 @@ def implied(runs: Runs) -> pd.DataFrame:
         row: dict[str, Any] = {"id": identifier, "quantity": quantity, "unit": unit_of(quantity)}
         row |= {"printed": printed.value, "at": printed.angle}
         for model in MODELS:
-            assessed = runs.reliabilities(scene_of(identifier), model)[quantity]
+            assessed = runs.reliabilities[scene_of(identifier), model][quantity]
             there, worst = int(np.argmin(np.abs(assessed.angle - printed.angle))), assessed.worst
             moments = {k: (float(assessed.mean[k]), float(assessed.deviation[k])) for k in (there, worst)}
             # A higher reliability needs a wider limit.

@@ -1,9 +1,10 @@
 """The paper's conditions by both models: what is run, and what a run shows in place of a printed number."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice, product
+from math import nan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,7 @@ from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.difference import ideal_scenes
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
-from comparison.studies.nonlinear import chaos as nonlinear
-from comparison.studies.nonlinear.chaos import Chaos, verdict
-from comparison.studies.shared.errors import second_cycle
+from comparison.studies.nonlinear import study as nonlinear
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import part
@@ -34,10 +33,11 @@ CONDITIONS = {
     ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
     ("ideal", "150", "0", "210", "0.28"): IDEAL,
 }
-"""Pair with clearance, speed, clearance, elastic modulus and Poisson's ratio, as printed -> the scene. The
-ideal mechanism of the central case stands for the last one."""
+"""What `CONDITION` names, as printed -> the scene. The ideal mechanism of the central case stands for the
+last one."""
 *SCENES, _ = CONDITIONS.values()
 *SLIDER, _ = SCENES
+RELIABILITIES = (CENTRAL, "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")  # conditions of Figs. 16 and 17
 CHANNELS = tuple(QUANTITIES.values())
 PEAKS = {f"peak_{word}_error": channel for word, channel in QUANTITIES.items()}
 RANGES = {
@@ -57,8 +57,7 @@ NUDGE, PIN_NUDGE = 1e-6, 1e-7
 crank, less than 1e-9 m of the ideal slider."""
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """How much is run."""
 
     samples: int
@@ -80,49 +79,42 @@ class Runs:
     long: dict[tuple[str, str], Table]  # many cycles, of the scenes with clearance at the slider
     pin: dict[str, Table]
     """Model -> two cycles with clearance at the crank pin, with the journal's path and forces."""
-    chaos: Chaos
+    chaos: nonlinear.Chaos
     exponents: dict[str, list[float]]
     """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
-        """Return the errors over the two cycles."""
+        """Return the errors over the two cycles, actual - ideal."""
         run = self.short[scene, model][member]
         return slider_errors(run, self.ideal[scene, model], float(run.time[-1]) / 2)
 
-    def errors(self, scene: str, model: str, channel: str, member: int = 0) -> Array:
-        """Return actual - ideal over the two cycles, shape (n,)."""
-        return self.two_cycles(scene, model, member).by_channel[channel]
-
-    def peak(
-        self, scene: str, model: str, channel: str, cycles: tuple[float, float], member: int = 0
-    ) -> Peak:
-        """Return the largest error between two instants, in cycles."""
-        errors = self.two_cycles(scene, model, member)
-        return errors.peak(channel, cycles[0] * errors.period, cycles[1] * errors.period)
+    def errors(self, scene: str, model: str, channel: str) -> Array:
+        """Return those of a channel from the first start, shape (n,)."""
+        return self.two_cycles(scene, model).by_channel[channel]
 
     def by_member(self, scene: str, model: str, channel: str) -> list[Peak]:
         """Return the largest error of the second cycle from each start."""
-        members = range(len(self.short[scene, model]))
-        return [self.peak(scene, model, channel, (1, 2), member) for member in members]
+        each = (self.two_cycles(scene, model, k) for k in range(len(self.short[scene, model])))
+        return [errors.peak(channel, errors.period, 2 * errors.period) for errors in each]
 
-    def near(self, scene: str, model: str, channel: str, time: float) -> Peak:
-        """Return the largest error within `REACH` of a cycle around an instant (s)."""
-        at = time / load_scene(scene).period
-        return self.peak(scene, model, channel, (at - REACH, at + REACH))
+    @cached_property
+    def reliabilities(self) -> dict[tuple[str, str], dict[str, Assessment]]:
+        """Those of the two cycles at the limits of a scene, by (scene, model) and quantity, where printed."""
+        return {
+            (scene, model): assess(self.two_cycles(scene, model), load_scene(scene).reliability)
+            for scene in RELIABILITIES
+            for model in MODELS
+        }
 
-    def reliabilities(self, scene: str, model: str) -> dict[str, Assessment]:
-        """Return the reliabilities of the two cycles at the limits of the scene, by quantity."""
-        return assess(self.two_cycles(scene, model), load_scene(scene).reliability)
-
-    def by_cycle(self, run: Table, channel: str) -> Array:
+    def by_cycle(self, scene: str, model: str, channel: str) -> Array:
         """Return a channel of many cycles, a row each; without the last sample, which starts another."""
-        return run.values(channel)[:-1].reshape(-1, self.config.long_samples)
+        return self.long[scene, model].values(channel)[:-1].reshape(-1, self.config.long_samples)
 
     def long_errors(self, scene: str, model: str, channel: str) -> Array:
         """Return actual - ideal over many cycles, a row each, shape (cycles, long_samples)."""
         samples, every = self.config.samples, self.config.samples // self.config.long_samples
         ideal = self.ideal[scene, model].values(channel)[:samples:every]
-        return self.by_cycle(self.long[scene, model], channel) - ideal
+        return self.by_cycle(scene, model, channel) - ideal
 
     def in_the_bearing(self, model: str, x: str, y: str) -> NDArray[np.complex128]:
         """Return two channels of the crank pin in the second cycle as x + iy, shape (n,)."""
@@ -132,21 +124,25 @@ class Runs:
 
 
 def second(run: Table) -> BoolArray:
-    """Return where the two cycles are in their second."""
-    return second_cycle(run.time, float(run.time[-1]) / 2)
+    """Return where the two cycles are in their second, both ends included, up to rounding."""
+    return np.asarray(run.time >= run.time[-1] / 2 * (1 - 1e-9))
 
 
 # ---- what is run
+
+
+def _two_cycles(config: Config, name: str, *groups: str) -> Scene:
+    values = {"drive.cycles": 2.0, "output.groups": list(groups), "output.samples_per_cycle": config.samples}
+    return load_scene(name, values)
 
 
 def short_scene(config: Config, name: str, member: int = 0) -> Scene:
     """Return two cycles of a condition, at the models' tightest settings."""
     scene = _two_cycles(config, name, "accelerations")
     mechanism = scene.data["mechanism"]
+    start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
     if name == PIN:
         start = {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + member * PIN_NUDGE}
-    else:
-        start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
     return at_tier(scene.with_values(start), "tight")
 
 
@@ -182,6 +178,10 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(pin, model) for model in MODELS),
     ]
     best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.5)).best
+    exponents: dict[str, list[float]] = {model: [] for model in MODELS}
+    for (name, model, _), e in best.items():
+        if name == CENTRAL and e.measured:
+            exponents[model].append(e.value)
     tables = map(successful, run_all(jobs, n_jobs, part(on_progress, 0.5, 1.0)), jobs)
     return Runs(
         config,
@@ -189,19 +189,9 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         ideal=dict(zip(pairs, islice(tables, len(pairs)), strict=True)),
         long=dict(zip(many, islice(tables, len(many)), strict=True)),
         pin=dict(zip(MODELS, tables, strict=True)),
-        chaos=verdict(best, CENTRAL),
-        exponents={
-            model: [
-                e.value for (name, by, _), e in best.items() if (name, by) == (CENTRAL, model) and e.measured
-            ]
-            for model in MODELS
-        },
+        chaos=nonlinear.verdict(best, CENTRAL),
+        exponents=exponents,
     )
-
-
-def _two_cycles(config: Config, name: str, *groups: str) -> Scene:
-    values = {"drive.cycles": 2.0, "output.groups": list(groups), "output.samples_per_cycle": config.samples}
-    return load_scene(name, values)
 
 
 # ---- what a run shows in place of a printed number
@@ -220,31 +210,24 @@ def measure(identifier: str, runs: Runs, model: str) -> list[Peak]:
     scene, quantity = scene_of(identifier), str(printed_rows().loc[identifier, "quantity"])
     if channel := PEAKS.get(quantity):
         return runs.by_member(scene, model, channel)
+    ideal, samples = runs.ideal[CENTRAL, model], runs.config.samples
+    y, velocity = ideal.values("slider_y"), ideal.values("slider_vy")
     if quantity == "lowest_displacement":
-        y = runs.ideal[CENTRAL, model].values("slider_y")
         value = float(y.min() - y[0])
-    elif quantity == "crank_angle_at_top_dead_centre":
-        value = _top_dead_centre(runs, model)
+    elif quantity == "crank_angle_at_top_dead_centre":  # the zero of the velocity where y is highest
+        at = samples // 2 + int(y[samples // 2 : -samples // 2].argmax())
+        rise = (velocity[at + 1] - velocity[at - 1]) / 2
+        start = float(load_scene(IDEAL).data["mechanism"]["crank_angle_deg"])
+        value = float(start + 360.0 * ((at - velocity[at] / rise) / samples - 1.0))
     else:
         name, _, end = quantity.rpartition("_")
-        value = _range(runs, scene, model, *RANGES[name])[end == "high"]
-    return [Peak(value, float("nan"))]
-
-
-def _range(runs: Runs, scene: str, model: str, channel: str, origin: str) -> tuple[float, float]:
-    if origin == "motion":
-        errors = runs.long_errors(scene, model, channel)
-        return float(errors.min()), float(errors.max())
-    zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
-    extremes = runs.long[scene, model].extrema[channel]
-    return extremes["min"] - zero, extremes["max"] - zero
-
-
-def _top_dead_centre(runs: Runs, model: str) -> float:
-    """Return the crank angle at which the ideal slider is highest, deg: the zero of its velocity."""
-    ideal, samples = runs.ideal[CENTRAL, model], runs.config.samples
-    velocity = ideal.values("slider_vy")
-    at = samples // 2 + int(ideal.values("slider_y")[samples // 2 : -samples // 2].argmax())
-    rise = (velocity[at + 1] - velocity[at - 1]) / 2
-    start = float(load_scene(IDEAL).data["mechanism"]["crank_angle_deg"])
-    return float(start + 360.0 * ((at - velocity[at] / rise) / samples - 1.0))
+        channel, origin = RANGES[name]
+        if origin == "motion":
+            errors = runs.long_errors(scene, model, channel)
+            ends = float(errors.min()), float(errors.max())
+        else:
+            zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
+            extremes = runs.long[scene, model].extrema[channel]
+            ends = extremes["min"] - zero, extremes["max"] - zero
+        value = ends[end == "high"]
+    return [Peak(value, nan)]

@@ -1,11 +1,8 @@
 """The paper against both models: every printed number, every figure, every statement."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -16,7 +13,7 @@ from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures
-from comparison.studies.paper.claims import criteria, judge_all
+from comparison.studies.paper.claims import CRITERIA, judge_all
 from comparison.studies.paper.ledger import Outcome, Size, Use, implied, ledger
 from comparison.studies.paper.runs import CENTRAL, REACH, Config, Runs, scene_of, simulate
 from comparison.studies.shared.frames import markdown, rows_table, write_csv
@@ -28,8 +25,7 @@ FIRST_CYCLE = ("F9-210", "F9-69", "F11-01", "F11-05", "F12-300")
 OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
 
 
-@dataclass(frozen=True)
-class Results:
+class Results(NamedTuple):
     """What was run, and what follows from it: `ledger`, `implied`, `first_cycle`, `judge_all`."""
 
     runs: Runs
@@ -48,15 +44,18 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
 def first_cycle(runs: Runs) -> pd.DataFrame:
     """Return sizes over the printed ones: of the first and second cycle, and near the printed instant."""
     rows = []
-    for prefix, (word, channel) in product(FIRST_CYCLE, QUANTITIES.items()):
-        scene, printed = scene_of(f"{prefix}-d"), published(f"{prefix}-{word[0]}")
-        peaks = {
-            "first": runs.peak(scene, MODELS[0], channel, (0, 1)),
-            "second": runs.peak(scene, MODELS[0], channel, (1, 2)),
-            "near": runs.near(scene, MODELS[0], channel, printed.time),
-        }
-        ratios = {name: abs(peak.value / printed.value) for name, peak in peaks.items()}
-        rows.append({"scene": scene, "quantity": word} | ratios)
+    for prefix in FIRST_CYCLE:
+        scene = scene_of(f"{prefix}-d")
+        errors = runs.two_cycles(scene, MODELS[0])
+        for word, channel in QUANTITIES.items():
+            printed = published(f"{prefix}-{word[0]}")
+            at = printed.time / errors.period
+            spans = {"first": (0, 1), "second": (1, 2), "near": (at - REACH, at + REACH)}
+            row: dict[str, object] = {"scene": scene, "quantity": word}
+            for name, (start, end) in spans.items():
+                peak = errors.peak(channel, start * errors.period, end * errors.period)
+                row[name] = abs(peak.value / printed.value)
+            rows.append(row)
     return pd.DataFrame(rows)
 
 
@@ -67,6 +66,7 @@ def page(results: Results) -> Mapping[str, object]:
     predicted = entries[entries["use"] == Use.PREDICTION]
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
     found = results.statements.query("model == @MODELS[0] and not decides")
+    limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
@@ -76,9 +76,7 @@ def page(results: Results) -> Mapping[str, object]:
         "statements": results.statements.drop_duplicates("id"),
         "evidence": {name: rows.to_dict("records") for name, rows in found.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
-        "one_limit": ", ".join(
-            quantity(fitted[f"min_{name}_reliability"], unit_of(name), 2) for name in QUANTITIES
-        ),
+        "one_limit": ", ".join(quantity(limit, unit_of(name), 2) for name, limit in limits.items()),
         "near": ", ".join(map(number, near)),
         "reach": f"{100 * REACH:g}",
         "config": results.runs.config,
@@ -86,7 +84,7 @@ def page(results: Results) -> Mapping[str, object]:
     }
 
 
-def agree(rows: pd.DataFrame) -> pd.Series[bool]:
+def agree(rows: pd.DataFrame) -> pd.Series:
     """Return where sign and instant are the printed ones."""
     return (rows["sign"] == Outcome.AGREES) & (rows["instant"] == Outcome.AGREES)
 
@@ -105,6 +103,7 @@ def _split(predicted: pd.DataFrame, size: Size) -> dict[str, str]:
 def _written(entries: pd.DataFrame) -> pd.DataFrame:
     """Return the ledger as the page shows it: ratios of both models once where they are the same."""
     each = [entries[f"{model}_ratio"].map(number) for model in MODELS]
+    fitted = entries["fitted"].where(entries["fitted"] == "", ": " + entries["fitted"])
     return pd.DataFrame(
         {
             "printed as": entries["ids"],
@@ -113,9 +112,7 @@ def _written(entries: pd.DataFrame) -> pd.DataFrame:
                 f"{value:.7f}" if unit == "1" else quantity(value, unit, 4)
                 for value, unit in zip(entries["printed"], entries["unit"], strict=True)
             ],
-            "use": entries["use"]
-            .str.cat(entries["fitted"].replace("", None), ": ", "")
-            .str.removesuffix(": "),
+            "use": entries["use"] + fitted,
             "ours / printed": [" and ".join(dict.fromkeys(both)) for both in zip(*each, strict=True)],
             "size": entries["size"],
             "sign": entries["sign"],
@@ -131,7 +128,7 @@ def draw(results: Results, folder: Path) -> None:
     frames = {
         "printed": results.entries.assign(times=times),
         "statements": results.statements,
-        "criteria": pd.DataFrame([{"criterion": name} | asdict(each) for name, each in criteria().items()]),
+        "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
         "limits": results.limits,
         "first-cycle": results.first_cycle,
     }
@@ -141,23 +138,15 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "paper",
     small=Config(
-        samples=100,
-        long_samples=50,
-        cycles=4,
-        fewer=3,
-        members=2,
-        chaos=replace(CHAOS.small, scenes=(CENTRAL,), swept={}),
+        samples=100, long_samples=50, cycles=4, fewer=3, members=2,
+        chaos=CHAOS.small._replace(scenes=(CENTRAL,), swept={}),
     ),
     full=Config(
-        samples=10_000,
-        long_samples=1000,
-        cycles=100,
-        fewer=30,
-        members=4,
-        chaos=replace(CHAOS.full, scenes=(CENTRAL,), swept={}),
+        samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4,
+        chaos=CHAOS.full._replace(scenes=(CENTRAL,), swept={}),
     ),
     measure=measure,
     page=page,
     draw=draw,
     one_file=True,
-)
+)  # fmt: skip

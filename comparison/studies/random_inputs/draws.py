@@ -1,15 +1,13 @@
 """Random inputs, and many runs with drawn ones, in chunks: a chunk is a task of a worker and a stored row."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.resources import files
-from itertools import chain, islice
+from itertools import islice
 from math import exp, log1p, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,7 +16,7 @@ from scipy.stats import norm
 from comparison.execution.run import Progress, RunError, run_one
 from comparison.execution.store import Row
 from comparison.execution.tasks import Task, measure_all, on_processes
-from comparison.reliability.errors import slider_errors
+from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Scene, SceneError
 from comparison.scene.schema import RandomInput
 from comparison.studies.shared.scenes import settable
@@ -35,7 +33,6 @@ RESPONSES = {
 }
 """Largest errors of the second cycle and their units; against the ideal mechanism with the same numbers, or
 against that with none of them drawn, at equal crank angle."""
-_CHANNELS = ("slider_y", "slider_vy", "slider_ay")
 
 
 # ---- inputs
@@ -121,8 +118,7 @@ class Draws(Task):
         return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
 
 
-@dataclass(frozen=True)
-class Drawn:
+class Drawn(NamedTuple):
     """What came of draws."""
 
     u: Array  # inputs in standard deviations, shape (n, d), of the runs that succeeded
@@ -135,12 +131,28 @@ def run_draws(
     draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None, chunk: int = CHUNK
 ) -> list[Drawn]:
     """Run all draws by the reference, in chunks of so many; what ran before is not run again."""
+    firsts = [range(0, one.count, chunk) for one in draws]
     chunks = [
-        [replace(one, first=n, count=min(chunk, one.count - n)) for n in range(0, one.count, chunk)]
-        for one in draws
+        replace(one, first=n, count=min(chunk, one.count - n))
+        for one, parts in zip(draws, firsts, strict=True)
+        for n in parts
     ]
-    rows = iter(measure_all(measure, list(chain(*chunks)), on_processes(n_jobs), on_progress))
-    return [_joined(one, list(islice(rows, len(parts)))) for one, parts in zip(draws, chunks, strict=True)]
+    rows = iter(measure_all(measure, chunks, on_processes(n_jobs), on_progress))
+    joined = []
+    for one, parts in zip(draws, firsts, strict=True):
+        # The row of a chunk whose process died has a message alone.
+        own = list(islice(rows, len(parts)))
+        numbers = [number for row in own for number in row.get("numbers", [])]
+        responses = [each for row in own for each in row.get("responses", [])]
+        joined.append(
+            Drawn(
+                np.array([one.u(number) for number in numbers]).reshape(-1, len(one.inputs)),
+                pd.DataFrame(responses, numbers, list(RESPONSES), dtype=np.float64),
+                [reason for row in own for reason in row.get("failures", [row.get("message", "")])],
+                sum(row.get("seconds", 0.0) for row in own) / one.count,
+            )
+        )
+    return joined
 
 
 def measure(draws: Draws, progress: Progress) -> Row:
@@ -153,10 +165,9 @@ def measure(draws: Draws, progress: Progress) -> Row:
         try:
             scene = draws.scene.with_values(values_at(draws.scene, draws.inputs, draws.u(number)))
             responses.append(respond(run(scene), run(scene.with_values(IDEAL)), nominal, scene.period))
+            numbers.append(number)
         except (RunError, SceneError) as error:
             failures.append(str(error))
-            continue
-        numbers.append(number)
     return {"numbers": numbers, "responses": responses, "failures": failures}
 
 
@@ -167,21 +178,8 @@ def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[flo
     the same crank angles.
     """
     at_equal_angle = replace(nominal, frame=nominal.frame.assign(time=run.time))
-    pairs = [(channel, ideal) for channel in _CHANNELS] + [("slider_y", at_equal_angle)]
+    pairs = [*((channel, ideal) for channel in QUANTITIES.values()), ("slider_y", at_equal_angle)]
     return [
         abs(slider_errors(run, of, period, names=(channel,)).peak(channel, period, 2 * period).value)
         for channel, of in pairs
     ]
-
-
-def _joined(draws: Draws, rows: Sequence[Row]) -> Drawn:
-    # The row of a chunk whose process died has a message alone.
-    numbers, responses = (
-        [value for row in rows for value in row.get(key, [])] for key in ("numbers", "responses")
-    )
-    return Drawn(
-        np.array([draws.u(number) for number in numbers]).reshape(-1, len(draws.inputs)),
-        pd.DataFrame(responses, numbers, list(RESPONSES), dtype=np.float64),
-        [reason for row in rows for reason in row.get("failures", [row.get("message", "")])],
-        sum(row.get("seconds", 0.0) for row in rows) / draws.count,
-    )

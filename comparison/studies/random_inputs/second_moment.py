@@ -14,9 +14,7 @@ The American Statistician 54 (2000) 217-224). What the plane leaves is the rough
 curvature.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import binomtest, norm
@@ -26,8 +24,7 @@ from comparison.tables.arrays import Array, BoolArray
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
-class Plane:
+class Plane(NamedTuple):
     """A plane fitted to a response."""
 
     mean: float

@@ -1,10 +1,7 @@
 """The reliability of the paper's cases by both models, over the paper's two cycles and over more."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -37,14 +34,11 @@ from comparison.words.reliability import rounded
 
 LEFT_OUT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""
-PAPER = 2
-"""Cycles of the paper's figures and of the shipped scenes."""
-LEAST = 1e-12
-"""Of a reliability: what a logarithmic axis shows of less."""
+PAPER = 2  # cycles of the paper's figures and of the shipped scenes
+LEAST = 1e-12  # of a reliability: what a logarithmic axis shows of less
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """Scenes, cycles of each long run, and samples a cycle of a scene."""
 
     cases: tuple[str, ...]
@@ -52,71 +46,72 @@ class Config:
     samples: int
 
 
-@dataclass(frozen=True)
-class Results:
-    """Both models' reliabilities by scene and quantity, and what `repeating` returns for the reference.
-
-    ``paper``: over two cycles; ``long``: over the later ones of the long runs.
-    """
+class Results(NamedTuple):
+    """Both models' reliabilities over the later cycles of long runs, by scene and quantity, and tables."""
 
     config: Config
     scenes: dict[str, Scene]
-    paper: dict[str, dict[str, Difference]]
     long: dict[str, dict[str, Difference]]
-    repeating: dict[str, dict[str, float]]
+    tables: dict[str, pd.DataFrame]
+    """Differences of these, and of the paper's "two-cycles"; "one-model": what the reference's mean."""
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run the cases and the ideal mechanism by both models; `RunError` if one does not succeed."""
-    scenes = {
-        (name, cycles): at_tier(
-            load_scene(name, {"drive.cycles": float(cycles), "output.samples_per_cycle": config.samples}),
-            "tight",
+    scenes, planned = {}, {}
+    for which in ((name, cycles) for name in config.cases for cycles in (PAPER, config.cycles)):
+        values = {"drive.cycles": float(which[1]), "output.samples_per_cycle": config.samples}
+        scene = scenes[which] = at_tier(load_scene(which[0], values), "tight")
+        for model in MODELS:
+            planned[which, model, "actual"] = levels(dense_scene(scene), model)
+            planned[which, model, "ideal"] = ideal_scenes(scene, model)
+    jobs = [Job(variant, model) for (_, model, _), of in planned.items() for variant in of.values()]
+    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
+    runs = {
+        (which, model, motion): Runs(
+            refinement=refinement(model, scenes[which]), **dict(zip(variants, tables, strict=False))
         )
-        for name in config.cases
-        for cycles in (PAPER, config.cycles)
-    }
-    jobs = {
-        (which, model, motion, level): Job(variant, model)
-        for which, scene in scenes.items()
-        for model in MODELS
-        for motion, variants in (
-            ("actual", levels(dense_scene(scene), model)),
-            ("ideal", ideal_scenes(scene, model)),
-        )
-        for level, variant in variants.items()
-    }
-    outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
-    tables = {
-        key: successful(outcome, job) for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
+        for (which, model, motion), variants in planned.items()
     }
 
-    def side(which: tuple[str, int], model: str, motion: str) -> Runs:
-        runs = {key[3]: run for key, run in tables.items() if key[:3] == (which, model, motion)}
-        return Runs(refinement=refinement(model, scenes[which]), **runs)
-
-    def compared(which: tuple[str, int], left_out: int) -> dict[str, Difference]:
-        scene, (a, b) = scenes[which], MODELS
-        actual = side(which, a, "actual"), side(which, b, "actual")
-        ideal = side(which, a, "ideal"), side(which, b, "ideal")
-        k, start = thresholds("tight").k, left_out * scene.period
+    def compared(name: str, cycles: int, left_out: int) -> dict[str, Difference]:
+        which, (a, b) = (name, cycles), MODELS
+        scene, k = scenes[which], thresholds("tight").k
+        actual, ideal = ((runs[which, a, motion], runs[which, b, motion]) for motion in ("actual", "ideal"))
+        start = left_out * scene.period
         return compare_reliability(actual, ideal, scene.period, scene.reliability, k, start)
 
-    long = {name: (name, config.cycles) for name in config.cases}
-    return Results(
-        config,
-        {name: scenes[which] for name, which in long.items()},
-        {name: compared((name, PAPER), 0) for name in config.cases},
-        {name: compared(which, LEFT_OUT) for name, which in long.items()},
-        {
-            name: repeating(
-                tables[which, MODELS[0], "actual", "base"],
-                tables[which, MODELS[0], "ideal", "base"],
-                scenes[which].period,
+    long = {name: compared(name, config.cycles, LEFT_OUT) for name in config.cases}
+    rows = []
+    for name, found in long.items():
+        run, ideal = (runs[(name, config.cycles), MODELS[0], motion].base for motion in ("actual", "ideal"))
+        repeats = repeating(run, ideal, scenes[name, config.cycles].period)
+        for quantity_of, side in ((quantity_of, each.a) for quantity_of, each in found.items()):
+            least, (low, high) = int(side.within.argmin()), side.interval
+            rows.append(
+                {
+                    "scene": name,
+                    "quantity": quantity_of,
+                    "unit": unit_of(quantity_of),
+                    "smallest_R": side.minimum,
+                    "R_low": low,
+                    "R_high": high,
+                    "parts_at_cap": int(side.capped.sum()),
+                    "parts": side.capped.size,
+                    "smallest_P": side.within[least],
+                    "P_low": side.within_low[least],
+                    "P_high": side.within_high[least],
+                    "largest_mean": side.mean.max(),
+                    "largest_deviation": side.deviation.max(),
+                    "repeats": repeats[quantity_of],
+                }
             )
-            for name, which in long.items()
-        },
-    )
+    frames = {
+        "differences": differences(long),
+        "two-cycles": differences({name: compared(name, PAPER, 0) for name in config.cases}),
+        "one-model": pd.DataFrame(rows),
+    }
+    return Results(config, {name: scenes[name, config.cycles] for name in long}, long, frames)
 
 
 def repeating(run: Table, ideal: Table, period: float) -> dict[str, float]:
@@ -141,94 +136,64 @@ def repeating(run: Table, ideal: Table, period: float) -> dict[str, float]:
 def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
     """Return a row for each scene and quantity: both smallest reliabilities, their difference, its error."""
     rows = []
-    for scene, quantities in by_scene.items():
-        for name, each in quantities.items():
-            row: dict[str, Any] = {"scene": scene, "quantity": name}
-            for model, side in zip(MODELS, (each.a, each.b), strict=True):
-                row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
-            rows.append(
-                row
-                | {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
-                | {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
-            )
-    return pd.DataFrame(rows)
-
-
-def one_model(results: Results) -> pd.DataFrame:
-    """Return what the reference's reliability means: a row for each scene and quantity."""
-    rows = []
-    for scene, quantities in results.long.items():
-        for name, side in ((name, each.a) for name, each in quantities.items()):
-            least = int(side.within.argmin())
-            rows.append(
-                {"scene": scene, "quantity": name, "unit": unit_of(name), "smallest_R": side.minimum}
-                | dict(zip(("R_low", "R_high"), side.interval, strict=True))
-                | {"parts_at_cap": int(side.capped.sum()), "parts": side.capped.size}
-                | {"smallest_P": side.within[least], "P_low": side.within_low[least]}
-                | {"P_high": side.within_high[least], "largest_mean": side.mean.max()}
-                | {"largest_deviation": side.deviation.max(), "repeats": results.repeating[scene][name]}
-            )
+    for scene, name, each in ((scene, *item) for scene, found in by_scene.items() for item in found.items()):
+        row: dict[str, Any] = {"scene": scene, "quantity": name}
+        for model, side in zip(MODELS, (each.a, each.b), strict=True):
+            row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
+        row |= {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
+        rows.append(
+            row | {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
+        )
     return pd.DataFrame(rows)
 
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    long, settings = differences(results.long), next(iter(results.scenes.values())).reliability
+    long, settings = results.tables["differences"], next(iter(results.scenes.values())).reliability
+    limits = (f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES)
     return {
         "config": results.config,
         "long": long,
         "verdicts": {name: int((long["verdict"] == name).sum()) for name in ("agree", "undecided", "differ")},
         "settings": settings,
-        "limits": ", ".join(
-            f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES
-        ),
+        "limits": ", ".join(limits),
         "cap": f"{cap(settings.displacement):.10f}",
         "rounding": f"{ROUNDING:g}",
         "margin": f"{MARGIN:g}",
         "smallest": _by_quantity(long),
-        "two": _by_quantity(differences(results.paper)),
-        "alone": one_model(results),
-        "figures": {picture(name): scene.title for name, scene in results.scenes.items()},
+        "two": _by_quantity(results.tables["two-cycles"]),
+        "alone": results.tables["one-model"],
+        "figures": {_picture(name): scene.title for name, scene in results.scenes.items()},
     }
+
+
+def _picture(scene: str) -> str:
+    return f"{scene.replace('.', '_')}.svg"
 
 
 def _by_quantity(rows: pd.DataFrame) -> str:
     """Return both models' smallest reliabilities, once where they round to the same, with the verdicts."""
     cells = []
-    for _, row in rows.iterrows():
+    for row in rows.to_dict("records"):
         both = dict.fromkeys(rounded(row[f"{model}_smallest"]) for model in MODELS)
         verdict = row["verdict"] if row["verdict"] == "agree" else f"**{row['verdict']}**"
         cells.append(f"{' and '.join(both)}, {verdict}")
     return crossed("scene", list(rows["scene"]), list(rows["quantity"]), cells)
 
 
-# ---- figures
-
-
-def picture(name: str) -> str:
-    """Return the name of a scene's figure."""
-    return f"{name.replace('.', '_')}.svg"
-
-
 def draw(results: Results, folder: Path) -> None:
     """Draw differences, and the reliabilities against the crank angle; write the tables as CSV."""
-    long = differences(results.long)
-    _differences(long, folder / "differences.svg")
+    long = results.tables["differences"]
+    write_csv(results.tables, folder)
     with svg.style():
         for name, quantities in results.long.items():
-            svg.write_svg(against_angle(quantities, MODELS), folder / picture(name))
-    frames = {"differences": long, "two-cycles": differences(results.paper), "one-model": one_model(results)}
-    write_csv(frames, folder)
-
-
-def _differences(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the models' differences with their half-widths against the margin: a panel a quantity."""
-    scenes = list(dict.fromkeys(rows["scene"]))
-    with svg.panels(
-        path, 1, len(QUANTITIES), height=1.4 + 0.2 * len(scenes), sharex=True, sharey=True
-    ) as axes:
+            svg.write_svg(against_angle(quantities, MODELS), folder / _picture(name))
+    # The differences with their half-widths against the margin: a panel a quantity.
+    scenes = list(dict.fromkeys(long["scene"]))
+    height, shared = 1.4 + 0.2 * len(scenes), {"sharex": True, "sharey": True}
+    with svg.panels(folder / "differences.svg", 1, len(QUANTITIES), height=height, **shared) as axes:
         for panel, name in zip(axes, QUANTITIES, strict=True):
-            shown = rows[rows["quantity"] == name]
+            shown = long[long["quantity"] == name]
             place = shown["scene"].map(scenes.index)
             size, width = shown["difference"].abs().clip(LEAST), shown["half_width"].clip(LEAST)
             panel.hlines(place, LEAST, width, color=svg.SHADE, lw=5, label="± half-width")

@@ -4,8 +4,6 @@ The benchmark ``bouncing-mass``: a mass between two walls of Hertz's law, by the
 Its arithmetic is like that of the models, and no change of theirs changes it.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from functools import cache
@@ -14,8 +12,7 @@ from math import cos, sin, sqrt
 BENCHMARK = "bouncing-mass"
 STEPS = 330_000
 """Of four right-hand sides each: 20 ms on the machine of reports/extremes (AMD EPYC 26/2)."""
-REPEATS = 7
-"""The least counts: others are disturbed."""
+REPEATS = 7  # the least counts: others are disturbed
 
 
 @cache

@@ -1,7 +1,5 @@
 """The catalogue of formulations and integrators by which either model can run a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -21,14 +19,12 @@ class Method:
         return f"{self.model}: {self.name}"
 
 
-def _reference(name: str, formulation: str, integrator: str = "dop853") -> Method:
-    changes = {"solver.reference.formulation": formulation, "solver.reference.method": integrator}
-    return Method(name, "reference", changes)
+def _method(name: str, model: str, **solver: object) -> Method:
+    return Method(name, model, {f"solver.{model}.{key}": value for key, value in solver.items()})
 
 
-def _exudyn(name: str, formulation: str, **solver: object) -> Method:
-    changes = {"formulation": formulation} | solver
-    return Method(name, "exudyn", {f"solver.exudyn.{key}": value for key, value in changes.items()})
+def _reference(name: str, formulation: str, method: str = "dop853") -> Method:
+    return _method(name, "reference", formulation=formulation, method=method)
 
 
 MINIMAL = _reference("minimal, DOP853", "auto")
@@ -38,21 +34,11 @@ MINIMAL_RADAU = _reference("minimal, Radau", "auto", "Radau")
 MINIMAL_BDF = _reference("minimal, BDF", "auto", "BDF")
 MULTIPLIERS = _reference("multipliers, DOP853", "multiplier")
 MULTIPLIERS_BDF = _reference("multipliers, BDF", "multiplier", "BDF")
-TREE = _exudyn("tree, DOPRI5", "tree")
-TREE_LONG_STEPS = _exudyn("tree, DOPRI5, steps up to 1 ms", "tree", step=1e-3)
-FULL = _exudyn("full (five bodies), generalized alpha", "full")
-FULL_INDEX2 = _exudyn("full (five bodies), trapezoidal index 2", "full", method="trapezoidal-index2")
-
-METHODS = (
-    MINIMAL,
-    MINIMAL_SCIPY,
-    MINIMAL_LSODA,
-    MINIMAL_RADAU,
-    MINIMAL_BDF,
-    MULTIPLIERS,
-    MULTIPLIERS_BDF,
-    TREE,
-    TREE_LONG_STEPS,
-    FULL,
-    FULL_INDEX2,
+TREE = _method("tree, DOPRI5", "exudyn", formulation="tree")
+TREE_LONG_STEPS = _method("tree, DOPRI5, steps up to 1 ms", "exudyn", formulation="tree", step=1e-3)
+FULL = _method("full (five bodies), generalized alpha", "exudyn", formulation="full")
+FULL_INDEX2 = _method(
+    "full (five bodies), trapezoidal index 2", "exudyn", formulation="full", method="trapezoidal-index2"
 )
+
+METHODS = tuple(value for value in dict(globals()).values() if isinstance(value, Method))

@@ -1,6 +1,4 @@
-"""Data frames and lines of named cells as tables in Markdown and as CSV; extreme rows of a frame."""
-
-from __future__ import annotations
+"""Data frames as tables in Markdown and as CSV."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -11,22 +9,13 @@ import pandas as pd
 from comparison.files import replacing
 from comparison.formatting import MISSING, quantity, table
 
-Columns = dict[Any, Callable[[Any], str]]
-"""A column of a frame, and what writes a value of it."""
+Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and what writes a value of it
 Quantities = Mapping[str, str | tuple[Any, ...]]
 """Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
 
 
 def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
-    """Return a table with a line for each row of a frame; values and whole columns may be missing.
-
-    Parameters
-    ----------
-    frame
-        Its columns are the headings.
-    columns
-        What is shown; by default all, as text.
-    """
+    """Return a frame as a table, by default all columns as text; values and whole columns may be missing."""
     shown: Columns = dict.fromkeys(frame, str) if columns is None else dict(columns)
     values = frame.reindex(columns=list(shown)).to_dict("list")
     written = [
@@ -48,8 +37,8 @@ def quantities(frame: pd.DataFrame, columns: Quantities) -> str:
 
 def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
     """Return a table of rows with the same columns, heading -> cell; nothing where there is no row."""
-    lines = list(rows)
-    return table(list(lines[0]), [list(row.values()) for row in lines]) if lines else ""
+    frame = pd.DataFrame(list(rows))
+    return "" if frame.empty else markdown(frame)
 
 
 def crossed(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
@@ -57,12 +46,6 @@ def crossed(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Se
     named = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
     wide = named.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
     return markdown(wide.reset_index())
-
-
-def largest(frame: pd.DataFrame, column: str) -> dict[str, Any]:
-    """Return the row with the largest value of a column, the first of several."""
-    rows = frame.sort_values(column, ascending=False, kind="stable").iloc[:1].to_dict("records")
-    return {str(name): value for name, value in rows[0].items()}
 
 
 def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | None = None) -> None:

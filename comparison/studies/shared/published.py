@@ -6,12 +6,9 @@ where the study paper fits the limit of the permitted error to it; "cap" where i
 mechanism without error, to its last printed digit; "misprint" where it cannot be what the authors computed.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from decimal import Decimal
 from functools import cache
 from importlib.resources import files
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -19,8 +16,7 @@ CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson
 """Columns that name a condition: pair with clearance, speed, clearance, elastic modulus, Poisson's ratio."""
 
 
-@dataclass(frozen=True)
-class Published:
+class Published(NamedTuple):
     """One printed figure."""
 
     value: float  # in ``unit``, signed as printed
@@ -33,24 +29,10 @@ class Published:
 def published(identifier: str) -> Published:
     """Return the figure of one row, such as ``F7-R-d``; KeyError if there is none."""
     row = {str(key): str(text) for key, text in printed_rows().loc[identifier].items()}
-    last_digit = Decimal(row["value"]).as_tuple().exponent
-    return Published(
-        value=float(row["value"]),
-        unit=row["unit"],
-        time=float(row["time_s"] or "nan"),
-        angle=float(row["crank_angle_deg"] or "nan"),
-        rounding=0.5 * 10.0 ** int(last_digit),
-    )
-
-
-def printed_events() -> list[list[str]]:
-    """Return the ids of all rows, those that print one figure again together, in the order of the file.
-
-    A figure is printed again where condition, quantity and size are the same. Sign and instant may differ:
-    then the paper contradicts itself.
-    """
-    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
-    return [list(same.index) for _, same in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
+    digits, _, power = row["value"].partition("e")
+    last = int(power or 0) - len(digits.partition(".")[2])
+    time, angle = (float(row[column] or "nan") for column in ("time_s", "crank_angle_deg"))
+    return Published(float(row["value"]), row["unit"], time, angle, 0.5 * 10.0**last)
 
 
 @cache

@@ -1,7 +1,5 @@
 """Observed rates: the slope of a line through logarithms, exact limits of a counted share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,18 +7,10 @@ from scipy.stats import binomtest
 
 
 def rate(x: Sequence[float], y: Sequence[float]) -> float:
-    """Return p of y ~ x^p by least squares; of positive, finite pairs, and nan of less than two.
-
-    Parameters
-    ----------
-    x, y
-        What is made small or large, and what follows; of one length.
-    """
-    over, what = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    good = np.isfinite(over) & np.isfinite(what) & (over > 0) & (what > 0)
-    if good.sum() < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(over[good]), np.log(what[good]), 1)[0])
+    """Return p of y ~ x^p by least squares of the positive, finite pairs; nan of less than two."""
+    pairs = np.array([x, y], dtype=np.float64)
+    over, what = np.log(pairs[:, np.all(np.isfinite(pairs) & (pairs > 0), axis=0)])
+    return float(np.polyfit(over, what, 1)[0]) if over.size >= 2 else float("nan")
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

@@ -1,7 +1,5 @@
 """What several studies do with scenes: values by dotted key, settings of a tier, random starts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,8 +28,7 @@ def settable(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def at_tier(scene: Scene, tier: str) -> Scene:
     """Return a scene with the settings of a tier for the models of this package."""
-    strict = tight(scene, MODELS) if tier == "tight" else None
-    return strict or scene
+    return (tight(scene, MODELS) if tier == "tight" else None) or scene
 
 
 def log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

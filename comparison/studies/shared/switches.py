@@ -4,8 +4,6 @@ Under ``paper-switching`` the potential of a side jumps whenever its second corn
 leaves. The motion does not jump there, so the energy residual does: by what was created, and nowhere else.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -29,17 +27,14 @@ def switches(events: pd.DataFrame) -> pd.DataFrame:
     instant, whose depth decides how much energy is created.
     """
     rows = []
-    for lower, upper in SIDES:
-        a, b = (events[events["corner"] == corner] for corner in (lower, upper))
-        starts = [side["start"].to_numpy(np.float64) for side in (a, b)]
-        ends = [side["end"].to_numpy(np.float64) for side in (a, b)]
+    for side in SIDES:
+        touching = [events[events["corner"] == corner] for corner in side]
         # Both at once: from the later start to the earlier end, for each pair that overlaps.
-        start = np.maximum.outer(starts[0], starts[1])
-        end = np.minimum.outer(ends[0], ends[1])
+        starts, ends = ([each[name].to_numpy(np.float64) for each in touching] for name in ("start", "end"))
+        start, end = np.maximum.outer(*starts), np.minimum.outer(*ends)
         for i, j in np.argwhere(start < end):
-            first = lower if starts[0][i] < starts[1][j] else upper
-            last = lower if ends[0][i] > ends[1][j] else upper
-            rows += [(start[i, j], True, first), (end[i, j], False, last)]
+            rows.append((start[i, j], True, side[int(starts[0][i] >= starts[1][j])]))
+            rows.append((end[i, j], False, side[int(ends[0][i] <= ends[1][j])]))
     found = pd.DataFrame(rows, columns=["time", "to_surface", "corner"])
     return found.sort_values("time", kind="stable", ignore_index=True)
 
@@ -86,8 +81,7 @@ def corner_stiffness(contact: dict[str, Any]) -> float:
 
 
 def _compliance(contact: dict[str, Any]) -> float:
-    """Return sigma_m + sigma_n of a scene's contact, 1/Pa."""
-    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])
+    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])  # sigma_m + sigma_n, 1/Pa
 
 
 def surplus(depth: Array, scene: dict[str, Any]) -> Array:

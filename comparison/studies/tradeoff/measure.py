@@ -1,7 +1,5 @@
 """Every method over its settings on three scenes, timed one by one, with the errors of what users read."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +15,6 @@ from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method
-from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 
 TRUTH = 1e-14  # tolerance of the run that counts as exact: a hundredth of the smallest that is measured
@@ -25,13 +22,8 @@ CONFIRMING = 1e-12  # tolerance of the other model's most accurate run
 LONG = 3.0  # s; a longer run is measured once
 BASE = "150rpm-0.2mm"
 WITH_CLEARANCE = (BASE, "300rpm-0.2mm")
-# Scene -> what is changed of it; each is run for one crank cycle.
-SCENES: dict[str, dict[str, object]] = {
-    "ideal": {"joints.slider": "ideal", "output.groups": ["accelerations", "joints"]},
-    **{name: {"output.groups": []} for name in WITH_CLEARANCE},
-}
-# Scene -> the quantity whose error stands for its accuracy.
-CHIEF = {name: "slider_x" if name in WITH_CLEARANCE else "crank_torque" for name in SCENES}
+CHIEF = {"ideal": "crank_torque"} | dict.fromkeys(WITH_CLEARANCE, "slider_x")
+"""Scene, of which one crank cycle is run -> the quantity whose error stands for its accuracy."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +47,10 @@ class Sweep:
 
 def cycle(name: str, changes: Mapping[str, object]) -> Scene:
     """Return one crank cycle of one of the scenes; settings after the formulation that they belong to."""
-    source = name if name in WITH_CLEARANCE else BASE
-    return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).variant(changes)
+    if name in WITH_CLEARANCE:
+        return load_scene(name, {"output.groups": [], "drive.cycles": 1.0}).variant(changes)
+    ideal = {"joints.slider": "ideal", "output.groups": ["accelerations", "joints"], "drive.cycles": 1.0}
+    return load_scene(BASE, ideal).variant(changes)
 
 
 def _decades(first: int, last: int) -> tuple[float, ...]:
@@ -70,12 +64,12 @@ SWEEPS = (
     Sweep(catalogue.MINIMAL_LSODA, _decades(6, 10)),
     Sweep(catalogue.MINIMAL_RADAU, _decades(6, 8)),
     Sweep(catalogue.MINIMAL_BDF, _decades(6, 9)),
-    Sweep(MULTIPLIERS, _decades(6, 12), scenes=tuple(SCENES)),
-    Sweep(catalogue.MULTIPLIERS_BDF, _decades(6, 8), scenes=tuple(SCENES)),
+    Sweep(MULTIPLIERS, _decades(6, 12), scenes=tuple(CHIEF)),
+    Sweep(catalogue.MULTIPLIERS_BDF, _decades(6, 8), scenes=tuple(CHIEF)),
     Sweep(TREE, _decades(4, 11)),
     Sweep(catalogue.TREE_LONG_STEPS, _decades(2, 8)),
     Sweep(catalogue.FULL, _STEPS, order=2.0),
-    Sweep(catalogue.FULL_INDEX2, _STEPS, order=2.0, scenes=tuple(SCENES)),
+    Sweep(catalogue.FULL_INDEX2, _STEPS, order=2.0, scenes=tuple(CHIEF)),
 )
 
 
@@ -125,14 +119,12 @@ def errors(table: Table, name: str) -> dict[str, float]:
     if name not in WITH_CLEARANCE:
         torque = right.values("crank_torque")
         return {"crank_torque": float(np.abs(table.values("crank_torque") - torque).max() / np.ptp(torque))}
-    period = cycle(name, {}).period
-
-    def quantities(one: Table) -> Array:
-        assert one.events is not None
-        y = slider_errors(one, ideal, period, names=("slider_y",)).peak("slider_y").value
-        return np.array([abs(y), one.events["impulse"].sum(), one.events["peak_force"].max()])
-
-    relative = np.abs(quantities(table) / quantities(right) - 1)
+    numbers = []
+    for run in (table, right):
+        assert run.events is not None
+        y = slider_errors(run, ideal, cycle(name, {}).period, names=("slider_y",)).peak("slider_y").value
+        numbers.append([abs(y), run.events["impulse"].sum(), run.events["peak_force"].max()])
+    relative = np.abs(np.array(numbers[0]) / np.array(numbers[1]) - 1)
     names = ("slider_y_error", "impulse", "peak_force")
     return {"slider_x": _apart(table, right)} | dict(zip(names, relative.tolist(), strict=True))
 
@@ -163,11 +155,10 @@ def _apart(a: Table, b: Table) -> float:
 
 # ---- how the cost of a run grows: with the cycles, the contacts and the channels that are recorded
 
-# Method -> how many cycles it runs.
 LENGTHS = {MINIMAL: (1.0, 10.0, 100.0, 1000.0), MULTIPLIERS: (1.0, 10.0, 100.0), TREE: (1.0, 3.0, 10.0)}
+"""Method -> how many cycles it runs."""
 CLEARANCES = ("90rpm-0.1mm", BASE, "300rpm-0.2mm", "90rpm-0.5mm")
 ALL = ("accelerations", "corners", "joints", "energy")
-GROUPS = ((), ALL[:2], ALL[2:3], ALL[3:], ALL)
 
 
 def growing(most: float) -> list[tuple[Row, Method, Scene]]:
@@ -183,5 +174,5 @@ def growing(most: float) -> list[tuple[Row, Method, Scene]]:
     return [
         *(one("cycles", n, method, BASE) for method, n in lengths if n <= most),
         *(one("contacts", ten, MINIMAL, name) for name in CLEARANCES),
-        *(one("channels", ten, MINIMAL, BASE, *groups) for groups in GROUPS),
+        *(one("channels", ten, MINIMAL, BASE, *each) for each in ((), ALL[:2], ALL[2:3], ALL[3:], ALL)),
     ]

@@ -1,13 +1,11 @@
 """Speed against accuracy of every formulation and integrator: page, figures and tables."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import isnan, log10, nan
 from pathlib import Path
 from textwrap import fill
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -29,7 +27,6 @@ from comparison.studies.shared.study import Study
 from comparison.studies.tradeoff.measure import (
     CHIEF,
     LONG,
-    SCENES,
     SWEEPS,
     TRUTH,
     WITH_CLEARANCE,
@@ -50,12 +47,11 @@ QUANTITIES = {
     "slider_x": "maximum error of x (m)",
     "crank_torque": "maximum error of the crank torque relative to its range (-)",
 }
-# Above such an error (a hundredth of the clearance, of the range) nothing is asymptotic.
 LARGEST = {"slider_x": 2e-6, "crank_torque": 1e-2}
+"""Above such an error (a hundredth of the clearance, of the range) nothing is asymptotic."""
 COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations (-)"}
-# Errors of x at which costs are compared, m, by their headings.
 EQUAL = {quantity(error, "m", 1): error for error in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)}
-# Method, what it is compared with in words, and the methods of which the cheapest counts.
+"""Errors of x at which costs are compared, m, by their headings."""
 RATIOS: tuple[tuple[Method, str, tuple[Method, ...]], ...] = (
     (catalogue.MULTIPLIERS_BDF, "minimal, DOP853", (catalogue.MINIMAL,)),
     (catalogue.MULTIPLIERS, "minimal, DOP853", (catalogue.MINIMAL,)),
@@ -63,21 +59,20 @@ RATIOS: tuple[tuple[Method, str, tuple[Method, ...]], ...] = (
     (catalogue.TREE, "tree, DOPRI5, steps up to 1 ms", (catalogue.TREE_LONG_STEPS,)),
     (catalogue.TREE, "minimal, DOP853", (catalogue.MINIMAL,)),
 )
-# By formulation; a model's own colour is that of its smallest.
+"""Method, what it is compared with in words, and the methods of which the cheapest counts."""
+# By formulation, a model's own colour being that of its smallest; by integrator of either model.
 _COLOURS = {
     "minimal": svg.FIRST,
     "multipliers": svg.SERIES[0],
     "tree": svg.SECOND,
     "full (five bodies)": svg.SERIES[1],
 }
-# By integrator of either model.
 _MARKS = {"DOP853": "o", "scipy's DOP853": "s", "LSODA": "^", "Radau": "v", "BDF": "D"}
 _MARKS |= {"DOPRI5": "o", "DOPRI5, steps up to 1 ms": "s"}
 _MARKS |= {"generalized alpha": "^", "trapezoidal index 2": "v"}
 
 
-@dataclass(frozen=True)
-class Config:
+class Config(NamedTuple):
     """How much is measured."""
 
     settings: int  # of each method, from the coarsest, at most
@@ -86,8 +81,7 @@ class Config:
     cycles: float  # of the longest run
 
 
-@dataclass(frozen=True)
-class Results:
+class Results(NamedTuple):
     """Rows of every setting, and of the runs whose cost grows."""
 
     config: Config
@@ -98,20 +92,15 @@ class Results:
 
 def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Measure in one process, whatever ``n_jobs`` says, since it is timed."""
-    asked = [
-        (
-            {"method": sweep.method.name, "model": sweep.method.model, "scene": name, "setting": setting},
-            Timed(sweep.method.model, sweep.scene(name, setting), config.rounds, config.busy, name),
-        )
-        for sweep in SWEEPS
-        for name in sweep.scenes
-        for setting in sweep.settings[: config.settings]
-    ]
+    timing = config.rounds, config.busy
+    asked: list[tuple[Row, Timed]] = []
+    for sweep in SWEEPS:
+        of, model = sweep.method.name, sweep.method.model
+        for name, setting in product(sweep.scenes, sweep.settings[: config.settings]):
+            labels = {"method": of, "model": model, "scene": name, "setting": setting}
+            asked.append((labels, Timed(model, sweep.scene(name, setting), *timing, name)))
     swept = len(asked)
-    asked += [
-        (labels, Timed(method.model, scene, config.rounds, config.busy))
-        for labels, method, scene in growing(config.cycles)
-    ]
+    asked += [(labels, Timed(each.model, scene, *timing)) for labels, each, scene in growing(config.cycles)]
     found = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
     rows = [row | labels for (labels, _), row in zip(asked, found, strict=True)]
     return Results(config, rows[:swept], rows[swept:], confirmations(WITH_CLEARANCE, n_jobs))
@@ -193,13 +182,12 @@ def finding(rows: pd.DataFrame) -> str:
 def orders(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the observed order of each method on its scenes, by least squares over the asymptotic points."""
     lines = []
-    for sweep in SWEEPS:
-        for scene in sweep.scenes:
-            curve = curve_of(rows, sweep, scene)
-            good = curve[asymptotic(curve, sweep.order, LARGEST[CHIEF[scene]])]
-            order = rate(good["setting"].tolist(), good["error"].tolist()) if len(good) >= 3 else nan
-            line = {"method": sweep.method.title, "scene": scene, "expected": sweep.order, "observed": order}
-            lines.append(line | {"asymptotic": len(good), "settings": len(curve)})
+    for sweep, scene in ((each, scene) for each in SWEEPS for scene in each.scenes):
+        curve = curve_of(rows, sweep, scene)
+        good = curve[asymptotic(curve, sweep.order, LARGEST[CHIEF[scene]])]
+        order = rate(good["setting"].tolist(), good["error"].tolist()) if len(good) >= 3 else nan
+        line = {"method": sweep.method.title, "scene": scene, "expected": sweep.order, "observed": order}
+        lines.append(line | {"asymptotic": len(good), "settings": len(curve)})
     return pd.DataFrame(lines)
 
 
@@ -237,10 +225,19 @@ def page(results: Results) -> dict[str, object]:
     two = partial(number, digits=2)
     words: Columns = dict.fromkeys(("cost of", "over that of", "scene"), str)
     shown: Columns = dict.fromkeys(("method", "scene", "channels"), str) | {"cycles": "{:.0f}".format}
-    images = {(scene, cost): _image(scene, cost) for scene in SCENES for cost in COSTS}
+    shown |= dict.fromkeys(("processor time a cycle (ms)", "contacts a cycle"), number)
+    figures = {
+        (scene, cost): f"![{TITLES[scene]}: {COSTS[cost]} over {QUANTITIES[chief]}]({scene}-{cost}.svg)"
+        for (scene, chief), cost in product(CHIEF.items(), COSTS)
+    }
+    failed = [
+        f"- {row['model']}, {row['method']}, {row['scene']}, {row['setting']:g}: {row['status']}"
+        for row in results.rows
+        if row["status"] != SUCCESS
+    ]
     return {
         "finding": finding(rows),
-        "figure": images.pop((WITH_CLEARANCE[0], "seconds")),
+        "figure": figures.pop((WITH_CLEARANCE[0], "seconds")),
         "ratios": markdown(ratios(rows), words | dict.fromkeys(EQUAL, two)),
         "rounds": config.rounds,
         "busy": f"{config.busy:g}",
@@ -248,35 +245,23 @@ def page(results: Results) -> dict[str, object]:
         "machine": platform_name(),
         "truth": f"{TRUTH:.0e}",
         "confirmed": " and ".join(quantity(apart, "m", 1) for apart in results.confirmed),
-        "figures": "\n\n".join(images.values()),
+        "figures": "\n\n".join(figures.values()),
         "long_cycles": MISSING if isnan(cycles) else f"{cycles:.0f}",
         "long_ratio": two(ratio),
-        "grown": markdown(
-            grown, shown | dict.fromkeys(("processor time a cycle (ms)", "contacts a cycle"), number)
-        ),
-        "failed": "\n".join(
-            f"- {row['model']}, {row['method']}, {row['scene']}, {row['setting']:g}: {row['status']}"
-            for row in results.rows
-            if row["status"] != SUCCESS
-        )
-        or "None.",
+        "grown": markdown(grown, shown),
+        "failed": "\n".join(failed) or "None.",
     }
 
 
-def _image(scene: str, cost: str) -> str:
-    return f"![{TITLES[scene]}: {COSTS[cost]} over {QUANTITIES[CHIEF[scene]]}]({scene}-{cost}.svg)"
-
-
-def write(results: Results, folder: Path) -> None:
+def draw(results: Results, folder: Path) -> None:
     """Write the tables, and draw cost over error for each scene and kind of cost, a panel a model."""
     rows = pd.json_normalize(results.rows)
     at_equal = pd.concat({scene: costs(rows, scene) for scene in WITH_CLEARANCE}, names=["scene"])
     tables = {"settings": settings(rows), "costs": at_equal.reset_index(), "orders": orders(rows)}
     for name, frame in tables.items():
         frame.to_csv(folder / f"{name}.csv", index=False)
-    for scene in SCENES:
-        for cost in COSTS:
-            _draw(rows, scene, cost, folder / f"{scene}-{cost}.svg")
+    for scene, cost in product(CHIEF, COSTS):
+        _draw(rows, scene, cost, folder / f"{scene}-{cost}.svg")
 
 
 def _draw(rows: pd.DataFrame, scene: str, cost: str, path: Path) -> None:
@@ -284,29 +269,27 @@ def _draw(rows: pd.DataFrame, scene: str, cost: str, path: Path) -> None:
     sweeps = [sweep for sweep in SWEEPS if scene in sweep.scenes and sweep.method.name in set(rows["method"])]
     curves = {sweep: curve_of(rows, sweep, scene, cost) for sweep in sweeps}
     best = front(pd.concat(curves.values()))
+    failed = rows[(rows["scene"] == scene) & (rows["status"] != SUCCESS)]["method"].value_counts()
     lines = max(sum(sweep.method.model == model for sweep in sweeps) for model in MODELS)
     with svg.panels(path, 1, len(MODELS), height=3.3 + 0.19 * lines, sharex=True, sharey=True) as panels:
         for axes, model in zip(panels, MODELS, strict=True):
             axes.set(xscale="log", yscale="log", xlabel=fill(QUANTITIES[CHIEF[scene]], 34))
             axes.plot(best["error"], best["cost"], color=svg.SHADE, lw=5, label="Pareto front of both models")
-            own = [sweep for sweep in sweeps if sweep.method.model == model]
-            for sweep in own:
-                curve, (formulation, _, integrator) = curves[sweep], sweep.method.name.partition(", ")
+            for sweep in (each for each in sweeps if each.method.model == model):
+                name, curve = sweep.method.name, curves[sweep]
+                formulation, _, integrator = name.partition(", ")
                 firm = curve[asymptotic(curve, sweep.order, LARGEST[CHIEF[scene]]) & (curve["error"] > 0)]
                 curve = curve[curve["error"] > 0]
                 style: Row = {"color": _COLOURS[formulation], "marker": _MARKS[integrator], "ms": 4}
                 label = f"{formulation.removesuffix(' (five bodies)')}, {integrator}"
-                lost = rows[(rows["method"] == sweep.method.name) & (rows["status"] != SUCCESS)]
-                label += f" (-{sum(lost['scene'] == scene)})" if scene in set(lost["scene"]) else ""
+                label += f" (-{failed[name]})" if name in failed else ""
                 axes.plot(curve["error"], curve["cost"], mfc="none", lw=0.9, label=label, **style)
                 axes.plot(firm["error"], firm["cost"], lw=0.0, **style)
             axes.margins(x=0.05)
             axes.set_title(model, fontsize=9)
-        for fill_colour, words in (
-            (svg.INK, "filled: error falls at the method's order"),
-            ("none", "open: it does not"),
-        ):
-            panels[-1].plot([], [], "o", color=svg.INK, mfc=fill_colour, ms=4, label=words)
+        marks = {"filled: error falls at the method's order": svg.INK, "open: it does not": "none"}
+        for words, inside in marks.items():
+            panels[-1].plot([], [], "o", color=svg.INK, mfc=inside, ms=4, label=words)
         for axes in panels:
             axes.legend(loc="upper left", bbox_to_anchor=(-0.4, 0.0), borderaxespad=5.0)
         panels[0].set_ylabel(COSTS[cost])
@@ -318,6 +301,6 @@ STUDY = Study(
     full=Config(settings=8, rounds=3, busy=0.5, cycles=1000.0),
     measure=measured,
     page=page,
-    draw=write,
+    draw=draw,
     data=lambda results: {"machine": platform_name(), "rows": results.rows},
 )

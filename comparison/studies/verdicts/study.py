@@ -1,17 +1,16 @@
 """The verdicts of all shipped scenes in one table, and the picture of the README."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import inf, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.files import replacing
+from comparison.files import write_text
 from comparison.formatting import MISSING, percent
 from comparison.models import made_on
 from comparison.report.figures import channel_figure
@@ -24,27 +23,19 @@ from comparison.verdict.shipped import as_toml
 from comparison.verdict.validate import validate
 from comparison.words.verdicts import headline, mark
 
-TARGET = 1e-9
-"""m; of the difference of x at the tight tier, on the predictable samples."""
-ABOVE = "†"
-"""Marks a difference above the target."""
+TARGET, ABOVE = 1e-9, "†"
+"""m; of the difference of x at the tight tier, on the predictable samples; and what marks a larger one."""
 RECORD = "verdicts.toml"
 """What `comparison.verdict.shipped` reads, in the study's folder; ``make reports`` packages it."""
-PICTURE_OF = ("150rpm-0.2mm", "slider_x")
-SHOWN = (
-    "scene",
-    "standard tier",
-    "samples predictable",
-    "largest difference of x, first cycle",
-    "tight tier",
-    "samples predictable, tight",
-    "largest difference of x, tight, predictable samples",
-)
+X_TIGHT = "largest difference of x, tight, predictable samples"
+SHOWN = [
+    "scene", "standard tier", "samples predictable", "largest difference of x, first cycle",
+    "tight tier", "samples predictable, tight", X_TIGHT,
+]  # fmt: skip
 """Columns of `row` on the page; all are in ``verdicts.csv``."""
 
 
-@dataclass(frozen=True)
-class Results:
+class Results(NamedTuple):
     """Comparisons of scenes, and on which ``"machine"`` and ``"date"`` they were made."""
 
     comparisons: Sequence[SceneComparison]
@@ -60,31 +51,31 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
-    rows = pd.DataFrame([row(comparison) for comparison in results.comparisons])
-    texts = {"finding": headline(results.comparisons), "table": markdown(rows[list(SHOWN)])}
+    rows = pd.DataFrame(map(row, results.comparisons))
+    texts = {"finding": headline(results.comparisons), "table": markdown(rows[SHOWN])}
     return texts | results.made | {"above": ABOVE, "target": f"{TARGET:.0e}"}
 
 
 def row(scene: SceneComparison) -> dict[str, str]:
     """Return a scene's line of the table."""
-    tight, first, whole, x_tight = scene.tight, np.nan, np.nan, np.nan
-    excited = [channel.verdict for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    tight, first, whole, x_tight, agree = scene.tight, nan, nan, nan, MISSING
     if scene.channels:
+        excited = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
+        agree = f"{excited.count('agree')} of {len(excited)}"
         size = np.abs(scene.channels["slider_x"].difference)
-        first, whole = size[scene.time <= (scene.period or np.inf)].max(), size.max()
+        first, whole = size[scene.time <= (scene.period or inf)].max(), size.max()
     if tight and tight.channels:
         x_tight = tight.channels["slider_x"].largest_predictable
-    above = f" {ABOVE}" if x_tight > TARGET else ""
     return {
         "scene": scene.title,
         "standard tier": _verdict(scene),
-        "channels that agree": f"{excited.count('agree')} of {len(excited)}" if scene.channels else MISSING,
-        **_shares(scene),
+        "channels that agree": agree,
+        **_shares(scene, ""),
         "largest difference of x, first cycle": _metres(first),
         "largest difference of x, whole run": _metres(whole),
         "tight tier": _verdict(tight),
         **_shares(tight, ", tight"),
-        "largest difference of x, tight, predictable samples": _metres(x_tight) + above,
+        X_TIGHT: _metres(x_tight) + f" {ABOVE}" * bool(x_tight > TARGET),
     }
 
 
@@ -94,15 +85,12 @@ def _verdict(scene: SceneComparison | None) -> str:
     return f"**{scene.verdict}**" + (f" ({mark(scene)})" if mark(scene) else "")
 
 
-def _shares(scene: SceneComparison | None, tier: str = "") -> dict[str, str]:
-    coverage = error = explained = np.nan
+def _shares(scene: SceneComparison | None, tier: str) -> dict[str, str]:
+    predictable = explained = MISSING
     if scene is not None and scene.channels:
-        coverage, error = scene.coverage, scene.coverage_error
-        explained = np.nan if scene.attribution is None else scene.attribution.explained
-    return {
-        f"samples predictable{tier}": percent(coverage, error),
-        f"of these explained{tier}": percent(explained),
-    }
+        predictable = percent(scene.coverage, scene.coverage_error)
+        explained = percent(scene.attribution.explained) if scene.attribution else MISSING
+    return {f"samples predictable{tier}": predictable, f"of these explained{tier}": explained}
 
 
 def _metres(value: float) -> str:
@@ -112,24 +100,16 @@ def _metres(value: float) -> str:
 def draw(results: Results, folder: Path) -> None:
     """Write the picture of the README, the verdicts to be recorded and the whole table."""
     named = {comparison.name: comparison for comparison in results.comparisons}
-    scene, channel = named[PICTURE_OF[0]], named[PICTURE_OF[0]].channels[PICTURE_OF[1]]
-    texts = {
-        "slider_x.svg": standalone(channel_figure(scene, channel, "readme")),
-        RECORD: as_toml([load_scene(name) for name in named], results.comparisons, results.made),
-    }
-    for name, text in texts.items():
-        with replacing(folder / name) as part:
-            part.write_text(text, "utf-8")
+    shown = named["150rpm-0.2mm"]
+    figure = channel_figure(shown, shown.channels["slider_x"], "readme")
+    write_text(standalone(figure), folder / "slider_x.svg")
+    record = as_toml([load_scene(name) for name in named], results.comparisons, results.made)
+    write_text(record, folder / RECORD)
     table = pd.DataFrame(map(row, results.comparisons)).replace(r"\*\*", "", regex=True)
     write_csv({"verdicts": table}, folder)
 
 
+# The table of the README has all of them in any case.
 STUDY = Study(
-    "verdicts",
-    # The table of the README has all of them in any case.
-    small=shipped_scenes(),
-    full=shipped_scenes(),
-    measure=measure,
-    page=page,
-    draw=draw,
+    "verdicts", small=shipped_scenes(), full=shipped_scenes(), measure=measure, page=page, draw=draw
 )

@@ -1,17 +1,17 @@
-"""Tables of the study contact-laws from made-up runs."""
+"""The study contact-laws from made-up runs: how a run ended stands in its line."""
 
 import pandas as pd
 import pytest
 
 from comparison.execution.run import Outcome
-from comparison.studies.contact_laws.study import run_row, shown_runs
+from comparison.studies.contact_laws.study import LAWS, TOLERANCES, page, runs_frame
 from comparison.tables.table import Table
 
 
 def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
     refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
     partial = Table(
-        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
+        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0], "slider_x": [0.0, 1.0]}),
         pd.DataFrame(
             {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
         ),
@@ -19,10 +19,14 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
         {"counters": {"steps": 7}},
     )
     stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    rows = [{"law": law} | run_row(outcome, law, None) for law, outcome in
-            (("foundation", refused), ("hertz-corners", stopped))]  # fmt: skip
-    first, second = shown_runs(pd.DataFrame(rows)).to_dict("records")
-    assert first["end"] == "work-limit at 0.1000 s"
-    assert (first["spurious_energy_J"], first["speed_of_x_m/s"]) == (5.0, 2.0)
-    assert second["end"] == "not simulated: contact.law = 'foundation' is not simulated"
-    assert second["force_N"] != pytest.approx(second["force_N"])  # not a number
+    results = {
+        (law, "reference", tolerance): refused if law == "foundation" else stopped
+        for law in LAWS
+        for tolerance in TOLERANCES
+    }
+    found = runs_frame(results).drop_duplicates("law").set_index("law")
+    assert (found["spurious_energy_J"]["hertz-corners"], found["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
+    assert found["force_N"]["foundation"] != pytest.approx(found["force_N"]["foundation"])  # not a number
+    hertz, foundation, _ = page(results)["runs"].splitlines()[2:]
+    assert hertz.endswith("| work-limit at 0.1000 s |")
+    assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")

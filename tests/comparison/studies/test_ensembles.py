@@ -1,7 +1,5 @@
 """Ensembles of synthetic runs: what is found, how often chance is taken for a difference, what is asked."""
 
-from __future__ import annotations
-
 from math import comb
 
 import numpy as np
@@ -22,7 +20,7 @@ def run(x, starts=(), corner="ll"):
 
 
 def numbers(runs):
-    return numbers_of(runs, np.array([1.5]), {"slider_x": "m"}, period=1.0, first_cycle=1)
+    return numbers_of(runs, np.array([1.5]), ["slider_x"], period=1.0, first_cycle=1)
 
 
 def frame(values):

@@ -1,9 +1,6 @@
 """Orders, fronts and costs at equal error of curves whose answers are known; every method runs its scenes."""
 
-from __future__ import annotations
-
 import re
-from dataclasses import replace
 from math import isnan
 
 import numpy as np
@@ -13,23 +10,15 @@ import pytest
 from comparison.accuracy.plan import plan
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.studies.shared.formulations import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
-from comparison.studies.shared.rates import rate
 from comparison.studies.tradeoff import study
-from comparison.studies.tradeoff.measure import SCENES, SWEEPS, WITH_CLEARANCE, Timed, measure
-from comparison.studies.tradeoff.study import (
-    STUDY,
-    Results,
-    asymptotic,
-    cost_at,
-    curve_of,
-    front,
-    orders,
-    ratio_in_long_runs,
-    ratios,
-    settings,
-)
+from comparison.studies.tradeoff.measure import CHIEF, SWEEPS, WITH_CLEARANCE, Timed, measure
+from comparison.studies.tradeoff.study import asymptotic, cost_at, front
 
 ERRORS = ("slider_x", "slider_y_error", "impulse", "peak_force", "crank_torque")
+
+
+def points(*rows):
+    return pd.DataFrame(rows, columns=["setting", "error", "cost"], dtype=float)
 
 
 def curve(order, factor=1.0):
@@ -37,13 +26,8 @@ def curve(order, factor=1.0):
     return points(*((h, 1e-3 * h**order, factor / h) for h in 2.0 ** -np.arange(8)))
 
 
-def points(*rows):
-    return pd.DataFrame(rows, columns=["setting", "error", "cost"], dtype=float)
-
-
 def test_points_too_coarse_and_those_that_gain_nothing_are_not_asymptotic():
     good = curve(2.0)
-    assert rate(good["setting"].tolist(), good["error"].tolist()) == pytest.approx(2.0, rel=1e-12)
     assert asymptotic(good, 2.0).tolist() == [False] * 5 + [True] * 3  # at most 2e-6
     good["error"] /= 1e3
     assert asymptotic(good, 2.0).tolist() == [True] * 8
@@ -70,14 +54,13 @@ def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolate
 
 def test_every_method_is_a_setting_of_its_scenes_and_only_that():
     assert {sweep.method for sweep in SWEEPS} == set(METHODS)
-    assert len({method.name for method in METHODS}) == len(METHODS)
-    for sweep in SWEEPS:
+    assert len({method.name for method in METHODS}) == len(METHODS) == 11
+    for sweep, name in ((each, name) for each in SWEEPS for name in each.scenes):
         assert list(sweep.settings) == sorted(sweep.settings, reverse=True)
-        for name in sweep.scenes:
-            coarse, fine = (sweep.scene(name, setting).data for setting in sweep.settings[:2])
-            assert {key for key in coarse if coarse[key] != fine[key]} == {"solver"}
-            made = plan(sweep.scene(name, sweep.settings[0]), sweep.method.model)
-            assert made.coordinates == (15 if sweep.method.name.startswith(("multipliers", "full")) else 2)
+        coarse, fine = (sweep.scene(name, setting).data for setting in sweep.settings[:2])
+        assert {key for key in coarse if coarse[key] != fine[key]} == {"solver"}
+        made = plan(sweep.scene(name, sweep.settings[0]), sweep.method.model)
+        assert made.coordinates == (15 if sweep.method.name.startswith(("multipliers", "full")) else 2)
 
 
 def measured(costs, scenes=WITH_CLEARANCE):
@@ -99,18 +82,18 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points(monkeypatch)
     rows = measured({MINIMAL: 1.0, MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
     rows[0] |= {"status": "gave up", "errors": {}, "seconds": None}
     frame = pd.json_normalize(rows)
-    assert len(curve_of(frame, SWEEPS[0], WITH_CLEARANCE[0])) == len(SWEEPS[0].settings) - 1
+    assert len(study.curve_of(frame, SWEEPS[0], WITH_CLEARANCE[0])) == len(SWEEPS[0].settings) - 1
     # Of several bases the cheapest counts. The slow one has settings down to 1e-9 alone.
     bases = [(MINIMAL,), (MINIMAL_SCIPY,), (MINIMAL_SCIPY, MINIMAL)]
     monkeypatch.setattr(study, "RATIOS", [(MULTIPLIERS, str(n), base) for n, base in enumerate(bases)])
-    found = ratios(frame).set_index("over that of")
+    found = study.ratios(frame).set_index("over that of")
     found = found.loc[found["scene"] == study.TITLES[WITH_CLEARANCE[1]], list(study.EQUAL)].to_numpy()
     assert found[::2] == pytest.approx(np.full((2, len(study.EQUAL)), 30.0), rel=1e-9)
     assert found[1] == pytest.approx([6.0] * (len(study.EQUAL) - 1) + [np.nan], rel=1e-9, nan_ok=True)
     # An error of 1e-5 m is too large to be asymptotic.
-    first = orders(frame).iloc[1]
+    first = study.orders(frame).iloc[1]
     assert (first["observed"], first["asymptotic"], first["settings"]) == (pytest.approx(1.0), 6, 7)
-    named = settings(frame).dropna(subset=["accuracy"])
+    named = study.settings(frame).dropna(subset=["accuracy"])
     assert len(named) == 3 * len(WITH_CLEARANCE)
     assert (named["bound_of_x_m"] > 0).all()
 
@@ -119,14 +102,14 @@ def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
     rows = [(MINIMAL.title, n, 0.01 * n) for n in (1.0, 10.0, 100.0)]
     rows += [(MULTIPLIERS.title, n, 0.2 * n) for n in (1.0, 10.0)]
     grown = pd.DataFrame(rows, columns=["method", "cycles", "seconds"]).assign(table="cycles")
-    assert ratio_in_long_runs(grown) == pytest.approx((20.0, 10.0))
-    assert np.isnan(ratio_in_long_runs(grown[:3])).all()
+    assert study.ratio_in_long_runs(grown) == pytest.approx((20.0, 10.0))
+    assert np.isnan(study.ratio_in_long_runs(grown[:3])).all()
 
 
-def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypatch):
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+def test_a_measured_run_has_its_errors_against_the_exact_one(own_cache):
+    del own_cache
     sweep, name = SWEEPS[0], WITH_CLEARANCE[0]
-    tasks = [Timed("reference", sweep.scene(name, value), 3, 0.5, name) for value in (1e-6, 1e-9, 1.0)]
+    tasks = [Timed("reference", sweep.scene(name, value), 3, 0.1, name) for value in (1e-6, 1e-9, 1.0)]
     coarse, fine, bad = rows = measure_all(measure, tasks, on_processes(1))
     # A thousandth of the tolerance; single runs scatter around their line by a factor of up to 10 either way.
     assert 0 < fine["errors"]["slider_x"] < 1e-1 * coarse["errors"]["slider_x"]
@@ -138,12 +121,12 @@ def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypat
 
 
 def test_the_page_shows_tables_drawings_and_failures(tmp_path):
-    rows = measured(dict.fromkeys(METHODS, 1.0), SCENES)
+    rows = measured(dict.fromkeys(METHODS, 1.0), CHIEF)
     rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "errors": {}}
     labels = {"method": MINIMAL.title, "scene": WITH_CLEARANCE[0], "channels": "motion"}
     grown = [{"table": "cycles", "cycles": 10.0, "seconds": 0.05, "contacts": 500} | labels]
-    made = replace(STUDY, measure=lambda config, *_: Results(config, rows, grown, [1e-12, 1e-12]))
-    text = made.write(tmp_path, 1, None).read_text("utf-8")
+    results = study.Results(study.STUDY.small, rows, grown, [1e-12, 1e-12])
+    text = study.STUDY.report(results, tmp_path).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     linked = re.findall(r"\]\(([\w.-]+\.\w+)\)", text)
     assert {path.name for path in tmp_path.iterdir()} == {"README.md", *linked}
