@@ -1,50 +1,51 @@
-"""Scenes for the Exudyn model's tests, and what several of them hold the model against."""
+"""Scenes, runs and the closed form of the linkage for the Exudyn model's tests."""
 
+import json
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
+from exudyn_model import simulate
+
+TREE = {"formulation": "tree", "method": "dopri5", "step": 1e-4}
+
 
 @pytest.fixture(scope="session")
 def make_scene(scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-    """Function from changes with dotted keys to a complete scene."""
-    return scene
+    """Function from changes with dotted keys, and a tree's tolerance (None: five bodies), to a scene."""
+
+    def make(*changes: dict[str, Any], tree: float | None = None) -> dict[str, Any]:
+        merged = {f"solver.exudyn.{key}": value for key, value in TREE.items()} if tree else {}
+        if tree:
+            merged["solver.exudyn.tolerance"] = tree
+        for more in changes:
+            merged |= more
+        return scene(merged)
+
+    return make
 
 
 @pytest.fixture(scope="session")
-def tree_scene(make_scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-    """Function from tolerance and changes to a scene for a tree."""
+def run(make_scene: Callable[..., dict[str, Any]]) -> Callable[..., Any]:
+    """Function from the same arguments to the result, which those who ask for an equal scene share."""
+    known: dict[str, Any] = {}
 
-    def scene(tolerance: float, changes: dict[str, object]) -> dict[str, Any]:
-        tree = {"formulation": "tree", "method": "dopri5", "step": 1e-4, "tolerance": tolerance}
-        return make_scene({f"solver.exudyn.{key}": value for key, value in tree.items()} | changes)
+    def result(*changes: dict[str, Any], tree: float | None = None) -> Any:
+        scene = make_scene(*changes, tree=tree)
+        key = json.dumps(scene, sort_keys=True)
+        if key not in known:
+            known[key] = simulate(scene)
+        return known[key]
 
-    return scene
+    return result
 
 
 @pytest.fixture(scope="session")
 def error() -> Callable[..., float]:
     """Function from two results and a channel to the largest difference at a sample."""
-
-    def largest(result: Any, exact: Any, name: str = "slider_y") -> float:
-        return float(np.max(np.abs(result.columns[name] - exact.columns[name])))
-
-    return largest
-
-
-@pytest.fixture(scope="session")
-def mirrored() -> dict[str, Any]:
-    """Changes that make the mirror image in the plane x = 0 of the paper's press."""
-    return {
-        "mechanism.rocker_pivot": [-0.2568, 0.2],
-        "mechanism.guide_x": 0.55,
-        "mechanism.reference_offset": -5e-5,
-        "mechanism.crank_angle_deg": 180 - 111.36,
-        "mechanism.rocker_branch": -1,
-        "drive.speed_rpm": -150.0,
-    }
+    return lambda result, exact, name: float(np.max(np.abs(result.columns[name] - exact.columns[name])))
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +74,7 @@ def ideal_y(linkage_points: Callable[..., tuple[Any, Any, Any, complex]]) -> Cal
 
     def y(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> Any:
         linkage = scene["mechanism"]
-        _, _, c, _ = linkage_points(scene, angle, shift)
+        c = linkage_points(scene, angle, shift)[2]
         x = linkage["guide_x"] + linkage["reference_offset"]
         return c.imag - np.sqrt(linkage["rod4"]["length"] ** 2 - (x - c.real) ** 2)
 

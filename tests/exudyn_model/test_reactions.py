@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from exudyn_model import simulate
-
 JOINTS = {
     "output.groups": ["accelerations", "corners", "joints"],
     "solver.exudyn.method": "trapezoidal-index2",
 }
+IDEAL = {"joints.slider": "ideal"}
 GRAVITY = -9.81j
 
 
@@ -42,26 +41,22 @@ def unbalanced(linkage_points, scene, columns):
     """What is left of force and moment balances of all five bodies, and of the motor's power."""
     (a, b, c, h), (va, vb, vc, _), (aa, ab, ac, _) = derivatives(linkage_points, scene, columns["time"])
     f, vf, af = (columns[f"slider_{p}x"] + 1j * columns[f"slider_{p}y"] for p in ("", "v", "a"))
-    o = np.zeros_like(a)
     # On the higher-numbered body; the other one bears the opposite
     force = {k: columns[f"reaction_{k}_x"] + 1j * columns[f"reaction_{k}_y"] for k in "OABHCF"}
-    torque = columns["crank_torque"]
-    zero = 0 * o
+    torque, o = columns["crank_torque"], np.zeros_like(a)
     bodies = {
-        "crank": (o, a, zero, aa, force["O"], -force["A"]),
-        "rod2": (a, b, aa, ab, force["A"], -force["B"]),
-        "rocker": (h, c, zero, ac, force["H"], -force["C"]),
-        "rod4": (c, f, ac, af, force["C"], -force["F"]),
+        "crank": (o, a, o, va, o, aa, force["O"], -force["A"]),
+        "rod2": (a, b, va, vb, aa, ab, force["A"], -force["B"]),
+        "rocker": (h, c, o, vc, o, ac, force["H"], -force["C"]),
+        "rod4": (c, f, vc, vf, ac, af, force["C"], -force["F"]),
     }
-    left, power = {}, zero.real
-    speeds = {"crank": (zero, va), "rod2": (va, vb), "rocker": (zero, vc), "rod4": (vc, vf)}
-    for name, (start, end, a_start, a_end, at_start, at_end) in bodies.items():
+    left, power = {}, o.real
+    for name, (start, end, v_start, v_end, a_start, a_end, at_start, at_end) in bodies.items():
         rod = scene["mechanism"][name]
         fraction, length2 = rod["centroid"] / rod["length"], rod["length"] ** 2
         # Points of a rigid rod: positions, velocities and accelerations are linear along it
         centre, acceleration = start + fraction * (end - start), a_start + fraction * (a_end - a_start)
         alpha = cross(end - start, a_end - a_start) / length2
-        v_start, v_end = speeds[name]
         velocity = v_start + fraction * (v_end - v_start)
         omega = cross(end - start, v_end - v_start) / length2
         inertia = rod["mass"] * (acceleration - GRAVITY)
@@ -92,15 +87,9 @@ def unbalanced(linkage_points, scene, columns):
 
 @pytest.mark.parametrize("speed_rpm", [150.0, -90.0])
 @pytest.mark.parametrize("step", [2e-5, 1e-5])
-def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
-    changes = {
-        "joints.slider": "ideal",
-        "drive.cycles": 1.0,
-        "drive.speed_rpm": speed_rpm,
-        "solver.exudyn.step": step,
-    }
-    scene = make_scene(JOINTS | changes)
-    left, largest, torque = unbalanced(linkage_points, scene, simulate(scene).columns)
+def test_ideal_slider_balances(run, make_scene, linkage_points, speed_rpm, step):
+    changes = JOINTS | IDEAL | {"drive.cycles": 1.0, "drive.speed_rpm": speed_rpm, "solver.exudyn.step": step}
+    left, largest, torque = unbalanced(linkage_points, make_scene(changes), run(changes).columns)
     for name, values in left.items():
         scale = torque if name == "power / omega" else largest
         # 1.5e-8 measured: the differences above, and what the Newton iteration leaves
@@ -109,39 +98,21 @@ def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
     assert largest > 10
 
 
-@pytest.mark.parametrize("speed_rpm", [1500.0, 6000.0])
-def test_reactions_grow_with_the_square_of_the_speed(make_scene, speed_rpm):
-    """Without gravity equal steps per cycle give similar motions; their round-off grows with the forces."""
-
-    def reactions(rpm):
-        changes = {
-            "joints.slider": "ideal", "environment.gravity": 0.0, "drive.cycles": 0.2, "drive.speed_rpm": rpm,
-            "solver.exudyn.step": 8e-6 * 150.0 / rpm, "solver.exudyn.tolerance": 1e-9,
-        }  # fmt: skip
-        result = simulate(make_scene(JOINTS | changes))
-        assert result.status == "success"
-        return np.array([result.columns[f"reaction_{k}_{axis}"] for k in "OABHCF" for axis in "xy"]) / rpm**2
-
-    slow, fast = reactions(150.0), reactions(speed_rpm)
-    # Newton's 8e-14 m/s in a step of 8e-6 s are 1e-9 of the accelerations
-    assert np.max(np.abs(fast - slow)) < 3e-9 * np.max(np.abs(slow))
-
-
-def test_reactions_at_the_start_are_those_of_exact_accelerations(make_scene, linkage_points):
+def test_reactions_at_the_start_are_those_of_exact_accelerations(run, make_scene, linkage_points):
     """Exudyn's own initial accelerations leave 1.5e-9, which lasts: see ``balance.correct_start``."""
-    scene = make_scene(JOINTS | {"joints.slider": "ideal", "drive.cycles": 0.01})
-    columns = {name: values[:1] for name, values in simulate(scene).columns.items()}
-    left, largest, _ = unbalanced(linkage_points, scene, columns)
+    changes = JOINTS | IDEAL | {"drive.cycles": 0.01}
+    columns = {name: values[:1] for name, values in run(changes).columns.items()}
+    left, largest, _ = unbalanced(linkage_points, make_scene(changes), columns)
     for name, values in left.items():
         # 7e-12 measured: round-off of the differences above
         assert abs(values[0]) < 1e-10 * largest, name
 
 
-def test_slider_with_clearance_balances(make_scene, linkage_points):
+def test_slider_with_clearance_balances(run, make_scene, linkage_points):
     """The first 0.04 s with seven contacts: reactions follow the contact's force at each state."""
-    scene = make_scene(JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
-    columns = simulate(scene).columns
-    left, largest, torque = unbalanced(linkage_points, scene, columns)
+    changes = JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000}
+    columns = run(changes).columns
+    left, largest, torque = unbalanced(linkage_points, make_scene(changes), columns)
     for name, values in left.items():
         scale = torque if name == "power / omega" else largest
         # 7e-8 measured, of the torque: its power is that of the second-order motion; others 1e-8
@@ -151,51 +122,36 @@ def test_slider_with_clearance_balances(make_scene, linkage_points):
     assert not [name for name in columns if name.startswith("guide")]
 
 
-def test_weights_are_borne_at_creep_speed(make_scene):
+@pytest.mark.parametrize("speed_rpm", [1500.0, 6000.0])
+def test_reactions_grow_with_the_square_of_the_speed(run, speed_rpm):
+    """Without gravity equal steps per cycle give similar motions; their round-off grows with the forces."""
+
+    def reactions(rpm):
+        changes = {
+            "environment.gravity": 0.0, "drive.cycles": 0.2, "drive.speed_rpm": rpm,
+            "solver.exudyn.step": 8e-6 * 150.0 / rpm, "solver.exudyn.tolerance": 1e-9,
+        }  # fmt: skip
+        result = run(JOINTS, IDEAL, changes)
+        assert result.status == "success"
+        return np.array([result.columns[f"reaction_{k}_{axis}"] for k in "OABHCF" for axis in "xy"]) / rpm**2
+
+    slow, fast = reactions(150.0), reactions(speed_rpm)
+    # Newton's 8e-14 m/s in a step of 8e-6 s are 1e-9 of the accelerations
+    assert np.max(np.abs(fast - slow)) < 3e-9 * np.max(np.abs(slow))
+
+
+def test_weights_are_borne_at_creep_speed(run, make_scene):
     """Signs by statics: at 1 rpm nothing is accelerated, frame and guide bear the weight."""
-    scene = make_scene(
-        JOINTS
-        | {
-            "joints.slider": "ideal",
-            "drive.speed_rpm": 1.0,
-            "drive.cycles": 0.002,
-            "solver.exudyn.step": 4e-4,
-        }
+    changes = {"drive.speed_rpm": 1.0, "drive.cycles": 0.002, "solver.exudyn.step": 4e-4}
+    columns = {name: values[-1] for name, values in run(JOINTS, IDEAL, changes).columns.items()}
+    crank, rod2, rocker, rod4, slider = (
+        9.81 * make_scene()["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")
     )
-    columns = {name: values[-1] for name, values in simulate(scene).columns.items()}
-    masses = [scene["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")]
     # Accelerations are (150)^2 times smaller than some 50 m/s^2: 2e-3 of 9.81
-    assert columns["reaction_O_y"] + columns["reaction_H_y"] == pytest.approx(9.81 * sum(masses), rel=1e-3)
+    frame = columns["reaction_O_y"] + columns["reaction_H_y"]
+    assert frame == pytest.approx(crank + rod2 + rocker + rod4 + slider, rel=1e-3)
     # The slider hangs from rod 4
-    assert columns["reaction_F_y"] == pytest.approx(9.81 * masses[4], rel=1e-3)
-    assert columns["reaction_C_y"] == pytest.approx(9.81 * (masses[3] + masses[4]), rel=1e-3)
+    assert columns["reaction_F_y"] == pytest.approx(slider, rel=1e-3)
+    assert columns["reaction_C_y"] == pytest.approx(rod4 + slider, rel=1e-3)
     # Rod 4 is inclined to the left at its lower end and pushes the slider to the left: the guide pushes back
     assert columns["guide_force"] == pytest.approx(-columns["reaction_F_x"], rel=1e-9)
-
-
-def test_channels_of_the_group(make_scene):
-    names = [f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy"] + ["crank_torque"]
-    short = {"drive.cycles": 0.005, "output.groups": ["joints"]}
-    with_clearance = simulate(make_scene(JOINTS | short))
-    assert list(with_clearance.columns)[7:] == names
-    assert set(names) < set(with_clearance.extrema)
-    ideal = simulate(make_scene(JOINTS | short | {"joints.slider": "ideal"}))
-    assert list(ideal.columns)[7:] == [*names, "guide_force", "guide_moment"]
-
-
-def test_the_method_follows_the_group_where_it_is_left_open(make_scene):
-    scene = make_scene({"drive.cycles": 0.002, "solver.exudyn.method": "auto"})
-    assert simulate(scene).provenance["integrator"] == "generalized-alpha"
-    scene["output"]["groups"] = ["joints"]
-    assert simulate(scene).provenance["integrator"] == "trapezoidal-index2"
-
-
-def test_same_motion_as_with_constraints_at_position_level(make_scene):
-    """Both are of second order: they differ by less than either's step error."""
-    changes = {"drive.cycles": 0.1, "solver.exudyn.step": 2e-6}
-    index3 = simulate(make_scene(changes)).columns
-    index2 = simulate(make_scene(changes | {"solver.exudyn.method": "trapezoidal-index2"})).columns
-    coarse = simulate(make_scene(changes | {"solver.exudyn.step": 4e-6})).columns
-    for name in ("slider_x", "slider_y", "slider_angle"):
-        error = np.max(np.abs(coarse[name] - index3[name]))
-        assert np.max(np.abs(index2[name] - index3[name])) < error, name
