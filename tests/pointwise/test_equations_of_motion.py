@@ -5,6 +5,7 @@ from dataclasses import replace
 import exudyn as exu
 import numpy as np
 import pytest
+from press_states import Press, states
 from reference_states import (
     GAP,
     SLIP,
@@ -98,9 +99,9 @@ def contact_force(press, state, contacts):
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_mass_matrix_jacobian_and_forces_act_alike(presses, states, law) -> None:
+def test_mass_matrix_jacobian_and_forces_act_alike(law) -> None:
     """What Exudyn assembles from bodies and joints against M, Phi_q and Q of Eqs. 15-16, to 1e-12."""
-    press = presses({"contact.law": law})
+    press = Press({"contact.law": law})
     mass, weights = masses_and_weights(press.reference)
     rng = np.random.default_rng(11)
     for state in states(press, EACH):
@@ -122,12 +123,12 @@ def test_mass_matrix_jacobian_and_forces_act_alike(presses, states, law) -> None
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_accelerations_agree(presses, states, law) -> None:
+def test_accelerations_agree(law) -> None:
     """Reference by two formulations; the Exudyn model's own balance, its tree, and its assembled five bodies.
 
     Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
     """
-    press = presses({"contact.law": law})
+    press = Press({"contact.law": law})
     inertia, arm = press.exudyn.mechanism.slider.inertia, press.exudyn.mechanism.slider.length / 2.0
     touched = 0
     for state in states(press, EACH):
@@ -182,9 +183,9 @@ def tree_acceleration(press, state):
     return a.real, a.imag, alpha5
 
 
-def test_reactions_and_torque_agree(presses, states) -> None:
+def test_reactions_and_torque_agree() -> None:
     """With contact: body after body, the reference's multipliers, Exudyn's rows. 1e-10 of the range."""
-    press = presses()
+    press = Press()
     _, own_weights = masses_and_weights(press.reference)
     collected = []
     for state in states(press, EACH):
@@ -207,9 +208,9 @@ def test_reactions_and_torque_agree(presses, states) -> None:
 
 
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) -> None:
+def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
     """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
-    press = presses({"joints.crank_pin": "clearance", "joints.slider": slider})
+    press = Press({"joints.crank_pin": "clearance", "joints.slider": slider})
     kind, c = "both" if slider == "clearance" else "pin", press.numbers
     rng = np.random.default_rng(4)
     shift = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0])
