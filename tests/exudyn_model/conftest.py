@@ -1,4 +1,4 @@
-"""Scenes, runs and the closed form of the linkage for the Exudyn model's tests."""
+"""Scenes and runs for the Exudyn model's tests."""
 
 import json
 from collections.abc import Callable
@@ -46,36 +46,3 @@ def run(make_scene: Callable[..., dict[str, Any]]) -> Callable[..., Any]:
 def error() -> Callable[..., float]:
     """Function from two results and a channel to the largest difference at a sample."""
     return lambda result, exact, name: float(np.max(np.abs(result.columns[name] - exact.columns[name])))
-
-
-@pytest.fixture(scope="session")
-def linkage_points() -> Callable[..., tuple[Any, Any, Any, complex]]:
-    """Joints A, B, C and H as complex numbers (m), from side lengths, on the paper's branches.
-
-    Of a scene, the crank's angle (rad), and by how much (m) A is shifted.
-    """
-
-    def points(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> tuple[Any, Any, Any, complex]:
-        linkage = scene["mechanism"]
-        a = linkage["crank"]["length"] * np.exp(1j * angle) + shift
-        h = complex(*linkage["rocker_pivot"])
-        r2, r3 = linkage["rod2"]["length"], linkage["rocker"]["centroid"]
-        d = abs(h - a)
-        along = (d**2 + r2**2 - r3**2) / (2 * d)
-        b = a + (along + 1j * np.sqrt(r2**2 - along**2)) * (h - a) / d
-        return a, b, h + (b - h) * linkage["rocker"]["length"] / r3, h
-
-    return points
-
-
-@pytest.fixture(scope="session")
-def ideal_y(linkage_points: Callable[..., tuple[Any, Any, Any, complex]]) -> Callable[..., Any]:
-    """Ideal slider's y (m) of a scene, the crank's angle (rad) and the shift of A (m)."""
-
-    def y(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> Any:
-        linkage = scene["mechanism"]
-        c = linkage_points(scene, angle, shift)[2]
-        x = linkage["guide_x"] + linkage["reference_offset"]
-        return c.imag - np.sqrt(linkage["rod4"]["length"] ** 2 - (x - c.real) ** 2)
-
-    return y

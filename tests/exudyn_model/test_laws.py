@@ -82,15 +82,6 @@ def test_elastic_forces_are_the_derivatives_of_the_page_s_potential(law, depths)
     np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-5 * max(exact))
 
 
-def test_forces_by_hand():
-    elastic = {"damping": 0.0} | FRICTIONLESS
-    # 4.8e9 (1e-6)^1.5 = 4.8 N a corner; 2.88e10 (1e-6) / 2 = 14,400 N a corner of the surface
-    assert forces((1e-6, 1e-6), guide("hertz-corners", **elastic)) == pytest.approx([4.8, 4.8], rel=1e-6)
-    assert forces((1e-6, -1e-9), guide("paper-switching", **elastic)) == pytest.approx([4.8, 0.0], abs=1e-3)
-    for law in ("paper-switching", "foundation"):
-        assert forces((1e-6, 1e-6), guide(law, **elastic)) == pytest.approx([14400.0, 14400.0], rel=1e-6)
-
-
 @given(deeper=st.floats(1e-8, 1e-5), other=st.floats(-1e-5, 1e-5))
 def test_the_foundation_s_forces_are_its_pressure_and_continuous(deeper, other):
     """K_s / L times the depth, where that is positive, by Gauss-Legendre over the part that is inside."""
@@ -120,30 +111,6 @@ def test_damping_follows_the_frozen_speed_and_never_pulls(law):
         found = forces(depths, current, rates=(rate, rate))
         factor = 1 + C * rate / math.hypot(rate, 1e-4)
         np.testing.assert_allclose(found, np.multiply(still, factor), rtol=1e-9)
-
-
-def test_two_corners_of_the_paper_s_surface_are_not_damped():
-    law = guide("paper-switching", **FRICTIONLESS)
-    still, moving = (forces((1e-6, 2e-6), law, rates=rates) for rates in ((0.0, 0.0), (0.03, 0.02)))
-    np.testing.assert_allclose(moving, still, rtol=1e-12)
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize(
-    ("slip", "ramp"), [(5e-5, 0.0), (5.5e-4, 0.5), (0.01, 1.0), (-5.5e-4, -0.5), (-2.0, -1.0)]
-)
-def test_friction_opposes_the_slip_with_the_paper_s_ramp(law, slip, ramp):
-    fx, fy, _ = pressed((1e-6, 1e-6), guide(law), vy=slip)
-    assert fy == pytest.approx(0.15 * ramp * fx, rel=1e-12, abs=1e-12)
-
-
-def test_friction_sees_the_corner_s_own_velocity():
-    """Rotation about the centre moves right corners along the guide by omega r_x, left ones the other way."""
-    step, contacts = np.array([1e-6, 1e-6]), touching(0.05)
-    for side in (-1, 1):
-        x = side * (CLEARANCE + 1e-6)
-        _, fy, _ = slider_force(x, 0.0, 0.0, 0.0, 0.0, 1.0, step, guide("hertz-corners"), contacts)
-        assert np.sign(fy) == -side
 
 
 @given(

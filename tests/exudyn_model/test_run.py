@@ -35,21 +35,6 @@ def test_extrema_agree_with_a_sample_at_every_step(run):
         assert extreme["time_of_max"] == pytest.approx(time[np.argmax(values)], rel=1e-12)
 
 
-def test_equal_scenes_give_equal_results_with_and_without_progress(either, tmp_path, monkeypatch, capfd):
-    """And leave nothing on disk or screen."""
-    monkeypatch.chdir(tmp_path)
-    shares = []
-    once, again = simulate(either), simulate(either, progress=shares.append)
-    for name, values in once.columns.items():
-        assert np.array_equal(again.columns[name], values), name
-    assert again.provenance["counters"] == once.provenance["counters"]
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-    assert len(shares) < 100
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
-
-
 def test_provenance_is_json(run):
     result = run(SHORT)
     provenance = json.loads(json.dumps(result.provenance))

@@ -58,7 +58,9 @@ def test_errors_follow_the_tolerance(run, error, joints, case):
         assert counters["rejected"] < 0.15 * counters["steps"]
         assert counters["located"] < case["located"] * len(rows["start"])
         assert counters["rhs"] == 7 * (counters["steps"] + counters["rejected"] + counters["located"])
-        assert sorted(rows["corner"]) == sorted(tight.events["corner"])
+        # Journal and corners may touch at one instant
+        order = sorted if joints == "both" else list
+        assert order(rows["corner"]) == order(tight.events["corner"])
         for name, bound in zip(EVENTS, case["events"], strict=False):
             np.testing.assert_allclose(rows[name], tight.events[name], rtol=0, atol=bound, err_msg=name)
 
@@ -73,38 +75,6 @@ def test_errors_follow_the_tolerance_on_the_foundation(run, error):
         assert result.status == "success"
         assert list(result.events["corner"]) == list(exact.events["corner"])
         assert error(result, exact, "slider_x") < bound
-
-
-def test_each_side_has_one_row_at_a_time_named_by_the_corner_that_touches_first(run):
-    """Samples 1 us apart; both corners' touches by straight flight from the last sample before a row."""
-    changes = {"contact.law": "foundation", "drive.cycles": 0.1, "output.samples_per_cycle": 400_000}
-    result = run(changes, tree=1e-10)
-    columns, events = result.columns, result.events
-    interval = columns["time"][1]
-    assert len(events["start"]) == 7
-    names = set()
-    for number, corner in enumerate(events["corner"]):
-        start, end = events["start"][number], events["end"][number]
-        before = int(start / interval)
-        ends = corner[0], "ul"[corner[0] == "u"]
-        own, other = (columns[f"corner_{place}{corner[1]}_gap"] for place in ends)
-        touches = [(g[before] / (g[before - 1] - g[before]) + before) * interval for g in (own, other)]
-        # A microsecond's acceleration of some 1e3 m/s^2, of touches faster than 1e-3 m/s
-        assert touches[0] == pytest.approx(start, abs=1e-9)
-        assert not touches[0] - 1e-9 > touches[1] > before * interval
-        names.add(corner)
-        inside = np.arange(before + 1, int(end / interval) + 1)
-        assert np.all(np.minimum(own, other)[inside] < 0.0)
-        side = sum(columns[f"corner_{place}{corner[1]}_normal"] for place in "lu")
-        assert np.all(side[inside] > 0.0)
-        assert side[before] == side[inside[-1] + 1] == 0.0
-        # Nine samples of the shortest contact, its peak within half an interval: (pi / 18)^2 / 2
-        assert np.max(side[inside]) == pytest.approx(events["peak_force"][number], rel=0.016)
-        depth = -min(np.min(own[inside]), np.min(other[inside]))
-        assert depth == pytest.approx(events["largest_depth"][number], rel=0.016)
-        impulse = np.sum(side[inside]) * interval
-        assert impulse == pytest.approx(events["impulse"][number], rel=0.01)
-    assert len(names) == 3
 
 
 @pytest.mark.parametrize("joints", PINS)
@@ -271,15 +241,6 @@ def test_a_slider_that_rests_at_the_wall_is_pressed_or_released(run, offset, vx)
     assert set(result.events["corner"]) == (set() if offset > 0 else {"ll", "ul"})
     np.testing.assert_array_equal(result.events["start"], 0.0)
     np.testing.assert_array_equal(result.events["normal_speed"], 1e-4)
-
-
-def test_opposite_corners_act_each_by_itself(run):
-    """A slider tilted counter-clockwise, wedged between both walls: its upper end is further to the left."""
-    start = {"initial.slider_angle": 6e-3, "initial.slider_offset": 0.0}
-    columns = run(start, {"drive.cycles": 0.02}, tree=1e-10).columns
-    pressed = {corner: columns[f"corner_{corner}_normal"][0] > 0.0 for corner in ("ll", "lr", "ul", "ur")}
-    assert pressed == {"ll": False, "lr": True, "ul": True, "ur": False}
-    assert columns["slider_alpha"][0] < 0
 
 
 # Below round-off; infinite errors, of which Exudyn takes no step; deep in both walls damping is stiffer than
