@@ -256,6 +256,8 @@ def report(what: str, draws: Sequence[Draw], found: Sequence[Found]) -> None:
             for part, of in PARTS.items():
                 worst: Worst = getattr(one, part)
                 rows[-1] |= {of: worst.steps > 0, f"{of} (m)": worst.value}
+    if not rows:
+        return
     frame = pd.DataFrame(rows)
     how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in draws[0].labels}
     for label in draws[0].labels:
