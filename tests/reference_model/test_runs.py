@@ -129,7 +129,6 @@ def test_the_present_speed_makes_no_difference_without_loss_and_one_after_the_fi
     [
         *(({TOLERANCE: tolerance}, n, 4e-4) for tolerance, n in ((1e-8, 6e-3), (1e-10, 1e-3), (1e-12, 2e-5))),
         # Relative; without memory the factor falls from 1 + C to 1 - C within the floor's 1e-4 m/s.
-        (FOUNDATION | {TOLERANCE: 1e-11}, 1e-9, 0.01),
         (CURRENT | {TOLERANCE: 1e-10}, 1e-6, 0.02),
         (CURRENT | FOUNDATION | {TOLERANCE: 1e-10}, 1e-6, 0.02),
     ],
