@@ -5,10 +5,7 @@ on. Every accepted step of the compiled integrator is computed again and looked 
 (`corner_depth_steps`); runs by scipy's solvers are judged by a dense table against their table of contacts.
 
 A second population, the shipped 0.2 mm scene from random starts at 150 to 300 rpm at tolerance 1e-9, is where
-steps of free flight are long and grazing contacts frequent. Measured there on commit f248ffa, which looked
-for the turning point of a gap only where the ends of a step say that there is one: of 240 runs (seed 0) 25
-had an open corner in its wall, by up to 4.5e-7 m; at touches 51 were deeper than 1e-11 m, by up to 1.3e-10 m,
-as the step taken again up to a touch does not end just where the longer step's dense output had it.
+steps of free flight are long and grazing contacts frequent.
 
     python benchmarks/corner_depths.py [--runs 2000] [--grazing 240] [--scipy 40] [--limit 50000] [--jobs 1]
 
@@ -19,17 +16,16 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
-from corner_depth_runs import Draw, grazing_runs, random_runs, scipy_runs
+import pandas as pd
 from corner_depth_steps import CLOSED, NOT_REPRODUCED, OUTSIDE, TIME, TOUCHING, VIOLATIONS, WORST, check
 
-from comparison.formatting import table
 from comparison.scene import Scene, load_scene
 from reference_model import integrate, simulation
 
@@ -43,8 +39,19 @@ SCIPY_FACTOR = 10.0
 """Depth outside a contact, over the tolerance (m and rad)."""
 SCIPY_LIMIT = 30_000
 """Steps and switches of a run by scipy, some 0.5 ms each."""
-OF_SIDES = "foundation"
-"""The law whose contacts are of both corners of a side."""
+CYCLES = 2.0
+TOLERANCES_OF_SCIPY = {"BDF": 1e-8, "Radau": 1e-8, "LSODA": 1e-9, "scipy-DOP853": 1e-9}
+"""The finest of each; BDF and Radau take 0.5 ms a step and a thousand steps more for every decade."""
+SCIPY_CYCLES = 0.25
+SAMPLES = 40_000
+"""Of a cycle of scipy's: at 150 rpm 1e-5 s apart, a tenth of an elastic contact of steel."""
+FORMULATIONS = {
+    "minimal": {},
+    "multiplier": {"solver.reference.formulation": "multiplier"},
+    "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
+    "both": {"joints.crank_pin": "clearance"},
+}
+LAWS = ("hertz-corners", "paper-switching", "foundation")
 FINISHED, STOPPED, REFUSED = "finished", "stopped by the checker", "refused"
 JUDGED = (FINISHED, STOPPED)
 """Runs that the reference itself stops have no result to check."""
@@ -57,12 +64,100 @@ STATUS = {
 }
 
 
+class Draw(NamedTuple):
+    """A run: what it is counted under, and the scene's name and changes."""
+
+    number: int
+    labels: dict[str, str]
+    scene: str
+    changes: dict[str, Any]
+
+
+def contacts(rng: np.random.Generator) -> dict[str, Any]:
+    """Draw everything that a contact depends on: start, speed, clearances, material, friction, gravity."""
+    clearance = 10.0 ** rng.uniform(-5.0, -3.0)
+    # Of the clearance; one in ten starts on the centre line, one in twenty a little inside a wall.
+    offset = rng.uniform(-1.0, 1.0) * rng.choice([0.0, 1.0], p=[0.1, 0.9])
+    if rng.uniform() < 0.05:
+        offset = 1.001 * rng.choice([-1.0, 1.0])
+    # A corner is off by half the length of 0.07 m times the angle: mostly within the clearance that is left.
+    angle = rng.uniform(-1.0, 1.0) * max(0.0, 1.0 - abs(offset)) * clearance / 0.035
+    return {
+        "drive.cycles": CYCLES,
+        "drive.speed_rpm": float(rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(1.0, 3.0)),
+        "mechanism.crank_angle_deg": float(rng.uniform(0.0, 360.0)),
+        "clearance.slider": float(clearance),
+        "clearance.crank_pin": float(10.0 ** rng.uniform(-5.0, -3.3)),
+        "initial.slider_offset": float(offset * clearance),
+        "initial.slider_angle": float(angle * rng.choice([0.0, 1.0])),
+        "initial.slider_vx": float(rng.normal(0.0, 0.05) * rng.choice([0.0, 1.0])),
+        "initial.slider_omega": float(rng.normal(0.0, 1.0) * rng.choice([0.0, 1.0])),
+        "contact.youngs_modulus": float(10.0 ** rng.uniform(8.0, 12.0)),
+        "contact.poisson": float(rng.uniform(0.0, 0.49)),
+        "contact.restitution": float(rng.choice([0.0, 1.0, rng.uniform()], p=[0.1, 0.1, 0.8])),
+        "contact.corner_radius": float(10.0 ** rng.uniform(-4.0, -1.0)),
+        "friction.coefficient": float(rng.choice([0.0, rng.uniform()], p=[0.2, 0.8])),
+        "environment.gravity": float(rng.choice([0.0, 9.81, -9.81, rng.uniform(-30.0, 30.0)])),
+        "contact.impact_speed": str(rng.choice(["frozen", "current"], p=[0.8, 0.2])),
+    }
+
+
+def random_runs(count: int, seed: int) -> Iterator[Draw]:
+    """Draw runs of the compiled integrator."""
+    for number in range(count):
+        rng = np.random.default_rng([seed, 0, number])
+        name = str(rng.choice(list(FORMULATIONS)))
+        law = str(rng.choice(LAWS)) if name != "pin" else "journal"
+        exponent = rng.uniform(-12.0, -8.0)
+        values = contacts(rng) | FORMULATIONS[name] | {"solver.reference.tolerance": float(10.0**exponent)}
+        if name != "pin":
+            values["contact.law"] = law
+        labels = {"formulation": name, "law": law, "tolerance": f"1e{int(np.floor(exponent)):+d}.."}
+        yield Draw(number, labels, "paper", values)
+
+
+def grazing_runs(count: int, seed: int) -> Iterator[Draw]:
+    """Draw starts and speeds of the shipped scene of 0.2 mm, everything else as shipped."""
+    for number in range(count):
+        rng = np.random.default_rng([seed, 1, number])
+        values = {
+            "drive.cycles": CYCLES,
+            "drive.speed_rpm": float(rng.uniform(150.0, 300.0)),
+            "initial.slider_offset": float(rng.uniform(-2e-4, 2e-4)),
+            "solver.reference.tolerance": 1e-9,
+        }
+        yield Draw(number, {"population": "grazing"}, "150rpm-0.2mm", values)
+
+
+def scipy_runs(count: int, seed: int) -> Iterator[Draw]:
+    """Draw runs of scipy's solvers, in turn; corners only."""
+    methods = list(TOLERANCES_OF_SCIPY)
+    for number in range(count):
+        rng = np.random.default_rng([seed, 2, number])
+        method = methods[number % len(methods)]
+        name = str(rng.choice(["minimal", "multiplier", "both"]))
+        law = str(rng.choice([law for law in LAWS if law != "paper-switching"]))
+        exponent = rng.uniform(np.log10(TOLERANCES_OF_SCIPY[method]), -6.0)
+        values = contacts(rng) | FORMULATIONS[name] | {
+            "contact.law": law,
+            "drive.cycles": SCIPY_CYCLES,
+            "output.samples_per_cycle": SAMPLES,
+            "output.groups": ["corners"],
+            "solver.reference.method": method,
+            "solver.reference.tolerance": float(10.0**exponent),
+        }  # fmt: skip
+        yield Draw(number, {"method": method, "formulation": name, "law": law}, "paper", values)
+
+
 class Worst(NamedTuple):
     """Steps outside the bound, the largest value of all (m), and when (s)."""
 
     steps: int = 0
     value: float = 0.0
     time: float = 0.0
+
+
+PARTS = {"missed": "in the wall, open", "late": "at its touch", "held": "off the wall, closed"}
 
 
 class Found(NamedTuple):
@@ -82,9 +177,9 @@ class Found(NamedTuple):
 
 def followed(draw: Draw, limit: int = LIMIT) -> Found:
     """Check a run of the compiled integrator."""
-    run = check(load_scene(draw.scene, draw.values), BOUND, limit)
+    run = check(load_scene(draw.scene, draw.changes), BOUND, limit)
     if run.status == NOT_REPRODUCED:
-        raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.values}")
+        raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.changes}")
     rows = (run.found[row] for row in (OUTSIDE, TOUCHING, CLOSED))
     worst = (Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
     return Found(STATUS[run.status], run.steps, *worst)
@@ -92,7 +187,7 @@ def followed(draw: Draw, limit: int = LIMIT) -> Found:
 
 def tabulated(draw: Draw) -> Found:
     """Check a run by its table: corners from the slider's x and angle, contacts from its events."""
-    scene = load_scene(draw.scene, draw.values)
+    scene = load_scene(draw.scene, draw.changes)
     try:
         with patch.object(simulation, "SCIPY_STEPS_PER_CYCLE_LIMIT", SCIPY_LIMIT):
             result = simulation.simulate(scene.data)
@@ -101,10 +196,12 @@ def tabulated(draw: Draw) -> Found:
     times, events = result.columns["time"], result.events
     worst, violations = Worst(), 0
     for corner, depth in depths(scene, result.columns).items():
-        mine = [f"{end}{corner[1]}" for end in "lu"] if draw.values["contact.law"] == OF_SIDES else [corner]
+        mine = (
+            [f"{end}{corner[1]}" for end in "lu"] if draw.changes["contact.law"] == "foundation" else [corner]
+        )
         rows = np.isin(events["corner"], mine)
         depth[closed(times, events["start"][rows], events["end"][rows])] = 0.0
-        violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.values["solver.reference.tolerance"]))
+        violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.changes["solver.reference.tolerance"]))
         if depth.max(initial=0.0) > worst.value:
             worst = Worst(0, float(depth.max()), float(times[depth.argmax()]))
     status = {"success": FINISHED, "work-limit": STOPPED}.get(result.status, result.status)
@@ -149,23 +246,22 @@ def work(what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs:
 
 
 def report(what: str, draws: Sequence[Draw], found: Sequence[Found]) -> None:
-    """Print what came of a population, in all and by each label."""
+    """Print what came of a population: runs with such a contact and the largest distance, by each label."""
     print(f"\n{what}: {len(found)} runs, {sum(one.steps for one in found)} accepted steps")
     print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in found).items()))
-    head = ["of", "", "runs", "in the wall, open", "deepest (m)", "at its touch", "deepest (m)"]
-    groups = [(key, value) for key in draws[0].labels for value in sorted({d.labels[key] for d in draws})]
-    rows = []
-    for key, value in [("all", ""), *groups]:
-        some = [
-            one
-            for draw, one in zip(draws, found, strict=True)
-            if draw.labels.get(key, "") == value and one.status in JUDGED
-        ]
-        rows.append([key, value, str(len(some))])
-        for worst in ([getattr(one, part) for one in some] for part in ("missed", "late", "held")):
-            rows[-1] += [str(sum(one.steps > 0 for one in worst))]
-            rows[-1] += [f"{max((one.value for one in worst), default=0.0):.1e}"]
-    print(f"\n{table([*head, 'off the wall, closed', 'farthest (m)'], rows)}")
+    rows: list[dict[str, Any]] = []
+    for draw, one in zip(draws, found, strict=True):
+        if one.status in JUDGED:
+            rows.append(draw.labels | {"runs": 1})
+            for part, of in PARTS.items():
+                worst: Worst = getattr(one, part)
+                rows[-1] |= {of: worst.steps > 0, f"{of} (m)": worst.value}
+    if not rows:
+        return
+    frame = pd.DataFrame(rows)
+    how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in draws[0].labels}
+    for label in draws[0].labels:
+        print(f"\n{frame.groupby(label).agg(how).to_string()}")
 
 
 def main() -> int:

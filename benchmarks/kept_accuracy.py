@@ -23,7 +23,6 @@ from comparison.accuracy.levels import solver_values
 from comparison.accuracy.refine import CHANNEL, ENOUGH, FLOOR, AccurateRun, Level, accurate_run, tried_level
 from comparison.execution.run import Outcome, RunError, run_one
 from comparison.execution.store import append_row, cache_folder, read_rows
-from comparison.formatting import table
 from comparison.models import code_hash, fingerprint, platform_name
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.studies.campaign.population import case
@@ -140,31 +139,26 @@ def judged(found: AccurateRun, other: Level, own: Level) -> Found:
 
 
 def summary(rows: pd.DataFrame) -> str:
-    """Return the tables of all rows."""
-    head = [
-        "model",
-        "accuracy (m)",
-        "runs",
-        "no result",
-        "kept",
-        "not reachable",
-        "of these strict reaches it",
-    ]
-    head += [f"kept: error above {MOST:g}", "where the judge is sure", "largest error, judge sure"]
-    body, reasons = [], []
-    for (model, accuracy), of in rows.groupby(["model", "accuracy"]):
-        result, kept = of[of["result"]], of[of["kept"]]
-        missed, compared = result[~result["kept"].astype(bool)], result[result["strict"] > 0]
-        numbers = [len(of), len(of) - len(result), len(kept), len(missed), (missed["strict"] >= FLOOR).sum()]
-        numbers += [(kept[name] > MOST).sum() for name in ("error", "sure_error")]
-        thin = (compared["coverage"] < LEAST_COVERAGE * compared["strict"]).sum()
-        line = [str(model), f"{accuracy:g}", *map(str, numbers), f"{kept['sure_error'].max():.2g}"]
-        body.append([*line, f"{thin} of {len(compared)}"])
-        counts = of.loc[~of["kept"].astype(bool), "limit"].value_counts().sort_index()
-        reasons += [[str(model), f"{accuracy:g}", str(why), str(n)] for why, n in counts.items()]
-    why_head = ("model", "accuracy (m)", "not reachable, or no result: why", "runs")
-    found = table([*head, f"coverage below {LEAST_COVERAGE:g} of strict's"], body)
-    return f"{found}\n\n{table(why_head, reasons)}"
+    """Return counts by model and accuracy, and why an accuracy was not reachable or there is no result."""
+    kept, result = rows["kept"].astype(bool), rows["result"].astype(bool)
+    strict = rows["strict"].fillna(0.0)
+    by = [rows["model"], rows["accuracy"]]
+    counts = {
+        "runs": True,
+        "no result": ~result,
+        "kept": kept,
+        "not reachable": result & ~kept,
+        "of these strict reaches it": result & ~kept & (strict >= FLOOR),
+        f"kept: error above {MOST:g}": kept & (rows["error"] > MOST),
+        "where the judge is sure": kept & (rows["sure_error"] > MOST),
+        "strict reaches it": result & (strict > 0),
+        f"there coverage below {LEAST_COVERAGE:g} of strict's": rows["coverage"] < LEAST_COVERAGE * strict,
+    }
+    found = pd.DataFrame(counts).groupby(by).sum()
+    found["largest error, judge sure"] = rows["sure_error"].where(kept).groupby(by).max()
+    reasons = rows["limit"].where(~kept).groupby(by).value_counts()
+    numbers = found.T.to_string(float_format="{:.3g}".format)
+    return f"{numbers}\n\n{reasons.to_string()}"
 
 
 def main() -> None:

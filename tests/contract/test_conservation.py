@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from closed_linkage import crank_angle, joints
 from scipy.integrate import cumulative_trapezoid
 
 RATES = {"x": ("vx", "ax"), "y": ("vy", "ay"), "angle": ("omega", "alpha")}
@@ -12,14 +13,8 @@ LOSSLESS = {"contact.restitution": 1.0, "friction.coefficient": 0.0}
 
 
 def rocker_tip(scene, time):
-    """Joint C as a complex number: two circles meet in B, the rocker turns H B by its length."""
-    m = scene["mechanism"]
-    angle = math.radians(m["crank_angle_deg"]) + scene["drive"]["speed_rpm"] * math.pi / 30.0 * time
-    a, h = m["crank"]["length"] * np.exp(1j * angle), complex(*m["rocker_pivot"])
-    # B from H: turned from the direction towards A by the triangle's angle at H.
-    distance, arm = np.abs(a - h), m["rocker"]["centroid"]
-    at_h = np.arccos((distance**2 + arm**2 - m["rod2"]["length"] ** 2) / (2.0 * distance * arm))
-    return h + m["rocker"]["length"] * (a - h) / distance * np.exp(-1j * m["rocker_branch"] * at_h)
+    """Joint C as a complex number."""
+    return joints(scene, crank_angle(scene, time))[2]
 
 
 def test_rod_4_keeps_its_length(short, request) -> None:
@@ -69,10 +64,47 @@ def test_the_balance_of_energy_closes(run, variant, name) -> None:
     residual = np.abs(found.columns["energy_residual"]).max()
     assert residual <= (1e-8 if found.reference else 1e-3) * lost[-1]
     assert np.all(np.diff(parts["friction"]) >= 0.0)
+    if name == "rattle":
+        power = found.columns["crank_torque"] * found.scene["drive"]["speed_rpm"] * math.pi / 30.0
+        work = cumulative_trapezoid(power, found.columns["time"], initial=0.0)
+        # Samples of 4e-6 s through hits of 2e-4 s: (1/50)^2 / 12 of what the torque does in them.
+        assert np.abs(work - parts["drive"]).max() <= 1e-4 * np.ptp(work)
     assert all(values[0] == 0.0 for values in parts.values())  # counted from t = 0
     for part in ("kinetic", "contact"):
         assert found.result.extrema[f"energy_{part}"]["min"] >= 0.0
         assert np.all(found.columns[f"energy_{part}"] >= 0.0)
+
+
+def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant) -> None:
+    """Through lossless hits, from the slider's motion alone; the rocker's pull follows from accelerations.
+
+    Where the drive moves C, also of formulations that give no energies.
+    """
+    found = run(variant, "rattle", LOSSLESS)
+    time, columns, scene, step = found.columns["time"], found.columns, found.scene, 1e-5
+    rod, slider, g = *(scene["mechanism"][k] for k in ("rod4", "slider")), scene["environment"]["gravity"]
+    before, tip, after = (rocker_tip(scene, time + shift) for shift in (-step, 0.0, step))
+    tips = tip, (after - before) / (2 * step), (after - 2 * tip + before) / step**2
+    ends = [columns[f"slider_{part}x"] + 1j * columns[f"slider_{part}y"] for part in ("", "v", "a")]
+    # Place, velocity and acceleration of points of a rigid rod are linear along it.
+    share = rod["centroid"] / rod["length"]
+    place, velocity, acceleration = (c + share * (f - c) for c, f in zip(tips, ends, strict=True))
+    spin = ((ends[0] - tip).conjugate() * (ends[1] - tips[1])).imag / rod["length"] ** 2
+    masses = rod["mass"], slider["mass"]
+    kinetic = masses[0] * abs(velocity) ** 2 + rod["inertia"] * spin**2 + masses[1] * abs(ends[1]) ** 2
+    kinetic = (kinetic + slider["inertia"] * columns["slider_omega"] ** 2) / 2
+    height = g * (masses[0] * place.imag + masses[1] * ends[0].imag)
+    pull, stored = masses[0] * (acceleration + 1j * g) + masses[1] * (ends[2] + 1j * g), 0.0
+    compliance = 2 * (1 - scene["contact"]["poisson"] ** 2) / scene["contact"]["youngs_modulus"]
+    K = 4 / (3 * compliance) * math.sqrt(scene["contact"]["corner_radius"])
+    for corner in ("ll", "lr", "ul", "ur"):
+        gap, normal, *_ = found.corner(corner)
+        pull = pull - (1 if corner[1] == "l" else -1) * normal
+        stored = stored + K / 2.5 * np.maximum(-gap, 0.0) ** 2.5
+    work = cumulative_trapezoid((pull * tips[1].conjugate()).real, time, initial=0.0)
+    total = kinetic + height + stored - work
+    # The trapezoidal rule through hits of fifty samples: 3e-7 J measured; the walls store 2e-4 J.
+    assert np.max(np.abs(total - total[0])) <= 1e-5 * np.ptp(work) <= 1e-2 * np.max(stored)
 
 
 @AUDITED
@@ -85,21 +117,3 @@ def test_nothing_is_lost_without_damping_and_friction(run, variant) -> None:
     assert stored > 1e-5
     # Of what the walls store at most: the solver's own error, by second order in the step for Exudyn.
     assert np.abs(found.columns["energy_residual"]).max() <= (1e-7 if found.reference else 1e-2) * stored
-
-
-def test_an_elastic_frictionless_hit_of_one_corner_returns_the_approach_speed(run, variant) -> None:
-    """Restitution 1: a hit of one corner reverses its normal velocity, but for what the drive does."""
-    found = run(variant, "rattle", LOSSLESS)
-    time, events, checked = found.columns["time"], found.result.events, 0
-    for corner in ("ll", "lr", "ul", "ur"):
-        leaving = -found.corner(corner)[5]
-        for contact in found.contacts(corner):
-            start, end = contact["start"], contact["end"]
-            alone = ((events["start"] < end) & (events["end"] > start)).sum() == 1
-            if alone and start > 0.0 and end < time[-1]:
-                # The drive accelerates the corner by less than 50 m/s^2 all the while.
-                speed = np.interp(end, time, leaving)
-                allowed = 50.0 * (end - start) + 6e-3 * speed
-                assert speed == pytest.approx(contact["normal_speed"], abs=allowed)
-                checked += 1
-    assert checked >= 5

@@ -1,9 +1,10 @@
-"""Each model simulates with the other one and the comparison blocked from import."""
+"""Each model simulates with all else blocked from import, and whoever listens; it leaves nothing behind."""
 
 import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 RUN = """
@@ -34,3 +35,21 @@ def test_model_runs_alone(scene, model: str, other: list[str]) -> None:
     assert done.returncode == 0, done.stderr
     # After 0.02 s the slider is still inside its guide, 0.2 mm to either side.
     assert abs(float(done.stdout) + 0.55) < 2.1e-4
+
+
+def test_who_listens_does_not_change_the_run_which_leaves_nothing(
+    run, variant, tmp_path, monkeypatch, capfd
+) -> None:
+    """Reports of progress stop an integrator more often; its steps are the same."""
+    monkeypatch.chdir(tmp_path)
+    alone, shares = run(variant, "rattle"), []
+    heard = alone.variant.model.simulate(alone.scene, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len(shares) < 100
+    for name in ("columns", "events", "cycle_extrema", "pulses"):
+        for key, values in getattr(alone.result, name).items():
+            np.testing.assert_array_equal(getattr(heard, name)[key], values)
+    assert heard.provenance["counters"] == alone.result.provenance["counters"]
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())

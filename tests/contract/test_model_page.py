@@ -7,20 +7,17 @@ import textwrap
 
 import numpy as np
 import pytest
-from page_engine import Engine, across, cross, direction
+from page_engine import Engine
 from page_formulas import (
     CORNERS,
     MATH,
     STATED,
     SYMBOLS,
     Numbers,
-    corner_load,
     friction,
     impact_speed,
-    journal_load,
 )
 
-from comparison.scene import load_scene
 from comparison.tables.channels import channels
 
 
@@ -176,45 +173,3 @@ def test_an_engine_made_from_the_page_gives_what_the_models_give(run, solution, 
         assert events["start"][at] == pytest.approx(start, abs=1e-11)
         assert events["end"][at] == pytest.approx(end, abs=1e-11)
         assert events["normal_speed"][at] == pytest.approx(speed, rel=LARGEST)
-
-
-def test_the_projections_of_section_4_are_those_of_its_equations() -> None:
-    """Accelerations of the 15 coordinates fulfil the rows in the fewest, with every contact force in them."""
-    # Two opposite corners in their walls; the journal leaves its clearance of 0.2 mm by the crank's rotation.
-    scene = load_scene("both-clearances", {"initial.slider_angle": 5.8e-3, "initial.slider_offset": 0.0}).data
-    engine = Engine(scene)
-    y = engine.start()
-    q, v = y[:15], y[15:30]
-    q[2] += 5e-3
-    q[0:2] = engine.Ls[0] * direction(q[2])
-    v[0:2] = engine.Ls[0] * v[2] * across(direction(q[2]))
-    v[14] = 0.3
-    engine.v_i[[1, 2, 4]] = 0.1
-    a, _, states, found = engine.solve(y)
-    assert np.all(states[[1, 2, 4], 0] > 0.1)
-    F_x, F_y, M_5 = sum(
-        corner_load(engine.numbers.corners[k][2], *states[k][:2], *found[k][3:]) for k in range(4)
-    )
-    n, t, P = found[4][3:]
-    G = journal_load(*states[4][:2], n, t)
-    (u2, u3, u4), (ω2, ω3, ω4) = (direction(θ) for θ in q[5:12:3]), v[5:12:3]
-    n2, n3, n4 = across(u2), across(u3), across(u4)
-    (_, m2, m3, m4, m5), (_, J2, J3, J4, J5), (_, L2, L3, L4) = engine.masses, engine.J, engine.L
-    (_, Ls2, Ls3, Ls4), g = engine.Ls, engine.g
-    b, S4, I4 = L2 - Ls2, m4 * Ls4 + m5 * L4, J4 + m4 * Ls4**2 + m5 * L4**2
-    I3, A_ = J3 + (m2 + m3) * Ls3**2 + (m4 + m5) * L3**2, engine.H + Ls3 * u3 - L2 * u2
-    weight, F = np.array([0.0, g]), np.array([F_x, F_y])
-    f2 = m2 * (Ls3 * ω3**2 * u3 - b * ω2**2 * u2 - weight)
-    f4 = F + S4 * ω4**2 * u4 - (m4 + m5) * weight
-    coupling = -m2 * b * Ls3 * (n2 @ n3), S4 * L3 * (n3 @ n4)
-    rows = np.array([[J2 + m2 * b**2, coupling[0], 0], [coupling[0], I3, coupling[1]], [0, coupling[1], I4]])
-    right = [
-        -b * n2 @ f2 + cross(P - A_, G) - L2 * n2 @ G,
-        Ls3 * n3 @ (f2 + G - m3 * weight) + L3 * n3 @ f4,
-        n4 @ (S4 * (L3 * ω3**2 * u3 - weight) + L4 * F),
-    ]
-    # Rounding of a solution of 27 equations.
-    np.testing.assert_allclose(a[5:12:3], np.linalg.solve(rows, right), rtol=1e-10)
-    assert a[14] == pytest.approx(M_5 / J5, rel=1e-10)
-    ddC = L3 * (a[8] * n3 - ω3**2 * u3)
-    assert a[11] == pytest.approx((-S4 * n4 @ (ddC + weight) + L4 * n4 @ F) / I4, rel=1e-10)

@@ -95,10 +95,8 @@ def test_turned_with_its_guide_it_moves_as_before(method):
     upright = run(slider_crank(clearance=True), method, energy=False)
     for turned in (1.0, -math.pi / 2, 2.5):
         other = run(slider_crank(turned, clearance=True), method, energy=False)
-        place = [
-            one.columns(("slider_x",))["slider_x"] + 1j * one.columns(("slider_y",))["slider_y"]
-            for one in (upright, other)
-        ]
+        both = [one.columns(("slider_x", "slider_y")) for one in (upright, other)]
+        place = [columns["slider_x"] + 1j * columns["slider_y"] for columns in both]
         events = upright.event_table(), other.event_table()
         assert len(events[0]["start"]) >= 2
         assert list(events[1]["corner"]) == list(events[0]["corner"])
@@ -109,7 +107,6 @@ def test_turned_with_its_guide_it_moves_as_before(method):
 
 def test_what_does_not_fit_its_joints_is_refused():
     system = slider_crank()
-    moved = system.bodies[1]._replace(position=(0.3, 0.0, 0.0))
-    system.bodies[1] = moved
+    system.bodies[1] = system.bodies[1]._replace(position=(0.3, 0.0, 0.0))
     with pytest.raises(AssertionError, match="do not fit the joints"):
         run(system)

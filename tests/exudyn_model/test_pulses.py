@@ -20,32 +20,27 @@ def by_contact(result):
     }
 
 
-@pytest.fixture(
-    scope="module",
-    params=["full", "tree", "loose", "foundation", "foundation-tree", "pin"],
-)
-def result(request, make_scene, tree_scene):
-    """The first impacts by each formulation and under each law; "pin": with clearance there as well."""
-    short = {"drive.cycles": 0.15}
-    law = {"contact.law": "foundation"} if "foundation" in request.param else {}
-    match request.param:
-        case "tree" | "foundation-tree":
-            return simulate(tree_scene(1e-10, short | law))
-        case "loose":
-            return simulate(tree_scene(1e-6, short))
-        case "pin":
-            both = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}
-            return simulate(tree_scene(1e-8, short | both))
-    # The impact of a whole side is twenty times as short
-    return simulate(make_scene(short | law | {"solver.exudyn.step": 1e-7 if law else 2e-6}))
+# Each formulation, each law; the impact of a whole side is twenty times as short
+RUNS = {
+    "full": ({}, None),
+    "tree": ({}, 1e-10),
+    "loose": ({}, 1e-6),
+    "foundation": ({"contact.law": "foundation", "solver.exudyn.step": 1e-7}, None),
+    "foundation-tree": ({"contact.law": "foundation"}, 1e-10),
+    "pin": ({"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}, 1e-8),
+}
 
 
-def test_every_contact_has_a_pulse_from_its_touch_to_its_separation(result):
+@pytest.mark.parametrize("name", RUNS)
+def test_every_contact_has_a_pulse_whose_peak_and_impulse_are_those_of_its_row(run, name):
+    changes, tree = RUNS[name]
+    result = run(changes, {"drive.cycles": 0.15}, tree=tree)
     assert result.status == "success"
     found = by_contact(result)
     assert len(found) >= 5
     for row, (time, force) in found.items():
-        start, end = (result.events[name][row] for name in ("start", "end"))
+        event = {name: column[row] for name, column in result.events.items()}
+        start, end = event["start"], event["end"]
         assert np.all(np.diff(time) > 0.0)
         assert np.all(force >= 0.0)
         # The longest step in a contact, of the loose tree
@@ -53,26 +48,21 @@ def test_every_contact_has_a_pulse_from_its_touch_to_its_separation(result):
         assert start <= time[0] < start + reach
         assert end - reach < time[-1] <= end
         assert time.size >= 10
-
-
-def test_its_largest_force_and_its_impulse_are_those_of_the_row(result):
-    for row, (time, force) in by_contact(result).items():
-        event = {name: column[row] for name, column in result.events.items()}
         assert force.max() <= event["peak_force"]
         # Of a tree the row has it at quarters of steps, the pulse after 20 steps at their ends: it lies
         # there in contacts of 40 steps and more, of which a half sine is 1 - cos(pi / 80) = 8e-4 below
         assert force.max() == pytest.approx(event["peak_force"], rel=1e-3)
-        ends = [event["start"], *time, event["end"]]
         # Of a half sine the trapezoids of ten samples miss (pi / 10)^2 / 12 = 0.8 %, unequal ones more
-        impulse = np.trapezoid([0.0, *force, force[-1] if event["end"] == time[-1] else 0.0], ends)
+        last = force[-1] if end == time[-1] else 0.0
+        impulse = np.trapezoid([0.0, *force, last], [start, *time, end])
         assert impulse == pytest.approx(event["impulse"], rel=0.02)
 
 
-def test_it_is_the_sum_of_the_corners_forces_at_the_samples(make_scene):
+def test_it_is_the_sum_of_the_corners_forces_at_the_samples(run):
     """Under the law foundation a side is one contact: samples 1 us apart, of five bodies."""
     changes = {"contact.law": "foundation", "drive.cycles": 0.06, "solver.exudyn.step": 5e-7}
     dense = {"output.samples_per_cycle": 400_000, "output.groups": ["corners"]}
-    result = simulate(make_scene(changes | dense))
+    result = run(changes, dense)
     columns, shared = result.columns, 0
     for row, (time, force) in by_contact(result).items():
         corner = result.events["corner"][row]
@@ -85,18 +75,17 @@ def test_it_is_the_sum_of_the_corners_forces_at_the_samples(make_scene):
     assert shared > 0
 
 
-def test_a_corner_pressed_in_at_the_start_has_its_force_at_once(make_scene, tree_scene):
+@pytest.mark.parametrize("tree", [None, 1e-9])
+def test_a_corner_pressed_in_at_the_start_has_its_force_at_once(run, tree):
     """5 um inside the right wall: the largest force of the run's first contacts is at t = 0."""
-    pressed = {"drive.cycles": 0.01, "initial.slider_offset": 2.05e-4}
-    for scene in (make_scene(pressed), tree_scene(1e-9, pressed)):
-        result = simulate(scene)
-        time, force = by_contact(result)[0]
-        assert time[0] == 0.0
-        assert force[0] == result.events["peak_force"][0] == force.max()
+    result = run({"drive.cycles": 0.01, "initial.slider_offset": 2.05e-4}, tree=tree)
+    time, force = by_contact(result)[0]
+    assert time[0] == 0.0
+    assert force[0] == result.events["peak_force"][0] == force.max()
 
 
-def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scene, monkeypatch):
-    scene = tree_scene(1e-9, {"drive.cycles": 0.3})
+def test_without_room_later_contacts_have_none_and_the_run_is_the_same(make_scene, monkeypatch):
+    scene = make_scene({"drive.cycles": 0.3}, tree=1e-9)
     whole = simulate(scene)
     count = 300
     monkeypatch.setattr(tables, "_NOTES", count)
@@ -119,16 +108,17 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scen
 def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
     contacts = tables.Contacts(CORNERS, shared=False)
     contacts.note(1, np.array([0.1, 0.2, 0.25, 0.3]), np.array([1.0, 2.0, 0.0, np.nan]))
-    events = {
-        "corner": np.array(["ul", "lr", "lr"]),
-        "start": np.array([0.05, 0.1, 0.3]),
-        "end": np.array([0.4, 0.2, 0.4]),
-    }
+    corners, starts, ends = (
+        np.array(["ul", "lr", "lr"]),
+        np.array([0.05, 0.1, 0.3]),
+        np.array([0.4, 0.2, 0.4]),
+    )
+    events = {"corner": corners, "start": starts, "end": ends}
     assert {name: column.tolist() for name, column in contacts.pulses(events).items()} == {
         "row": [1, 1], "time": [0.1, 0.2], "force": [1.0, 2.0]
     }  # fmt: skip
 
 
-def test_an_ideal_slider_has_none(make_scene):
-    result = simulate(make_scene({"drive.cycles": 0.01, "joints.slider": "ideal"}))
-    assert {name: column.size for name, column in result.pulses.items()} == {"row": 0, "time": 0, "force": 0}
+def test_an_ideal_slider_has_none(run):
+    pulses = run({"drive.cycles": 0.01, "joints.slider": "ideal"}).pulses
+    assert {name: column.size for name, column in pulses.items()} == {"row": 0, "time": 0, "force": 0}

@@ -88,6 +88,7 @@ def random_scene(seed: int, samples_per_cycle: int = 1000, *, fault: float = 0.0
     return Judged(scene, tier, runs(MODELS[0], scene), runs(MODELS[1], wrong))
 
 
+@lru_cache(maxsize=128)
 def random_tables(seed: int) -> Judged:
     """Tables whose errors and differences are drawn over decades, by channel and stretch of time.
 

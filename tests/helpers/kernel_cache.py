@@ -13,16 +13,19 @@ PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
 FOREIGN = 12345
 """A user without an entry in the password file."""
 AS_FOREIGN = {"user": FOREIGN, "group": FOREIGN, "extra_groups": []}
-HEADS = {
-    "reference_model": "from reference_model.compiled import kernel\nseal = lambda: None\n",
-    "exudyn_model": "from exudyn_model.kernels import entry as kernel, seal\n",
+IMPORTS = {
+    "reference_model": "from reference_model.compiled import inner, kernel, seal\n",
+    "exudyn_model": "from exudyn_model.kernels import entry as kernel, kernel as inner, seal\n",
 }
+SCALE = "@inner\ndef scale(x):\n    return 3.0 * x\n"
 CALLER = """
 @kernel
-def triple(x):
-    return 3.0 * x
+def scaled(x):
+    return scale(x)
 
-print(triple(2.0), sum(getattr(triple, "compiled", triple).stats.cache_hits.values()))
+import numba
+assert "cache" not in numba.config.CACHE_DIR  # numba's own setting is left alone
+print(scaled(2.0), sum(getattr(scaled, "compiled", scaled).stats.cache_hits.values()))
 seal()
 """
 
@@ -38,15 +41,6 @@ DAMAGES = {
     "zeroed": lambda content: bytes(len(content)),
     "one bit": flipped,
 }
-
-
-def damaged(package: str, folder: Path, cache: Path, name: str, suffix: str) -> list[bool]:
-    """Whether a kernel comes from the cache before one of its files is damaged, after that, and again."""
-    call(package, folder, cache)
-    found = [call(package, folder, cache)[0]]
-    (path,) = files(cache, suffix)
-    path.write_bytes(DAMAGES[name](path.read_bytes()))
-    return found + [call(package, folder, cache)[0] for _ in range(2)]
 
 
 def interpreter() -> tuple[str, str]:
@@ -76,15 +70,24 @@ def open_to_others(folder: Path) -> None:
 
 
 def call(
-    package: str, folder: Path, cache: Path, *, program: str = sys.executable, **options
+    package: str,
+    folder: Path,
+    cache: Path,
+    *,
+    program: str = sys.executable,
+    scale: str = SCALE,
+    value: float = 6.0,
+    **options,
 ) -> tuple[bool, str]:
     """Call a kernel in a process; whether it came from the cache, and what stderr says.
 
     The kernel is in a file of ``folder``; ``cache`` is this process's SIXBAR_CACHE_DIR, and more of its
-    environment may be given as ``env`` (None: without this variable).
+    environment may be given as ``env`` (None: without this variable). ``scale`` is where it has the function
+    that it calls with 2, which gives ``value``.
     """
-    script = folder / "caller.py"
-    script.write_text(HEADS[package] + CALLER)
+    script, text = folder / "caller.py", IMPORTS[package] + scale + CALLER
+    if not script.exists():
+        script.write_text(text)
     changes = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": None} | options.pop("env", {})
     environment = {k: v for k, v in {**os.environ, "PYTHONPATH": PATH, **changes}.items() if v is not None}
     done = subprocess.run(
@@ -92,8 +95,8 @@ def call(
         env=environment, cwd=folder, capture_output=True, text=True, check=False, **options,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    value, hits = done.stdout.split()
-    assert value == "6.0"
+    found, hits = done.stdout.split()
+    assert float(found) == value
     return hits == "1", done.stderr
 
 

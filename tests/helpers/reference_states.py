@@ -112,11 +112,6 @@ def _constraints(model, time, q, v):
     multiplier.constraints(model, time, q, v)
 
 
-@kernel
-def _solve(model, time, q, v, acceleration):
-    multiplier.solve(model, time, q, v, acceleration)
-
-
 def rows_of(p: Parameters, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return Phi, Phi', Phi_q and gamma of a free slider."""
     model = _multiplier(p)
@@ -128,11 +123,3 @@ def masses_and_weights(p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     """Return the diagonal of M and the weights as generalized forces, shape (15,)."""
     model = _multiplier(p)
     return model.masses, model.weights
-
-
-def multipliers(p: Parameters, time: float, q: np.ndarray, v: np.ndarray, applied: np.ndarray) -> np.ndarray:
-    """Return lambda of Eqs. 19-21, shape (13,)."""
-    model = _multiplier(p)
-    model.applied[:] = applied
-    _solve(model, time, q, v, np.empty(15))
-    return model.lambdas

@@ -59,9 +59,9 @@ def uncertainty(runs: dict, name: str, period: float, factor: float, order: floa
         reach += 1
 
     def around(a, b):
-        """The largest distance at most so many samples away, one window after the other."""
-        apart = np.abs(a - b)
-        return np.array([apart[max(0, i - reach) : i + reach + 1].max() for i in range(s.size)])
+        """The largest distance at most so many samples away, of each window."""
+        apart = np.pad(np.abs(a - b), reach)  # no distance is less than 0
+        return np.lib.stride_tricks.sliding_window_view(apart, 2 * reach + 1).max(axis=1)
 
     d_f, gain = around(s, at["finer"]), factor**order
     u = 3.0 * d_f

@@ -9,11 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import second_judge
-from judged_runs import CASES, Judged, changed_scene, compared, frames, random_scene, random_tables
+from judged_runs import CASES, Judged, compared, frames, random_scene, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import run_one
 from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel
@@ -145,40 +144,6 @@ def test_the_impacts_of_random_tables_are_compared_alike(seed):
     masked = begin_where(a, time, masks), begin_where(b, time, masks)
     assert_same_impacts(compare_impacts(a, b, window), second_judge.impacts(a, b, window))
     assert_same_impacts(compare_impacts(a, b, window, masked), second_judge.impacts(a, b, window, *within))
-
-
-def test_an_impulse_is_the_area_below_the_force_of_a_dense_table():
-    """Both models integrate it on the way; from samples without them it has the error of a quadrature.
-
-    The trapezoidal rule on two grids tells that error. Peaks are those of parabolas through three samples;
-    contacts of fewer than 40 samples are left out.
-    """
-    for model in ("reference", "exudyn"):
-        scene, _ = changed_scene(2)
-        table = run_one(scene.with_values({"output.samples_per_cycle": 60_000, "drive.cycles": 0.5}), model)
-        time, seen = table.time, 0
-        for event in table.events.itertuples():
-            if event.corner == "pin":
-                continue
-            inside = (time > event.start) & (time < event.end)
-            if inside.sum() < 40:
-                continue
-            at = np.concatenate([[event.start], time[inside], [event.end]])
-            normal = table.values(f"corner_{event.corner}_normal")[inside]
-            # At its start and end a contact presses by nothing, but that damping may end it earlier.
-            force = np.concatenate([[0.0], normal, [0.0 if normal[-1] < 0.1 * normal.max() else normal[-1]]])
-            area, coarse = np.trapezoid(force, at), np.trapezoid(force[::2], at[::2])
-            # Twice the step of a rule of second order: a third of the change, three times for safety.
-            assert event.impulse == pytest.approx(area, abs=abs(area - coarse) + 1e-5 * area)
-            gap = -table.values(f"corner_{event.corner}_gap")[inside]
-            for name, values in (("peak_force", normal), ("largest_depth", gap)):
-                k = int(np.clip(values.argmax(), 1, values.size - 2))
-                before, most, after = values[k - 1 : k + 2]
-                vertex = most - (before - after) ** 2 / (8 * (before - 2 * most + after))
-                # The event's is that over the integrator's steps.
-                assert getattr(event, name) == pytest.approx(vertex, rel=1e-4)
-            seen += 1
-        assert seen >= 10
 
 
 @pytest.mark.parametrize(

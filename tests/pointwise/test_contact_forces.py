@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from press_states import Press, states
 from reference_states import (
     CLIPPED,
     GAP,
@@ -30,11 +31,6 @@ LAWS = ("hertz-corners", "paper-switching")
 JOURNAL = 4
 
 
-def by_reference(press, state):
-    """Force, moment and the contact states (5, 5)."""
-    return slider_forces(press.reference, state.slider, press.modes(state))
-
-
 def from_guide(press, state):
     """Arguments of the Exudyn model's force: from the guide's centre line x, y, angle and their rates."""
     x, *rest = state.slider
@@ -48,12 +44,12 @@ def guide_law(press):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_forces_of_the_corners_agree(presses, states, law) -> None:
-    press = presses({"contact.law": law})
+def test_forces_of_the_corners_agree(law) -> None:
+    press = Press({"contact.law": law})
     constants = guide_law(press)
     regimes, clipped, both_walls = set(), 0, 0
     for state in states(press, EACH):
-        force, contacts = by_reference(press, state)
+        force, contacts = slider_forces(press.reference, state.slider, press.modes(state))
         gaps = contacts[GAP, :4]
         # The drawn situation is the one that both models see.
         assert np.array_equal(gaps < 0.0, state.speeds > 0.0)
@@ -83,9 +79,9 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
 
 
 @pytest.mark.parametrize("impact_speed", ["frozen", "current"])
-def test_forces_of_a_side_agree(presses, impact_speed) -> None:
+def test_forces_of_a_side_agree(impact_speed) -> None:
     """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
-    press = presses({"contact.law": "foundation", "contact.impact_speed": impact_speed})
+    press = Press({"contact.law": "foundation", "contact.impact_speed": impact_speed})
     constants = guide_law(press)
     c = press.numbers
     mechanism, clearance = press.data["mechanism"], press.data["clearance"]["slider"]
@@ -151,9 +147,9 @@ def side_forces(d1: float, d2: float) -> tuple[float, float]:
     return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
 
 
-def test_forces_of_the_journal_agree(presses) -> None:
+def test_forces_of_the_journal_agree() -> None:
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
-    press = presses({"joints.crank_pin": "clearance"})
+    press = Press({"joints.crank_pin": "clearance"})
     c = press.numbers
     mechanism = press.exudyn.mechanism
     law = law_array(press.exudyn.journal, mechanism.rod2.mass)

@@ -1,10 +1,11 @@
-"""The equations of motion from the same states: what Exudyn assembles, accelerations, reactions, torque."""
+"""The equations of motion from the same states: what Exudyn assembles, and accelerations."""
 
 from dataclasses import replace
 
 import exudyn as exu
 import numpy as np
 import pytest
+from press_states import Press, states
 from reference_states import (
     GAP,
     SLIP,
@@ -12,7 +13,6 @@ from reference_states import (
     by_formulation,
     friction_regime,
     masses_and_weights,
-    multipliers,
 )
 from reference_states import rows_of as reference_rows
 
@@ -22,13 +22,10 @@ from exudyn_model.five_bodies.system import build
 from exudyn_model.five_bodies.system import press as as_lists
 from exudyn_model.linkage import InitialState, driven_rod4
 from exudyn_model.tree.building import build_tree
-from reference_model.reactions import reactions
 
 STEP = 2e-6
 EACH = 5  # of each situation and slip: 60 states
-# Rows are in the order O, A, H, B, C, F; the channels in O, A, B, H, C, F.
 DRIVER_ROW, JOURNAL = 12, 4
-CHANNELS = [0, 1, 2, 3, 6, 7, 4, 5, 8, 9, 10, 11, 12]
 
 
 class Assembled:
@@ -98,9 +95,9 @@ def contact_force(press, state, contacts):
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_mass_matrix_jacobian_and_forces_act_alike(presses, states, law) -> None:
+def test_mass_matrix_jacobian_and_forces_act_alike(law) -> None:
     """What Exudyn assembles from bodies and joints against M, Phi_q and Q of Eqs. 15-16, to 1e-12."""
-    press = presses({"contact.law": law})
+    press = Press({"contact.law": law})
     mass, weights = masses_and_weights(press.reference)
     rng = np.random.default_rng(11)
     for state in states(press, EACH):
@@ -122,12 +119,12 @@ def test_mass_matrix_jacobian_and_forces_act_alike(presses, states, law) -> None
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_accelerations_agree(presses, states, law) -> None:
+def test_accelerations_agree(law) -> None:
     """Reference by two formulations; the Exudyn model's own balance, its tree, and its assembled five bodies.
 
     Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
     """
-    press = presses({"contact.law": law})
+    press = Press({"contact.law": law})
     inertia, arm = press.exudyn.mechanism.slider.inertia, press.exudyn.mechanism.slider.length / 2.0
     touched = 0
     for state in states(press, EACH):
@@ -182,34 +179,10 @@ def tree_acceleration(press, state):
     return a.real, a.imag, alpha5
 
 
-def test_reactions_and_torque_agree(presses, states) -> None:
-    """With contact: body after body, the reference's multipliers, Exudyn's rows. 1e-10 of the range."""
-    press = presses()
-    _, own_weights = masses_and_weights(press.reference)
-    collected = []
-    for state in states(press, EACH):
-        contacts, bodies = by_reference(press, state, "slider", minimal_head(state))
-        force = contact_force(press, state, contacts)
-        in_turn = reactions(
-            press.reference.mechanism, bodies[:, :, None], *force[:2], ideal_slider=False, journal=None
-        )[:, 0]
-        applied = own_weights.copy()
-        applied[12:] += force
-        own = -multipliers(press.reference, state.time, state.q, state.v, applied)[CHANNELS]
-        theirs = -saddle_point(press, state)[15:][CHANNELS]
-        collected.append((in_turn[:13], own, theirs, press.force_bound(state)))
-    few, many, exudyn, bounds = (np.array(part) for part in zip(*collected, strict=True))
-    # The contact's rounding is passed on by the linkage with factors of some ten.
-    allowed = 1e-10 * np.ptp(few, axis=0) + 30.0 * bounds[:, None]
-    assert np.all(np.abs(many - few) <= allowed)
-    assert np.all(np.abs(exudyn - few) <= allowed)
-    assert np.all(allowed <= 1e-6 * np.ptp(few, axis=0))  # what comparison of models asks for
-
-
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) -> None:
+def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
     """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
-    press = presses({"joints.crank_pin": "clearance", "joints.slider": slider})
+    press = Press({"joints.crank_pin": "clearance", "joints.slider": slider})
     kind, c = "both" if slider == "clearance" else "pin", press.numbers
     rng = np.random.default_rng(4)
     shift = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0])

@@ -1,6 +1,5 @@
-"""The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its runs."""
+"""The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its depths."""
 
-import corner_depth_runs as runs
 import corner_depth_steps as steps
 import corner_depths as depths
 import numpy as np
@@ -14,13 +13,13 @@ from reference_model.parameters import read_parameters
 from reference_model.running import formulation, start
 
 SHORT = {"drive.cycles": 0.05, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
-VARIANTS = pytest.mark.parametrize("variant", runs.FORMULATIONS)
+VARIANTS = pytest.mark.parametrize("variant", depths.FORMULATIONS)
 
 
 @VARIANTS
 def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
     """In random states near the start, 1e-4 rad and m apart; of coordinates of 0.5 m, rounded at 1e-16 m."""
-    scene = load_scene("paper", runs.FORMULATIONS[variant])
+    scene = load_scene("paper", depths.FORMULATIONS[variant])
     p = read_parameters(scene.data)
     model, _ = formulation(p)
     y0, g, own = start(p, model), steps.geometry(scene), np.empty(CONTACTS)
@@ -40,10 +39,10 @@ def test_depths_in_a_table_are_its_gaps() -> None:
         np.testing.assert_allclose(-depth, columns[f"corner_{corner}_gap"], rtol=0.0, atol=1e-15)
 
 
-@VARIANTS
+@pytest.mark.parametrize("variant", ["minimal", "both"])  # the slow test below has all of them
 def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_seen(variant) -> None:
     """The same up to rounding, which contacts magnify by a thousand; a step less would be off by 1e-10."""
-    values = {**SHORT, **runs.FORMULATIONS[variant], "output.groups": ["joints"]}
+    values = {**SHORT, **depths.FORMULATIONS[variant], "output.groups": ["joints"]}
     scene = load_scene("paper", values)
     whole, followed = simulate(scene.data), steps.check(scene, 1e-11, 10**6)
     assert depths.STATUS[followed.status] == depths.FINISHED
@@ -74,9 +73,9 @@ def test_samples_within_a_contact(starts, ends, expected) -> None:
 @pytest.mark.parametrize(
     ("draws", "judge"),
     [
-        (runs.grazing_runs(60, seed=1), depths.followed),
-        (runs.random_runs(60, seed=1), depths.followed),
-        (runs.scipy_runs(4, seed=1), depths.tabulated),
+        (depths.grazing_runs(60, seed=1), depths.followed),
+        (depths.random_runs(60, seed=1), depths.followed),
+        (depths.scipy_runs(4, seed=1), depths.tabulated),
     ],
     ids=["grazing", "random", "scipy"],
 )

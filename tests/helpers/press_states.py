@@ -5,12 +5,12 @@ contact. The four-bar O-A-B-H and rod 4 follow by the intersection of circles, i
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
-import pytest
 from reference_states import constants, friction_regime
 
 from comparison.scene import load_scene
@@ -172,21 +172,9 @@ def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> S
     return state
 
 
-@pytest.fixture(scope="module")
-def presses() -> Callable[..., Press]:
-    """Presses by the changes to the paper's central case."""
-    return Press
-
-
-@pytest.fixture
-def states() -> Callable[..., Iterator[State]]:
-    """``states(press, count)``: so many states of each contact situation and friction regime."""
-
-    def make(press: Press, count: int, seed: int = 3) -> Iterator[State]:
-        rng = np.random.default_rng(seed)
-        for situation in SITUATIONS:
-            for slip in SLIPS:
-                for _ in range(count):
-                    yield draw(press, rng, situation, slip)
-
-    return make
+def states(press: Press, count: int) -> Iterator[State]:
+    """Draw so many states of each contact situation and friction regime."""
+    rng = np.random.default_rng(3)
+    for situation, slip in product(SITUATIONS, SLIPS):
+        for _ in range(count):
+            yield draw(press, rng, situation, slip)
