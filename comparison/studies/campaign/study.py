@@ -130,7 +130,7 @@ def page(rows: Cases) -> dict[str, object]:
         if row["breaches"].get(model)
         or any(one["model"] == model and one["status"] == VIOLATED for one in row["failures"])
     )
-    failures = of["failures"].groupby(["model", "status", "run"])["scene"].agg(["count", _some])
+    failures = of["failures"].groupby(["model", "status", "run"])["scene"].agg(runs="count", scenes=_some)
     spent = pd.DataFrame([row["seconds"] for _, row in rows]).sum()
     errs = lines.loc[lines["outcome"] == stages.DIFFER, "errs"].value_counts()
     return {
