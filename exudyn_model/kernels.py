@@ -121,7 +121,8 @@ def seal() -> None:
     """Note the checksums of all kernels that are stored by now; to be called after a run."""
     if FOLDER is None:
         return
-    newest = max((file.stat().st_mtime_ns for file in FOLDER.glob("*/*.nbi")), default=0)
+    # numba leaves the index as it is where it compiles anew what has been removed
+    newest = max((file.stat().st_mtime_ns for file in FOLDER.glob("*/*.nb[ic]")), default=0)
     with suppress(OSError):
         if newest and not ((FOLDER / _SUMS).exists() and (FOLDER / _SUMS).stat().st_mtime_ns >= newest):
             with tempfile.NamedTemporaryFile("w", dir=FOLDER, delete=False) as file:

@@ -53,10 +53,7 @@ def test_a_damaged_file_is_compiled_anew_and_replaced(package, tmp_path):
     assert call(package, tmp_path, cache)[0]
 
 
-def test_what_replaces_damaged_code_is_trusted(package, tmp_path, request):
-    if package == "exudyn_model":
-        why = "numba leaves the index as it is, and new checksums are written for a newer index alone"
-        request.applymarker(pytest.mark.xfail(reason=why, strict=True))
+def test_what_replaces_damaged_code_is_trusted(package, tmp_path):
     call(package, tmp_path, tmp_path / "cache")
     (path,) = files(tmp_path / "cache", "nbc")
     path.write_bytes(DAMAGES["cut"](path.read_bytes()))
@@ -66,9 +63,7 @@ def test_what_replaces_damaged_code_is_trusted(package, tmp_path, request):
 def test_processes_that_compile_at_once_leave_one_cache(package, tmp_path):
     with ThreadPoolExecutor() as pool:
         list(pool.map(lambda _: call(package, tmp_path, tmp_path / "cache"), range(2)))
-    found, _ = call(package, tmp_path, tmp_path / "cache")
-    # Code that the slower one replaced after the faster one's checksums is not trusted, as above
-    assert found or package == "exudyn_model"
+    assert call(package, tmp_path, tmp_path / "cache")[0]
 
 
 def test_an_edit_of_a_function_that_a_kernel_calls_is_noticed(package, tmp_path):
