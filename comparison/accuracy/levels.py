@@ -117,8 +117,8 @@ def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float,
 def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
     """Return the scene at the tight tier: the reference at ``strict``, Exudyn's tree with error control.
 
-    Where a scene requires five bodies these keep its settings. None if a model is not built in: nobody
-    measured.
+    Where a scene requires five bodies (no clearance, reactions), these keep its settings. None if a model is
+    not built in: the accuracy of another package's model is unmeasured.
     """
     if not set(models) <= set(OWN):
         return None
@@ -157,11 +157,12 @@ def thresholds(tier: str = "standard") -> Thresholds:
 
 def _record(model: str, settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return how a model is refined; an installed one by the names of its settings."""
-    known = _read("accuracy.toml")
-    kinds, kind = known["installed"], "step" if "step" in settings else "tolerance"
+    records = _read("accuracy.toml")
+    record: Mapping[str, Any]
     if model in OWN:
-        kinds, kind = known[model].get("formulation", {}), str(settings.get("formulation"))
-    record: Mapping[str, Any] = kinds.get(kind, known.get(model))
+        record = records[model].get("formulation", {}).get(str(settings.get("formulation")), records[model])
+    else:
+        record = records["installed"]["step" if "step" in settings else "tolerance"]
     return record
 
 

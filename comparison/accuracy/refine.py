@@ -37,9 +37,9 @@ from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table
 
 CHANNEL = "slider_x"  # whose error an accuracy means
-FLOOR = thresholds("tight").coverage  # of the samples, on which an error must be known to count
-ENOUGH = 0.9  # of the samples; a smaller predictable part has grown if less of it was there
-MOST_LEVELS = 4  # of a model whose finest useful setting is not known, or has no result
+FLOOR = thresholds("tight").coverage  # share of the samples on which an error must be known to count
+ENOUGH = 0.9  # share of the samples that suffices; less has grown if it was less than this share of it before
+MOST_LEVELS = 4  # tried of a model whose finest useful setting is not known
 
 Run = Callable[[Sequence[Scene]], list[Outcome]]
 
@@ -64,8 +64,8 @@ def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job
 def table_of_family(kind: str, outcome: Outcome) -> Table | None:
     """Return the table of a run by its name in a family; None if there is none to use.
 
-    A coarser run may violate an invariant of its model: what it gets wrong widens the uncertainty of the base
-    run.
+    A coarser run may violate an invariant of its model (measured: the rate of a constraint in one impact at
+    4e-6 s, not at the scene's own 2e-6 s): what it gets wrong widens the uncertainty of the base run.
     """
     coarse = kind not in ("base", "finer")
     return outcome.partial if coarse and outcome.status == VIOLATED else outcome.table
@@ -77,11 +77,11 @@ def sorted_runs(
     """Return the runs of both models from the outcomes of their families."""
     tables = {which: table_of_family(which[1], outcome) for which, outcome in outcomes.items()}
 
-    def of(model: str) -> Runs:
+    def runs(model: str) -> Runs:
         own = {kind: table for (name, kind), table in tables.items() if name == model and table is not None}
         return Runs(refinement=refinement(model, scene), **own)
 
-    return of(models[0]), of(models[1])
+    return runs(models[0]), runs(models[1])
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,12 @@ class Runs:
         return float(self.refinement[0] ** self.refinement[1])
 
     @property
+    def tables(self) -> dict[str, Table]:
+        """The available runs, by the names of their fields."""
+        names = ("base", "finer", "perturbed", "other_perturbed", "coarser")
+        return {name: table for name in names if (table := getattr(self, name)) is not None}
+
+    @property
     def perturbed_runs(self) -> tuple[Table, ...]:
         """The available perturbed runs."""
         return tuple(run for run in (self.perturbed, self.other_perturbed) if run is not None)

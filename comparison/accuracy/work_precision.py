@@ -136,7 +136,7 @@ def candidates(scene: Scene) -> list[Candidate]:
         return Candidate(named, formulation, setting, inf if isnan(seconds) else seconds)
 
     exact = [candidate(name, EXACT[name]) for name in ("minimal", smallest)]
-    first = {(of.formulation, of.setting) for of in exact}
+    first = {(task.formulation, task.setting) for task in exact}
     names = [name for name in formulations(scene.data) if name in wanted]
     others = [(name, setting) for name in names for setting in SETTINGS[name] if (name, setting) not in first]
     return exact + sorted((candidate(*other) for other in others), key=lambda other: other.cost)
@@ -186,7 +186,7 @@ def work_precision(
     rows = {name: Timed(candidate, WAITING) for name, candidate in planned.items()}
     first = planned["0"]
     moved = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
-    affordable = {name: of for name, of in planned.items() if of.cost <= seconds * n_jobs}
+    affordable = {name: task for name, task in planned.items() if task.cost <= seconds * n_jobs}
     tasks = {name: planned[name] for name in ("0", "1")} | moved | affordable
     interrupted = False
     try:

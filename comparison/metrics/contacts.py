@@ -93,15 +93,19 @@ def compare_impacts(
     counted = [np.union1d(np.flatnonzero(own), pairs[:, side]) for side, own in enumerate(part)]
 
     def differences(name: str) -> Array:
-        first, second = (_column(of, name)[pairs[:, side]] for side, of in enumerate(events))
+        first, second = (_column(table, name)[pairs[:, side]] for side, table in enumerate(events))
         return np.abs(first - second)
 
     def largest(name: str) -> float:
-        whole = [_column(of, name)[rows].max(initial=0.0) for of, rows in zip(events, counted, strict=True)]
-        return _ratio(differences(name).max(), max(whole)) if len(pairs) else np.nan
+        if not len(pairs):
+            return np.nan
+        largest_of_each = (
+            _column(table, name)[rows].max() for table, rows in zip(events, counted, strict=True)
+        )
+        return _ratio(differences(name).max(), max(largest_of_each))
 
     delays = differences("start")
-    totals = [_column(of, "impulse")[rows].sum() for of, rows in zip(events, counted, strict=True)]
+    totals = [_column(table, "impulse")[rows].sum() for table, rows in zip(events, counted, strict=True)]
     mean = sum(totals) / 2
     return Impacts(
         pairs=pairs,
@@ -165,11 +169,11 @@ def _touches(
 ) -> tuple[Array, dict[str, IntArray]]:
     """Return the lengths between all starts and ends, as shares of the span, and 1 where a place touches."""
     bounds = np.clip(np.column_stack([_column(events, "start"), _column(events, "end")]), *span)
-    of = {place: bounds[starts_at(events, place)[0]] for place in places}
-    edges = np.unique(np.concatenate([span, *(bounds.ravel() for bounds in of.values())]))
+    contacts = {place: bounds[starts_at(events, place)[0]] for place in places}
+    edges = np.unique(np.concatenate([span, *(own.ravel() for own in contacts.values())]))
     touches = {}
-    for place, bounds in of.items():
-        begun, ended = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in bounds.T)
+    for place, own in contacts.items():
+        begun, ended = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in own.T)
         touches[place] = (begun > ended).astype(np.intp)
     return np.diff(edges) / (span[1] - span[0]), touches
 

@@ -85,7 +85,7 @@ def parting_contact(
     A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
     consequences.
     """
-    found = []
+    partings = []
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
 
     def near(instants: Array, starts: Array) -> BoolArray:
@@ -102,5 +102,5 @@ def parting_contact(
             earliest = candidates[apart >= PARTED].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
             k = nearby[apart[nearby].argmax()]
-            found.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
-    return min(found, key=lambda parting: parting.start, default=None)
+            partings.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
+    return min(partings, key=lambda parting: parting.start, default=None)

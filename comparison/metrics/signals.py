@@ -24,6 +24,7 @@ def maximum(difference: Array) -> float:
 
 def rms(time: Array, difference: Array) -> float:
     """Return the root mean square over time: a sample weighs the mean distance to its neighbours."""
+    # Taken out before squaring, so that in no unit it overflows or underflows
     largest = maximum(difference)
     if largest == 0.0:
         return 0.0
@@ -153,16 +154,16 @@ def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str,
     zero = float(first.mean() + second.mean()) / 2 if position else 0.0
     first, second = first - zero, second - zero
     (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero)
-    found: dict[str, float] = {}
+    errors: dict[str, float] = {}
     for name, last, measure in (
         ("sprague_geers", "combined", sprague_geers),
         ("russell", "comprehensive", russell),
     ):
         parts = (f"{name}_{part}" for part in ("magnitude", "phase", last))
-        found |= dict(zip(parts, measure(grid, first, second), strict=True))
+        errors |= dict(zip(parts, measure(grid, first, second), strict=True))
     overall, *scores = rating(first, second)._asdict().items()
     return {
-        **found,
+        **errors,
         "iso18571": overall[1],
         **{f"iso18571_{name}": score for name, score in scores},
         "tube_share": tube_share(grid, first, second),

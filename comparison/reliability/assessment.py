@@ -91,6 +91,11 @@ class Open(NamedTuple):
     halves: Array
     excess: Array
 
+    def less(self, other: Open, factor: float, factor_of_other: float) -> Open:
+        """Return what is left open of a difference of these, times their factors."""
+        pairs = zip(self, other, strict=True)
+        return Open(*(factor * mine - factor_of_other * theirs for mine, theirs in pairs))
+
     @property
     def sampling(self) -> float:
         """Half-width (95 %) that other cycles leave open."""
@@ -209,7 +214,7 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         e = np.interp(instants, time, signed)
         *moments, inside = averaged(e)
         cycles, halves_of_index = (
-            np.tensordot(slopes[:, k], of, axes=1) for of in (np.array(moments), halves[:2, k::count])
+            np.tensordot(slopes[:, k], values, axes=1) for values in (np.array(moments), halves[:2, k::count])
         )
         left_open.append(Open(cycles, halves_of_index, steepest[k] * excess[k::count]))
         least, most = proportion(inside > 0.0, np.abs(e))

@@ -17,7 +17,7 @@ import numpy as np
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 from comparison.execution.run import Job, Outcome
-from comparison.reliability.assessment import Assessment, Open, assess
+from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
@@ -28,7 +28,7 @@ from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID
 
-MARGIN = 1e-3  # of reliability: what an interval may reach of two models that agree
+MARGIN = 1e-3  # of reliability: an interval that reaches further leaves open whether two models agree
 STEPS = 10_000
 """Exudyn's steps per crank cycle of an ideal mechanism: positions err by 1e-12 m, velocities by 1e-7 m/s and
 accelerations by 5e-7 m/s^2 at 150 rpm (measured against the closed form)."""
@@ -159,14 +159,18 @@ def compare_reliability(
 
     def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
         """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
-        by_run = {kind: assessed(table, ideal.base) for kind, table in _others(runs).items()}
-        by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal).items()}
-        sides = (by_run, runs.refinement), (by_ideal, ideal.refinement)
+        by_run, by_ideal = {"base": own}, {"base": own}
+        by_run |= {
+            which: assessed(table, ideal.base) for which, table in runs.tables.items() if which != "base"
+        }
+        by_ideal |= {
+            which: assessed(runs.base, table) for which, table in ideal.tables.items() if which != "base"
+        }
         return {
             name: np.hypot(
-                *(_uncertainty(base, {kind: of[name] for kind, of in by.items()}, r) for by, r in sides)
+                _uncertainty(name, by_run, runs.refinement), _uncertainty(name, by_ideal, ideal.refinement)
             )
-            for name, base in own.items()
+            for name in own
         }
 
     first, second = (assessed(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
@@ -181,25 +185,19 @@ def compare_reliability(
 
 
 def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
-    def parts(each: Open) -> tuple[float, float]:
-        return each.sampling, each.quadrature
-
-    slopes = a.density.tolist(), b.density.tolist()
-    paired = np.array(
-        [
-            parts(Open(*(of_a * x - of_b * y for x, y in zip(left, right, strict=True))))
-            for left, right, of_a, of_b in zip(a.left_open, b.left_open, *slopes, strict=True)
-        ]
-    )
-    sampling, quadrature = paired[a.worst]
+    bins = zip(a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True)
+    paired = [left_a.less(left_b, density_a, density_b) for left_a, left_b, density_a, density_b in bins]
+    open_by_bin = np.array([(left.sampling, left.quadrature) for left in paired])
+    sampling, quadrature = open_by_bin[a.worst]
     if a.worst != b.worst:
-        apart = [np.multiply(of.density[of.worst], parts(of.left_open[of.worst])) for of in (a, b)]
-        sampling, quadrature = np.hypot(*apart)
+        worst = [(model.density[model.worst], model.left_open[model.worst]) for model in (a, b)]
+        sampling = np.hypot(*(density * left.sampling for density, left in worst))
+        quadrature = np.hypot(*(density * left.quadrature for density, left in worst))
     return Difference(
         a=a,
         b=b,
         curve=a.reliability - b.reliability,
-        curve_half_width=np.linalg.norm([*paired.T, numerical[:-1]], axis=0),
+        curve_half_width=np.linalg.norm([*open_by_bin.T, numerical[:-1]], axis=0),
         minimum=a.minimum - b.minimum,
         sampling=float(sampling),
         numerical=float(numerical[-1]),
@@ -207,16 +205,11 @@ def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
     )
 
 
-def _others(runs: Runs) -> dict[str, Table]:
-    kinds = ("finer", "coarser", "perturbed", "other_perturbed")
-    return {kind: table for kind in kinds if (table := getattr(runs, kind)) is not None}
-
-
-def _uncertainty(base: Assessment, others: dict[str, Assessment], refinement: tuple[float, float]) -> Array:
-    own = np.append(base.reliability, base.minimum)
-    known = {kind: np.append(of.reliability, of.minimum) for kind, of in others.items()}
-    if not known:
-        return np.full(own.shape, np.nan)
-    finer = known.pop("finer", own)  # without one the coarser run decides alone
-    levels = Levels(own, finer, known.pop("coarser", None), tuple(known.values()), *refinement)
+def _uncertainty(name: str, runs: dict[str, dict[str, Assessment]], refinement: tuple[float, float]) -> Array:
+    values = {which: np.append(own[name].reliability, own[name].minimum) for which, own in runs.items()}
+    base = values.pop("base")
+    if not values:
+        return np.full(base.shape, np.nan)
+    finer = values.pop("finer", base)  # without one the coarser run decides alone
+    levels = Levels(base, finer, values.pop("coarser", None), tuple(values.values()), *refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)

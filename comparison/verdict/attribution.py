@@ -47,9 +47,9 @@ def attribute(
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: channel for name, channel in excited.items() if channel.verdict == verdict} or excited
-    found = _first(deciding if verdict == "differ" else excited)
+    outside = _first(deciding if verdict == "differ" else excited)
     if scene is None or not excited or any(channel.u is None for channel in excited.values()):
-        return found
+        return outside
     some = next(iter(excited.values()))
     differs = _explained(deciding) < some.limits.share
     samples = window_samples(scene.period, float(some.time[-1] - some.time[0]) / (some.time.size - 1))
@@ -58,7 +58,7 @@ def attribute(
         _refinement(label, model, scene, excited) for label, model in zip(labels, runs, strict=True)
     )
     return replace(
-        found,
+        outside,
         explained=_explained(excited),
         still_moves=_still_moves(runs, deciding, _NEAR * samples) if differs else {},
         refinements=(first, second),

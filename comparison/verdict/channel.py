@@ -80,13 +80,13 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
     judged, threshold, limits = channel.judged, channel.threshold, channel.limits
     count, outside = int(judged.sum()), int(channel.beyond.sum())
     fixed = channel.u is None
-    found: dict[str, Any] = {"outside": outside}
+    judgement: dict[str, Any] = {"outside": outside}
     explained = (count - outside) / count if count else 0.0
     if threshold is not None and count:
         # A fixed threshold may be zero: of a channel that is constant in the first table.
         divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
         worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
-        found |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
+        judgement |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
     few_outside = not fixed and outside < limits.least_outside
     verdict = "indeterminate"
     if channel.extent < channel.definition.floor:
@@ -103,7 +103,7 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
         basis = Basis.FEW_OUTSIDE
     else:
         verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
-    return found | {"verdict": verdict, "basis": basis}
+    return judgement | {"verdict": verdict, "basis": basis}
 
 
 def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:

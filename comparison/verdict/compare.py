@@ -85,7 +85,7 @@ def compare(
     """
     check_gate(gate or {})
     labelled = tuple(zip(labels, (a, b), strict=True))
-    tables = {f"{label}{which}": table for label, runs in labelled for which, table in _tables(runs).items()}
+    tables = {_named(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
     names = _names(a.base, b.base, scene, only)
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
@@ -211,12 +211,9 @@ def _sampling_error(values: Sequence[float]) -> float:
     return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
-def _tables(runs: Runs) -> dict[str, Table]:
-    """Return the runs of a model by what follows its name in messages."""
-    kinds = {"": "base"} | {
-        f" {kind.replace('_', ' ')}": kind for kind in ("finer", "perturbed", "other_perturbed", "coarser")
-    }
-    return {which: table for which, kind in kinds.items() if (table := getattr(runs, kind)) is not None}
+def _named(label: str, which: str) -> str:
+    """Return how messages call a run of a model."""
+    return label if which == "base" else f"{label} {which.replace('_', ' ')}"
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
@@ -238,9 +235,9 @@ def _check_times(labelled: Sequence[tuple[str, Runs]]) -> list[str]:
     One missing row, or a hole in both tables, is a warning.
     """
     for label, runs in labelled:
-        for which, table in _tables(runs).items():
+        for which, table in runs.tables.items():
             if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{label}{which}: its times differ from those of {label}")
+                raise TableError(f"{_named(label, which)}: its times differ from those of {label}")
     (label_a, a), (label_b, b) = times = [(label, runs.base.time) for label, runs in labelled]
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
     if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
@@ -286,10 +283,12 @@ def _interpolation(
             "between them and the nearest samples of the interpolated table",
         )
     time, outstanding = runs.base.time, []
+    if tolerance is None or time.size < 3:
+        return warnings
     between = ~np.isin(time, aligned.time)
-    for name, result in results.items() if tolerance is not None and time.size >= 3 else ():
+    for name, result in results.items():
         values = continuous(runs.base.values(name), result.definition)
-        apart = between * isolated(time, values, (tolerance or 0.0) * result.scale)
+        apart = between * isolated(time, values, tolerance * result.scale)
         at = int(apart.argmax())
         if apart[at]:
             when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"

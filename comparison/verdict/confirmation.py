@@ -93,9 +93,9 @@ def confirm(
             for table in run(moved_starts(scene, model, shift), model)
             if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
-    found = decided(result, runs, ensembles, lambda large: judged_again(result, runs, scene, large))
-    assert found.confirmation is not None
-    return replace(found, confirmation=replace(found.confirmation, shifts=(shifts[0], shifts[1])))
+    judged = decided(result, runs, ensembles, lambda large: judged_again(result, runs, scene, large))
+    assert judged.confirmation is not None
+    return replace(judged, confirmation=replace(judged.confirmation, shifts=(shifts[0], shifts[1])))
 
 
 def judged_again(
@@ -240,7 +240,7 @@ def _explained(
     contact begins.
     """
     factors = []
-    for channel in before.that("differ"):
+    for channel in before.with_verdict("differ"):
         (mask, floor), wider = channel.deciding, after.channels[channel.channel].u
         assert wider is not None
         outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
@@ -257,7 +257,7 @@ def _explained(
     if cluster is not None:
         sample, side, name = cluster
     else:
-        side = max(families, key=lambda of: np.ptp([table.values(name)[sample] for table in families[of]]))
+        side = max(families, key=lambda key: np.ptp([table.values(name)[sample] for table in families[key]]))
     above = split(np.array([table.values(name)[sample] for table in families[side]]))
     low, high = (
         [table for table, is_above in zip(families[side], above, strict=True) if is_above == which]

@@ -89,7 +89,7 @@ def compare_recorded(
     result = judge()
     if a.finer is None or result.verdict != "differ":
         return result
-    ensembles = {side: of.perturbed[2:] for side, of in enumerate((a, b)) if of.perturbed[2:]}
+    ensembles = {n: program.perturbed[2:] for n, program in enumerate((a, b)) if program.perturbed[2:]}
     if not ensembles:
         return unconfirmed(result, Doubt.NO_STARTS)
     return decided(result, runs, ensembles, lambda large: judge(ensembles=large))

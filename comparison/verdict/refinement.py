@@ -74,8 +74,8 @@ def settle(
     """
 
     def confirmed(last: Settled) -> Settled:
-        found = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
-        return replace(last, comparison=found)
+        judged = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
+        return replace(last, comparison=judged)
 
     def third_opinion(last: Settled) -> str:
         """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
@@ -156,12 +156,12 @@ def _converged(levels: Sequence[Settled], models: Sequence[str]) -> bool:
     comparison, scene = levels[-1].comparison, levels[-1].scene
     stepped = [side for side, model in enumerate(models) if too_slow(scene, model)]
     ratios = []
-    for channel in comparison.that("differ"):
+    for channel in comparison.with_verdict("differ"):
         mask, u = channel.deciding
         difference = np.abs(channel.difference[mask])
         outside = difference > channel.limits.k * u
         values = [
-            [of.runs[side].base.values(channel.channel)[mask] for side in stepped] for of in levels[-3:]
+            [level.runs[side].base.values(channel.channel)[mask] for side in stepped] for level in levels[-3:]
         ]
         moved = np.abs(np.diff(values, axis=0)).max(axis=(0, 1))
         ratios.append(moved[outside] / difference[outside])

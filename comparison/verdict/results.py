@@ -370,17 +370,17 @@ class SceneComparison:
     def decisive(self) -> ChannelComparison | None:
         """The channel nearest to its limit, or farthest beyond; None where no sample decides."""
         differs = self.verdict == "differ"
-        return decisive(self.that("differ") if differs else self.channels.values())
+        return decisive(self.with_verdict("differ") if differs else self.channels.values())
 
     @property
     def worst_channel(self) -> ChannelComparison | None:
         """The channel that decides: where indeterminate that with the least coverage, else `decisive`."""
-        same = self.that(self.verdict)
+        same = self.with_verdict(self.verdict)
         if self.verdict == "indeterminate" and same:
             return min(same, key=lambda channel: channel.coverage)
         return self.decisive or next(iter(same), None)
 
-    def that(self, verdict: str) -> list[ChannelComparison]:
+    def with_verdict(self, verdict: str) -> list[ChannelComparison]:
         """Return the channels with a verdict."""
         return [channel for channel in self.channels.values() if channel.verdict == verdict]
 

@@ -55,7 +55,7 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
 def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     """Return all results without curves, for JSON; undefined numbers are nan (written as null)."""
     labels, decisive, impacts = comparison.labels, comparison.decisive, comparison.impacts
-    found, attribution = comparison.reliability, None
+    reliability, attribution = comparison.reliability, None
     if comparison.channels:
         attribution = asdict(comparison.attribution)
         attribution["sentences"] = differences.attribution_lines(comparison)
@@ -79,17 +79,19 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "attribution": attribution,
         "impacts": impacts
         and {
-            part: {"matched": len(of.pairs)}
-            | {key: value for key, value in vars(of).items() if key != "pairs"}
-            for part, of in impacts.items()
+            part: {"matched": len(matched.pairs)}
+            | {key: value for key, value in vars(matched).items() if key != "pairs"}
+            for part, matched in impacts.items()
         },
-        "reliability": found
+        "reliability": reliability
         and {
-            "verdict": found.verdict,
-            "missing": missing(found),
-            "bins": found.settings.bins,
-            "errors": found.settings.errors,
-            "quantities": {name: _quantity(name, of, labels) for name, of in found.quantities.items()},
+            "verdict": reliability.verdict,
+            "missing": missing(reliability),
+            "bins": reliability.settings.bins,
+            "errors": reliability.settings.errors,
+            "quantities": {
+                name: _quantity(name, own, labels) for name, own in reliability.quantities.items()
+            },
         },
         "channels": {
             name: {

@@ -40,14 +40,14 @@ def _group(check: Check) -> str:
 
 def message(check: Check) -> str:
     """Return where a check found which deviation, in one line; empty where there is none."""
-    found, data, name = check.kind, check.data, check.name
-    if found is None:
+    kind, data, name = check.kind, check.data, check.name
+    if kind is None:
         return ""
-    if found is Kind.THRESHOLDS:
+    if kind is Kind.THRESHOLDS:
         return _THRESHOLDS
-    if found is Kind.FAILED:
+    if kind is Kind.FAILED:
         text = describe(data["job"], data["outcome"])
-    elif found is Kind.CHANGED:
+    elif kind is Kind.CHANGED:
         text = "; ".join(
             f"the {name.removesuffix('s')} {key} is {_or_missing(now)}, in the baseline {_or_missing(before)}"
             for key, (now, before) in data["values"].items()
@@ -55,7 +55,7 @@ def message(check: Check) -> str:
     else:
         channel = channels().get(name)
         about = {"floor": channel.floor, "unit": channel.unit} if channel else {}
-        text = _MESSAGES[found].format(name=name, **about, **data)
+        text = _MESSAGES[kind].format(name=name, **about, **data)
     where = "" if check.run is None else f"{_group(check)}, "
     return f"{where}scene {check.scene!r}: {text}"
 

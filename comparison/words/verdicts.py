@@ -128,7 +128,7 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         return f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
         return f"{shift_line(scene)} The tolerance allows {scene.allowed_shift:.2g} s"
-    differing, unsettled, agreeing = map(scene.that, ("differ", "indeterminate", "agree"))
+    differing, unsettled, agreeing = map(scene.with_verdict, ("differ", "indeterminate", "agree"))
     count = len(scene.excited)
     differ = f"{len(differing)} of {count} channels differ, most of all {_named(differing)}"
     if scene.unsettled:

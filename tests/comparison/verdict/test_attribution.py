@@ -107,7 +107,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
 
 def test_of_channels_that_part_at_one_instant_the_farthest_outside_is_named(scene, make_runs):
     result = compared(scene, make_runs(1e-8), moved(make_runs(1e-8), 0.2, slider_x=1e-8, slider_y=1e-4))
-    assert {"slider_x", "slider_y"} <= {channel.channel for channel in result.that("differ")}
+    assert {"slider_x", "slider_y"} <= {channel.channel for channel in result.with_verdict("differ")}
     assert result.attribution.outside_in == "slider_y"
     assert result.attribution.outside_from == result.time[result.time > 0.2][0]
 

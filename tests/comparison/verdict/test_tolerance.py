@@ -92,7 +92,7 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(row, times, si
     if abs(size) <= 1e-3 * channel.scale:  # the sample itself widened its table's range
         assert first
         return
-    assert (result.verdict, result.that("differ")) == ("differ", [channel])
+    assert (result.verdict, result.with_verdict("differ")) == ("differ", [channel])
     assert (channel.outside, channel.worst_time, "crank_torque" in scene_reason(result)) == (
         1,
         TIME[row],
