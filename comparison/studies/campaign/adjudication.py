@@ -62,13 +62,13 @@ def breaches(table: Table | None) -> list[Row]:
     contacts. ``time`` is that of the deepest sample, or where the overlap begins; ``since`` and ``until`` are
     the first and the last of the samples about it outside the ``bound``.
     """
-    found: list[Row] = []
+    worst: list[Row] = []
     if table is None or table.events is None:
-        return found
+        return worst
 
     def breach(name: str, corner: str, *numbers: float) -> None:
-        of = dict(zip(("time", "value", "bound", "since", "until"), map(float, numbers), strict=True))
-        found.append({"name": name, "corner": corner} | of)
+        named = zip(("time", "value", "bound", "since", "until"), map(float, numbers), strict=True)
+        worst.append({"name": name, "corner": corner, **dict(named)})
 
     scene, events, time = table.provenance.get("scene", {}), table.events, table.time
     for corner in CORNERS:
@@ -93,7 +93,7 @@ def breaches(table: Table | None) -> list[Row]:
             at = int(overlap.argmax())
             begin = starts[at + 1]
             breach("overlap", str(corner), begin, overlap[at], OVERLAP, begin, ends[at])
-    return found
+    return worst
 
 
 # ---- opinions of the models' own code

@@ -33,8 +33,8 @@ TIER = "tight"
 # m: the largest u of a predictable sample of slider_x at the tight tier with 0.2 mm of clearance.
 DISTANCE = 1e-8
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-SCREENED, COMPARED = "single runs", "families"
-STAGES = (SCREENED, COMPARED, "confirmation", "adjudication")
+STAGES = ("single runs", "families", "confirmation", "adjudication")
+SCREENED, COMPARED, CONFIRMED, ADJUDICATED = STAGES
 OUTCOMES = ("agree", "underestimated", "differ", "broken invariant", "not decided", "cannot compare")
 AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED = OUTCOMES
 
@@ -102,10 +102,10 @@ def examine(case: Case) -> Row:
 
 def _examine(row: Row, case: Case) -> None:
     """Go from stage to stage and note what is found in the row."""
-    scene, begun, ended = case.scene, time.process_time(), iter(STAGES)
+    scene, begun = case.scene, time.process_time()
 
-    def lap() -> None:
-        row["seconds"][next(ended)] = time.process_time() - begun - sum(row["seconds"].values())
+    def lap(stage: str) -> None:
+        row["seconds"][stage] = time.process_time() - begun - sum(row["seconds"].values())
 
     def table(model: str, kind: str, level: Scene) -> Table | None:
         outcome = adjudication.run_here(level, model)
@@ -139,7 +139,7 @@ def _examine(row: Row, case: Case) -> None:
     seen = row["screening"] = screen(scene, reference, tree)
     coverage, floor = seen["coverage"], thresholds(TIER).coverage
     row["coverage"] = coverage
-    lap()
+    lap(SCREENED)
     if not (seen["parted"] or case.family or any(row["breaches"].values())):
         reason = "" if coverage >= floor else f"{coverage:.1%} of the samples are predictable"
         row |= {"outcome": NOT_DECIDED if reason else AGREE, "reason": reason}
@@ -147,11 +147,11 @@ def _examine(row: Row, case: Case) -> None:
     row["stage"] = COMPARED
     both = reference, family(MODELS[1])
     result = compare(*both, scene=scene, tier=TIER, labels=MODELS)
-    lap()
+    lap(COMPARED)
     if result.verdict == "differ":
         result = confirm(result, both, scene=scene, models=MODELS, run=ensemble)
         row["confirmation"] = confirmation_record(result)
-        lap()
+        lap(CONFIRMED)
     positions = [result.channels[name] for name in ("slider_x", "slider_y")]
     coverage = min((one.coverage for one in positions if one.verdict != "unexcited"), default=0.0)
     short = summary(result)
@@ -159,7 +159,7 @@ def _examine(row: Row, case: Case) -> None:
     if result.verdict == "differ":
         row["outcome"] = DIFFER
         row["adjudication"] = adjudication.adjudicate(result, (reference.base, tree), scene)
-        lap()
+        lap(ADJUDICATED)
     elif result.verdict == "agree" and result.confirmation is not None:
         row["outcome"] = UNDERESTIMATED
     elif result.verdict == "agree" and coverage >= floor:

@@ -115,8 +115,8 @@ def tables(rows: Cases) -> dict[str, pd.DataFrame]:
 
 def page(rows: Cases) -> dict[str, object]:
     """Return what stands in the page."""
-    of = tables(rows)
-    lines = of["scenes"]
+    frames = tables(rows)
+    lines = frames["scenes"]
     counts = pd.crosstab(lines["clearance at"], lines["outcome"], margins=True, margins_name="all")
     counts = counts.reindex(columns=["all", *stages.OUTCOMES], fill_value=0).rename(columns={"all": "scenes"})
     # Of the drawn scenes those that would have stopped after single runs.
@@ -130,7 +130,7 @@ def page(rows: Cases) -> dict[str, object]:
         if row["breaches"].get(model)
         or any(one["model"] == model and one["status"] == VIOLATED for one in row["failures"])
     )
-    failures = of["failures"].groupby(["model", "status", "run"])["scene"].agg(runs="count", scenes=_some)
+    failures = frames["failures"].groupby(["model", "status", "run"])["scene"].agg(runs="count", scenes=_some)
     spent = pd.DataFrame([row["seconds"] for _, row in rows]).sum()
     errs = lines.loc[lines["outcome"] == stages.DIFFER, "errs"].value_counts()
     return {
@@ -138,13 +138,13 @@ def page(rows: Cases) -> dict[str, object]:
         "count": {outcome: (lines["outcome"] == outcome).sum() for outcome in stages.OUTCOMES},
         "errs": ", ".join(f"{errs.get(who, 0)} {words}" for who, words in NAMES.items()),
         "broke": _by_model(broken),
-        "failed": _by_model(of["failures"]["model"].value_counts()),
+        "failed": _by_model(frames["failures"]["model"].value_counts()),
         "machine": made_on(),
         "counts": counts.sort_values("scenes", ascending=False).reset_index(),
         "compared": (lines["stage"] == stages.COMPARED).sum(),
         "floor": thresholds(stages.TIER).coverage,
         "differences": differences(rows),
-        "breaches": markdown(of["breaches"].groupby(["model", "name"]).head(1)),
+        "breaches": markdown(frames["breaches"].groupby(["model", "name"]).head(1)),
         "failures": markdown(failures.reset_index()),
         "drawn": len(only),
         "differing": differing,
@@ -195,9 +195,9 @@ def differences(rows: Cases) -> str:
 
 def write(rows: Cases, folder: Path) -> None:
     """Draw distances between the models, and where the scenes lie; write the long tables."""
-    of = tables(rows)
-    write_csv({name: of[name] for name in ("scenes", "opinions", "failures")}, folder)
-    lines = of["scenes"]
+    frames = tables(rows)
+    write_csv({name: frames[name] for name in ("scenes", "opinions", "failures")}, folder)
+    lines = frames["scenes"]
     screened, ticks = lines.dropna(subset=["distance_m"]), range(-15, -2, 3)
     decades, shares = np.arange(-15.0, -2.9, 0.5).tolist(), np.linspace(0.0, 1.0, 21).tolist()
     with svg.panels(folder / "distances.svg", 1, 2, sharey=True) as (left, right):

@@ -92,8 +92,8 @@ def runs_frame(results: Results) -> pd.DataFrame:
     for (law, model, tolerance), outcome in results.items():
         row: dict[str, object] = {"law": law, "model": model, "tolerance": tolerance}
         row |= {"status": outcome.status, "message": outcome.message}
-        rows.append(row | {"end_s": nan, "largest_spurious_energy_J": nan})
         if (run := _recorded(outcome)) is None:
+            rows.append(row | {"end_s": nan, "largest_spurious_energy_J": nan})
             continue
         best = _recorded(results[law, "reference", min(TOLERANCES)])
         speed, rotation = (
@@ -101,7 +101,7 @@ def runs_frame(results: Results) -> pd.DataFrame:
             for name in ("slider_vx", "slider_omega")
         )
         touches, energy = contacts(run), run.values("energy_residual")
-        rows[-1] = row | {
+        row |= {
             "end_s": run.time[-1],
             "steps": run.provenance["counters"]["steps"],
             # Of a foundation the rows are contacts of sides.
@@ -114,6 +114,7 @@ def runs_frame(results: Results) -> pd.DataFrame:
             "depth_m": touches["largest_depth"].max(),
             "follows_until_s": nan if best is None else _follows(run, best),
         }
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
@@ -132,12 +133,12 @@ def switches_frame(results: Results) -> pd.DataFrame:
     frames, columns = [], ["tolerance", "time", "to_surface", "depth", "energy", "theory"]
     for tolerance in TOLERANCES:
         if (run := results[LITERAL, "reference", tolerance].table) is not None:
-            found, data = switches(contacts(run)), run.provenance["scene"]
-            depth = depths(found, run, data)
-            theory = np.where(found["to_surface"], 1.0, -1.0) * surplus(depth, data)
+            jumps, data = switches(contacts(run)), run.provenance["scene"]
+            depth = depths(jumps, run, data)
+            theory = np.where(jumps["to_surface"], 1.0, -1.0) * surplus(depth, data)
             with suppress(ValueError):
-                energy = created(found, run)
-                frames.append(found.assign(tolerance=tolerance, depth=depth, energy=energy, theory=theory))
+                energy = created(jumps, run)
+                frames.append(jumps.assign(tolerance=tolerance, depth=depth, energy=energy, theory=theory))
     return pd.concat(frames)[columns] if frames else pd.DataFrame(columns=columns)
 
 
@@ -177,6 +178,7 @@ def page(results: Results) -> dict[str, object]:
         ),
         "switches": quantities(named, SWITCHES),
         "tolerance": f"{min(TOLERANCES):.0e}",
+        "surplus": float(surplus(np.array(1e-6), load_scene("150rpm-0.2mm").data)),
     }
 
 

@@ -68,15 +68,15 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
     runs += [((SAMPLES, each, "reference"), scene({SAMPLES: each})) for each in config.samplings]
     runs += [((RADIUS, radius, "exudyn"), scene(usual | {RADIUS: radius})) for radius in radii]
     runs.append(((FRICTION, 0.0, "reference"), scene(usual | {RADIUS: radii[-1], FRICTION: 0.0})))
-    jobs = [Job(of, case[2]) for case, of in runs]
+    jobs = [Job(press, model) for (*_, model), press in runs]
     counts = dict.fromkeys((config.samples, *config.samplings))
     still = [Job(scene({SAMPLES: n, "joints.crank_pin": "ideal"}), "reference") for n in counts]
     outcomes = run_all([*jobs, *still], n_jobs, on_progress)
     ideals = dict(zip(counts, map(successful, outcomes[len(jobs) :], still), strict=True))
     return pd.DataFrame(
         dict(zip(CASE, case, strict=False)) | row
-        for (case, of), outcome in zip(runs, outcomes, strict=False)
-        for row in peak_rows(outcome, ideals[of.data["output"]["samples_per_cycle"]], of.period)
+        for (case, press), outcome in zip(runs, outcomes, strict=False)
+        for row in peak_rows(outcome, ideals[press.data["output"]["samples_per_cycle"]], press.period)
     )
 
 

@@ -65,11 +65,11 @@ class Fault:
         return scene.with_values({self.key: self.factor * right if self.value is None else self.value})
 
 
-def catalogue(kinds: Sequence[str] = KINDS) -> list[Fault]:
-    """Return all faults, in the order of the file."""
+def catalogue(only: Sequence[str] = KINDS) -> list[Fault]:
+    """Return the faults, only those of some `KINDS` if asked, in the order of the file."""
     return [
         Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
-        for kind in kinds
+        for kind in only
         for row in RECORDS[kind]
     ]
 
@@ -99,7 +99,7 @@ def changed(fault: Fault) -> str:
 
 
 def package(module: str) -> Path:
-    """Return the folder of a model's package, of our models by their name, of a copy by its engine's."""
+    """Return the folder of a package, also of one of our models by the model's name."""
     spec = find_spec(OWN[module].module if module in OWN else module)
     assert spec is not None
     assert spec.origin is not None
@@ -110,7 +110,7 @@ def package(module: str) -> Path:
 def installed(faults: Sequence[Fault]) -> Iterator[None]:
     """Install a copy of a model for each fault in its code, for this process and the workers it starts.
 
-    The package under another name, registered as any package with a model is.
+    A copy is the package under another name, registered as any package with a model is.
     """
     with TemporaryDirectory(prefix="sixbar-") as folder:
         for fault in faults:
@@ -169,14 +169,13 @@ def _late_values(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{name: np.interp(at, time, frame[name]) for name in frame.columns.drop("time")})
 
 
-def _rows(frame: pd.DataFrame, *rows: range) -> pd.DataFrame:
-    return frame.iloc[[at for part in rows for at in part]].reset_index(drop=True)
+def _row_twice(frame: pd.DataFrame) -> pd.DataFrame:
+    middle = len(frame) // 2
+    return pd.concat([frame[: middle + 1], frame[middle:]], ignore_index=True)
 
 
 def _held_value(frame: pd.DataFrame) -> pd.DataFrame:
-    middle = len(frame) // 2
-    rows = _rows(frame, range(middle + 1), range(middle, middle + 1), range(middle + 2, len(frame)))
-    return rows.assign(time=frame["time"])
+    return _row_twice(frame).drop(len(frame) // 2 + 2).reset_index(drop=True).assign(time=frame["time"])
 
 
 def _swapped_corners(frame: pd.DataFrame) -> pd.DataFrame:
@@ -198,7 +197,7 @@ SPOILS: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     ),
     "late times": lambda frame: frame.assign(time=frame["time"] + LATE),
     "late values": _late_values,
-    "row twice": lambda frame: _rows(frame, range(len(frame) // 2 + 1), range(len(frame) // 2, len(frame))),
+    "row twice": _row_twice,
     "held value": _held_value,
     "millimetres": lambda frame: frame.assign(slider_x=1e3 * frame["slider_x"]),
     "swapped corners": _swapped_corners,

@@ -144,8 +144,8 @@ class Pair(Measured):
 
     def judged(self) -> SceneComparison:
         """Compare the runs of both sides, one level finer where five bodies violate an invariant."""
-        (first, second), models = self.sides, (self.sides[0].model, self.sides[1].model)
-        a, b = models
+        first, second = self.sides
+        a, b = models = first.model, second.model
         scene, level = self.scene, 0
         try:
             runs = spoiled(self.spoil, first.runs(), second.runs())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, pairwise
 from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -59,7 +59,7 @@ class Results(NamedTuple):
 
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
     """Make all comparisons, or few and none by copies of a model; those made before are not repeated."""
-    kinds, own_kinds = (
+    both_kinds, own_kinds = (
         [kind if full else replace(kind, draws=2) for kind in all_of] for all_of in (draws.BOTH, draws.OWN)
     )
     roundings = draws.ROUNDINGS if full else draws.ROUNDINGS[:2]
@@ -73,17 +73,18 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
         hashed = find_all(draws.bits(roundings), n_jobs, part(on_progress, 0.0, 0.01))
         bits = draws.hashes(roundings, hashed)
         rows = iter(find_all(tasks, n_jobs, part(on_progress, 0.01, 0.4)))
-        both = []
-        for n, kind in enumerate(kinds):
-            # The first round is nearly all: later ones replace what was indeterminate.
-            rounds = iter([part(on_progress, *np.linspace(0.4, 1.0, len(kinds) + 1).tolist()[n : n + 2])])
 
-            def find(
-                drawn: Sequence[tuple[Rounding, int]], kind: Kind = kind, rounds: Any = rounds
-            ) -> list[Row]:
+        def sample(kind: Kind, start: float, end: float) -> dict[Rounding, list[Row]]:
+            # The first round is nearly all: later ones replace what was indeterminate.
+            rounds = iter([part(on_progress, start, end)])
+
+            def find(drawn: Sequence[tuple[Rounding, int]]) -> list[Row]:
                 return find_all([draws.both_pair(kind, *one) for one in drawn], n_jobs, next(rounds, None))
 
-            both.append((kind, draws.sample(kind, draws.effective(bits, kind.tier), find)))
+            return draws.sample(kind, draws.effective(bits, kind.tier), find)
+
+        ends = pairwise(np.linspace(0.4, 1.0, len(both_kinds) + 1).tolist())
+        both = [(kind, sample(kind, *span)) for kind, span in zip(both_kinds, ends, strict=True)]
     return Results(
         both=both,
         own=[(kind, list(islice(rows, len(drawn)))) for kind, drawn in zip(own_kinds, pairs, strict=True)],
@@ -234,7 +235,7 @@ def page(results: Results) -> dict[str, object]:
             "fault in the",
             [_KINDS[kind] for kind, *_ in groups.index],
             [_place(place) for _, *place in groups.index],
-            [f"{hits} of {count}" for hits, count in groups.to_numpy()],
+            [f"{hits} of {size}" for hits, size in groups.to_numpy()],
         ),
         "missed": [
             trial for trial, row in results.faults if trial.tier == "tight" and not trial.detected(row)
@@ -275,12 +276,12 @@ def write(results: Results, folder: Path) -> None:
     """Draw the smallest detectable change of each number; write the long tables."""
     write_csv({"comparisons": comparisons(results), "faults": fault_rows(results)}, folder)
     names = list(results.smallest)
-    found = [[row.get("found") for row in rows] for rows in results.smallest.values()]
+    smallest = [[row.get("found") for row in rows] for rows in results.smallest.values()]
     with svg.panels(folder / "smallest.svg", height=1.2 + 0.26 * len(names)) as (axes,):
         axes.set(xscale="log", xlim=(LEAST, 2.0 * MOST), ylim=(len(names) - 0.5, -0.5))
         axes.set_yticks(range(len(names)), names)
         axes.set_xlabel("smallest detectable relative change (-)")
-        changes = np.array(found, dtype=np.float64).T
+        changes = np.array(smallest, dtype=np.float64).T
         for place, (mark, colour), x in zip(draws.PLACES, _MARKS, changes, strict=True):
             axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=_place(place))
         svg.legend_above(axes)

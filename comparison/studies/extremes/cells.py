@@ -130,17 +130,17 @@ def cells(axes: Sequence[str], points: int) -> list[Cell]:
 
     Under the laws of a whole side the ends of an axis alone: they cost much.
     """
-    found: list[Cell] = []
+    asked: list[Cell] = []
     for law in LAWS:
         for axis in axes:
             parts = [part for part in _PARTS if part["axis"] == axis]
             along = [cell for part in parts for cell in _cells(part, law)]
             if law == LAWS[0]:
-                found += along
+                asked += along
             elif law != LITERAL_LAW or parts[0].get("literal"):
-                found += dict.fromkeys((along[0], along[-1]))
-    found += [cell for part in _PARTS if "only" in part for cell in _cells(part, LAWS[0])]
-    return found + hypercube(points, SEED)
+                asked += dict.fromkeys((along[0], along[-1]))
+    asked += [cell for part in _PARTS if "only" in part for cell in _cells(part, LAWS[0])]
+    return asked + hypercube(points, SEED)
 
 
 def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
@@ -525,6 +525,8 @@ def _of_the_error(run: Run, left: Sequence[float], unchanged: Mapping[tuple[str,
     if steps is not None and same and (same["steps_per_contact"] or 0.0) > steps * SLIGHTLY:
         accounted *= (same["steps_per_contact"] / steps) ** 2  # of second order in the step
         why.append(Cause.FEW_STEPS)
+    if error <= SCATTER * accounted:
+        return why or [Cause.SCATTERED]
     tests = {
         Cause.STRICT_APART: run["exact_apart_m"] > run["bound_m"],
         Cause.TOGETHER: any(abs(cycles - run["lasted_cycles"]) <= TOGETHER for cycles in left),
@@ -532,6 +534,4 @@ def _of_the_error(run: Run, left: Sequence[float], unchanged: Mapping[tuple[str,
         Cause.EDGE: run["finer_class"] in (Class.STOPPED, Class.NOT_TESTED),
         Cause.TOO_COARSE: run["finer_error_m"] <= error / GAIN,
     }
-    if error <= SCATTER * accounted:
-        return why or [Cause.SCATTERED]
     return [*why, next((cause for cause, holds in tests.items() if holds), Cause.UNEXPLAINED)]

@@ -233,6 +233,13 @@ _SETTINGS = {
     "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6, 0.25),
 }
 """Of a model the key, its values (rad, s) where nothing is lost, the one where something is, and cycles."""
+
+
+def _without_losses(case: Case) -> dict[str, object]:
+    key, _, _, cycles = _SETTINGS[case["model"]]
+    return {"drive.cycles": cycles, key: case["setting"], **_LOSSLESS[case["case"]]}
+
+
 LOSSLESS = Limit(
     "lossless",
     [
@@ -242,11 +249,7 @@ LOSSLESS = Limit(
         for case in cases
         for setting in (values if case == BOTH else [usual])
     ],
-    lambda case: {
-        "drive.cycles": _SETTINGS[case["model"]][3],
-        _SETTINGS[case["model"]][0]: case["setting"],
-        **_LOSSLESS[case["case"]],
-    },
+    _without_losses,
     lambda _, run, __: {
         name: float(np.abs(run.values(f"energy_{name}")).max())
         for name in ("damping", "friction", "residual", "kinetic")

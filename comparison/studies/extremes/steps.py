@@ -313,10 +313,10 @@ def _draw_map(points: pd.DataFrame, path: Path) -> None:
         for axes, name in zip(both, FIXED, strict=True):
             mine = shown[shown["method"] == name]
             curves(axes, mine, "step", "modulus", "look", _LOOKS, **_LOGARITHMIC, xlabel="step (s)")
-            of = mine.drop_duplicates("modulus")
+            once = mine.drop_duplicates("modulus")
             for count, dashes in zip((10.0, 3.0, 1.0), _DASHES, strict=True):
-                at, label = of["count"] * of["step"] / count, f"{count:g} steps per contact"
-                axes.plot(at, of["modulus"], color=svg.INK, lw=0.9, dashes=dashes, label=label)
+                at, label = once["count"] * once["step"] / count, f"{count:g} steps per contact"
+                axes.plot(at, once["modulus"], color=svg.INK, lw=0.9, dashes=dashes, label=label)
             axes.set_title(name, size=9)
         x, y = ((ends.min() / 1.7, ends.max() * 1.7) for ends in (points["step"], points["modulus"]))
         both[0].set(ylabel="Young's modulus (Pa)", xlim=x, ylim=y)

@@ -74,7 +74,7 @@ def page(results: Results) -> Mapping[str, object]:
     """Return what the template asks."""
     runs = results.runs
     larger, stopped = runs[runs["class"].isin(LARGER)], runs[runs["class"] == Class.STOPPED]
-    kinds = [kind for kind in Class if kind in (*list(Class)[:6], *runs["class"])]
+    classes = [each for each in Class if each in (*list(Class)[:6], *runs["class"])]
     single = stopped[(stopped["law"] == LAWS[0]) & (stopped["axis"] != HYPERCUBE)]
     written: Columns = {"case": str, "quantity": str, **dict.fromkeys(("expected", *MODELS), number)}
     return {
@@ -88,8 +88,8 @@ def page(results: Results) -> Mapping[str, object]:
         "points": runs.loc[runs["axis"] == HYPERCUBE, "value"].nunique(),
         "limits": [f"{limit:g}" for limit in (LIMIT, grid.SHORT_LIMIT, grid.LONG_LIMIT)],
         "benchmark": BENCHMARK,
-        "counts": crossed(runs, "formulation", METHODS, "class", kinds),
-        "by_law": crossed(runs, "law", LAWS, "class", kinds),
+        "counts": crossed(runs, "formulation", METHODS, "class", classes),
+        "by_law": crossed(runs, "law", LAWS, "class", classes),
         "larger": larger,
         "causes": crossed(larger, "cause", Cause, "formulation", METHODS),
         "stops": crossed(stopped, "formulation", METHODS, "status"),

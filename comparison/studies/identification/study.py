@@ -91,8 +91,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     """Fit every arrangement and run what kinematics leave open."""
     facts, fits = fitting.printed_facts(), []
     for n, topology in enumerate(config.topologies):
-        if found := fitting.fit(topology, facts):
-            fits.append(found)
+        if fitted := fitting.fit(topology, facts):
+            fits.append(fitted)
         if on_progress:
             on_progress(FITTING * (n + 1) / len(config.topologies))
     fits.sort(key=lambda each: each.misfit)
@@ -129,9 +129,9 @@ def simulate(
         for k in range(config.members):
             jobs[setting, name, k] = _job(name, values, config, k)
     for offset, (joint, cycles) in product(OFFSETS, (("clearance", config.cycles), ("ideal", 1))):
-        of: Values = {"mechanism.reference_offset": offset, "joints.slider": joint, "output.groups": []}
-        of |= {"drive.cycles": float(cycles), "output.samples_per_cycle": config.long_samples}
-        jobs[offset, joint] = Job(load_scene(BASE, of), "reference")
+        long: Values = {"mechanism.reference_offset": offset, "joints.slider": joint, "output.groups": []}
+        long |= {"drive.cycles": float(cycles), "output.samples_per_cycle": config.long_samples}
+        jobs[offset, joint] = Job(load_scene(BASE, long), "reference")
     for model in MODELS:
         jobs["ideal", model] = Job(load_scene("ideal", {"drive.cycles": 1.0}), model)
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)

@@ -98,12 +98,12 @@ def exponents(
         state, when = after, end
     periods = np.array(begins) // period
     periods -= periods[0]
-    found = []
+    results = []
     for growth, lost in zip(np.transpose(logs), np.transpose(collapsed), strict=True):
         each = np.bincount(periods, weights=growth)[skip:].astype(np.float64)
         share = float(np.mean(np.bincount(periods, weights=lost)[skip:] > 0))
-        found.append(Exponent(float(np.mean(each)), *mean_interval(each), share))
-    return found
+        results.append(Exponent(float(np.mean(each)), *mean_interval(each), share))
+    return results
 
 
 def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:

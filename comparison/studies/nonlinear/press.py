@@ -125,11 +125,11 @@ def measure(chain: Chain, progress: Progress) -> Row:
     table, press = run(before), Press(scene, run)
     when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(free(table, scene), before)[-1]))
     try:
-        found = exponents(
+        measured = exponents(
             press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
             distances=np.array(chain.distances), round_off=ROUND_OFF, scale=scale(scene),
             period=SAMPLES, skip=1,
         )  # fmt: skip
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {"exponents": [list(each) for each in found]}
+    return {"exponents": [list(each) for each in measured]}

@@ -87,8 +87,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         press.Chain(_scene(*key, {}), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
     ]
     rows = measure_all(press.measure, chains, on_processes(n_jobs), part(on_progress, 0.0, 0.5))
-    found = [[Exponent(*each) for each in row.get("exponents", [])] for row in rows]
-    measured = dict(zip(followed, found, strict=True))
+    by_distance = [[Exponent(*each) for each in row.get("exponents", [])] for row in rows]
+    measured = dict(zip(followed, by_distance, strict=True))
 
     lengths = {
         name: config.long_main if name == MAIN else config.long for name in (*config.scenes, FORGETTING)
@@ -152,8 +152,9 @@ def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, f
     a scene's states (m), the smallest at which it is measured; where it is nowhere, the lowest bound.
     """
     best = {}
-    for (name, model, tolerance), of in measured.items():
-        near = [e for e, d in zip(of, DISTANCES[model], strict=False) if d <= NEAR * scatter[name]] or of[:1]
+    for (name, model, tolerance), each in measured.items():
+        pairs = zip(each, DISTANCES[model], strict=False)
+        near = [e for e, distance in pairs if distance <= NEAR * scatter[name]] or each[:1]
         if near:
             lowest = min(near, key=lambda e: e.value)
             best[name, model, tolerance] = next((e for e in near if e.measured), lowest)
@@ -345,15 +346,15 @@ def _exponents(results: Results, path: Path) -> None:
         svg.legend_above(axes)
 
 
-SMALL = {"reference": 112, "exudyn": 14}
+_FEW_CYCLES = {"reference": 112, "exudyn": 14}
 STUDY = Study(
     "nonlinear",
     small=Config(
         scenes=(MAIN, "300rpm-0.2mm"),
         tolerances={"reference": (1e-10, 1e-12), "exudyn": (1e-10,)},
         cycles={"reference": 3, "exudyn": 2},
-        long=SMALL,
-        long_main=SMALL,
+        long=_FEW_CYCLES,
+        long_main=_FEW_CYCLES,
         swept={SPEED: (100.0, 200.0), CLEARANCE: (1e-4, 2e-4)},
     ),
     full=Config(

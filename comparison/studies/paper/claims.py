@@ -82,8 +82,8 @@ def judge_all(runs: Runs) -> pd.DataFrame:
             known = {key: claim[key] for key in ("id", "section", "says")} | {"verdict": both}
             known |= {"model": model, "verdict_of_model": verdicts[model]}
             values = {name: ([value], "") for name, value in deciding.items()}
-            for name, (of, unit) in {**values, **numbers}.items():
-                ends = {"least": min(of, default=nan), "most": max(of, default=nan)}
+            for name, (sizes, unit) in {**values, **numbers}.items():
+                ends = {"least": min(sizes, default=nan), "most": max(sizes, default=nan)}
                 rows.append(known | {"what": name, "unit": unit, "decides": name in deciding} | ends)
     return pd.DataFrame(rows)
 

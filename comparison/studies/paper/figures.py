@@ -274,7 +274,7 @@ def _phase(runs: Runs, path: Path) -> None:
                 panel.margins(0.04)
                 last = x[-CYCLES:].ravel(), v[-CYCLES:].ravel()
                 panel.plot(*last, color=COLOURS[model], lw=0.5, label=f"last {CYCLES} cycles")
-                box(panel, [(of.min(), of.max()) for of in (x, v)], "range of all cycles", RANGE)
+                box(panel, [(values.min(), values.max()) for values in (x, v)], "range of all cycles", RANGE)
                 if plane == "y":  # of the displacement the paper prints a range that cannot be
                     for value in printed[1]:
                         panel.axhline(value, **LIMIT)

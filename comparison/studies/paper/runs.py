@@ -84,12 +84,12 @@ class Runs:
     """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
-        """Return the errors over the two cycles, actual - ideal."""
+        """Return the errors of a run over the two cycles, actual - ideal."""
         run = self.short[scene, model][member]
         return slider_errors(run, self.ideal[scene, model], float(run.time[-1]) / 2)
 
     def errors(self, scene: str, model: str, channel: str) -> Array:
-        """Return those of a channel from the first start, shape (n,)."""
+        """Return the errors of a channel over the two cycles from the first start, shape (n,)."""
         return self.two_cycles(scene, model).by_channel[channel]
 
     def by_member(self, scene: str, model: str, channel: str) -> list[Peak]:
@@ -99,7 +99,7 @@ class Runs:
 
     @cached_property
     def reliabilities(self) -> dict[tuple[str, str], dict[str, Assessment]]:
-        """Those of the two cycles at the limits of a scene, by (scene, model) and quantity, where printed."""
+        """Those of the two cycles at a scene's limits, by (scene, model) and quantity: of `RELIABILITIES`."""
         return {
             (scene, model): assess(self.two_cycles(scene, model), load_scene(scene).reliability)
             for scene in RELIABILITIES

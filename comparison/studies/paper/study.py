@@ -65,7 +65,7 @@ def page(results: Results) -> Mapping[str, object]:
     near = results.first_cycle.query("scene == @CENTRAL")["near"]
     predicted = entries[entries["use"] == Use.PREDICTION]
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
-    found = results.statements.query("model == @MODELS[0] and not decides")
+    shown = results.statements.query("model == @MODELS[0] and not decides")
     limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
     return {
         "entries": entries,
@@ -74,7 +74,7 @@ def page(results: Results) -> Mapping[str, object]:
         "split": rows_table(_split(predicted, size) for size in Size if size is not Size.NONE),
         "table": markdown(_written(entries)),
         "statements": results.statements.drop_duplicates("id"),
-        "evidence": {name: rows.to_dict("records") for name, rows in found.groupby("id")},
+        "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
         "one_limit": ", ".join(quantity(limit, unit_of(name), 2) for name, limit in limits.items()),
         "near": ", ".join(map(number, near)),

@@ -141,15 +141,15 @@ def run_draws(
     joined = []
     for one, parts in zip(draws, firsts, strict=True):
         # The row of a chunk whose process died has a message alone.
-        own = list(islice(rows, len(parts)))
-        numbers = [number for row in own for number in row.get("numbers", [])]
-        responses = [each for row in own for each in row.get("responses", [])]
+        results = list(islice(rows, len(parts)))
+        numbers = [number for row in results for number in row.get("numbers", [])]
+        responses = [each for row in results for each in row.get("responses", [])]
         joined.append(
             Drawn(
                 np.array([one.u(number) for number in numbers]).reshape(-1, len(one.inputs)),
                 pd.DataFrame(responses, numbers, list(RESPONSES), dtype=np.float64),
-                [reason for row in own for reason in row.get("failures", [row.get("message", "")])],
-                sum(row.get("seconds", 0.0) for row in own) / one.count,
+                [reason for row in results for reason in row.get("failures", [row.get("message", "")])],
+                sum(row.get("seconds", 0.0) for row in results) / one.count,
             )
         )
     return joined
@@ -180,6 +180,6 @@ def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[flo
     at_equal_angle = replace(nominal, frame=nominal.frame.assign(time=run.time))
     pairs = [*((channel, ideal) for channel in QUANTITIES.values()), ("slider_y", at_equal_angle)]
     return [
-        abs(slider_errors(run, of, period, names=(channel,)).peak(channel, period, 2 * period).value)
-        for channel, of in pairs
+        abs(slider_errors(run, other, period, names=(channel,)).peak(channel, period, 2 * period).value)
+        for channel, other in pairs
     ]

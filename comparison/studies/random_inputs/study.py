@@ -83,7 +83,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     }
     common = dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
     own = {name: getattr(usual.reliability, name.partition(",")[0]).upper for name in RESPONSES}
-    limits = {name: (*of, float(own[name])) for name, of in LIMITS.items()}
+    limits = {name: (*others, float(own[name])) for name, others in LIMITS.items()}
     tables = {
         "probabilities": probabilities(planes[1.0], many.responses, limits),
         "precision": changes(common),
@@ -209,9 +209,9 @@ def draw(results: Results, folder: Path) -> None:
     least = LEAST_COUNT / len(responses)
     with svg.panels(folder / "probabilities.svg", 2, 2, height=4.8) as four:
         # The probability of exceeding a limit over the limit: counted, first order, with the residual.
-        for axes, (name, of) in zip(four, RESPONSES.items(), strict=True):
+        for axes, (name, base_unit) in zip(four, RESPONSES.items(), strict=True):
             values = responses[name].to_numpy()
-            factor, unit = prefix(float(np.median(values)), of)
+            factor, unit = prefix(float(np.median(values)), base_unit)
             first, last = np.quantile(values, (0.002, max(0.5, 1.0 - 0.5 * least)))
             limits = np.linspace(first, last if last > first else first + 1.0, STEPS)
             value, low, high = np.array([counted_probability(values > limit) for limit in limits]).T
@@ -219,8 +219,8 @@ def draw(results: Results, folder: Path) -> None:
             curves = {"Monte Carlo": np.maximum(value, 0.1 * least)}
             for method in (FIRST_ORDER, WITH_RESIDUAL):
                 rest = method == WITH_RESIDUAL
-                found = [failure_probability(planes[name], limit, with_rest=rest)[0] for limit in limits]
-                curves[method] = np.maximum(found, 1e-12)
+                shares = [failure_probability(planes[name], limit, with_rest=rest)[0] for limit in limits]
+                curves[method] = np.maximum(shares, 1e-12)
             for (method, curve), line in zip(curves.items(), svg.SERIES_LINES, strict=False):
                 axes.semilogy(limits / factor, curve, label=method, **line)
             axes.set_ylim(least, 1.2)

@@ -1,5 +1,6 @@
 """The reliability of the paper's cases by both models, over the paper's two cycles and over more."""
 
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -59,13 +60,13 @@ class Results(NamedTuple):
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run the cases and the ideal mechanism by both models; `RunError` if one does not succeed."""
     scenes, planned = {}, {}
-    for which in ((name, cycles) for name in config.cases for cycles in (PAPER, config.cycles)):
+    for which in product(config.cases, (PAPER, config.cycles)):
         values = {"drive.cycles": float(which[1]), "output.samples_per_cycle": config.samples}
         scene = scenes[which] = at_tier(load_scene(which[0], values), "tight")
         for model in MODELS:
             planned[which, model, "actual"] = levels(dense_scene(scene), model)
             planned[which, model, "ideal"] = ideal_scenes(scene, model)
-    jobs = [Job(variant, model) for (_, model, _), of in planned.items() for variant in of.values()]
+    jobs = [Job(variant, model) for (_, model, _), each in planned.items() for variant in each.values()]
     tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
     runs = {
         (which, model, motion): Runs(
@@ -83,16 +84,17 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
 
     long = {name: compared(name, config.cycles, LEFT_OUT) for name in config.cases}
     rows = []
-    for name, found in long.items():
+    for name, by_quantity in long.items():
         run, ideal = (runs[(name, config.cycles), MODELS[0], motion].base for motion in ("actual", "ideal"))
         repeats = repeating(run, ideal, scenes[name, config.cycles].period)
-        for quantity_of, side in ((quantity_of, each.a) for quantity_of, each in found.items()):
+        for word, each in by_quantity.items():
+            side = each.a
             least, (low, high) = int(side.within.argmin()), side.interval
             rows.append(
                 {
                     "scene": name,
-                    "quantity": quantity_of,
-                    "unit": unit_of(quantity_of),
+                    "quantity": word,
+                    "unit": unit_of(word),
                     "smallest_R": side.minimum,
                     "R_low": low,
                     "R_high": high,
@@ -103,7 +105,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
                     "P_high": side.within_high[least],
                     "largest_mean": side.mean.max(),
                     "largest_deviation": side.deviation.max(),
-                    "repeats": repeats[quantity_of],
+                    "repeats": repeats[word],
                 }
             )
     frames = {
@@ -136,14 +138,14 @@ def repeating(run: Table, ideal: Table, period: float) -> dict[str, float]:
 def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
     """Return a row for each scene and quantity: both smallest reliabilities, their difference, its error."""
     rows = []
-    for scene, name, each in ((scene, *item) for scene, found in by_scene.items() for item in found.items()):
-        row: dict[str, Any] = {"scene": scene, "quantity": name}
-        for model, side in zip(MODELS, (each.a, each.b), strict=True):
-            row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
-        row |= {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
-        rows.append(
-            row | {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
-        )
+    for scene, by_quantity in by_scene.items():
+        for name, each in by_quantity.items():
+            row: dict[str, Any] = {"scene": scene, "quantity": name}
+            for model, side in zip(MODELS, (each.a, each.b), strict=True):
+                row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
+            row |= {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
+            row |= {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
+            rows.append(row)
     return pd.DataFrame(rows)
 
 

@@ -41,4 +41,4 @@ FULL_INDEX2 = _method(
     "full (five bodies), trapezoidal index 2", "exudyn", formulation="full", method="trapezoidal-index2"
 )
 
-METHODS = tuple(value for value in dict(globals()).values() if isinstance(value, Method))
+METHODS = tuple(value for value in globals().values() if isinstance(value, Method))

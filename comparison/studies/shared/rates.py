@@ -9,8 +9,8 @@ from scipy.stats import binomtest
 def rate(x: Sequence[float], y: Sequence[float]) -> float:
     """Return p of y ~ x^p by least squares of the positive, finite pairs; nan of less than two."""
     pairs = np.array([x, y], dtype=np.float64)
-    over, what = np.log(pairs[:, np.all(np.isfinite(pairs) & (pairs > 0), axis=0)])
-    return float(np.polyfit(over, what, 1)[0]) if over.size >= 2 else float("nan")
+    log_x, log_y = np.log(pairs[:, np.all(np.isfinite(pairs) & (pairs > 0), axis=0)])
+    return float(np.polyfit(log_x, log_y, 1)[0]) if log_x.size >= 2 else float("nan")
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

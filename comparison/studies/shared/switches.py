@@ -33,10 +33,11 @@ def switches(events: pd.DataFrame) -> pd.DataFrame:
         starts, ends = ([each[name].to_numpy(np.float64) for each in touching] for name in ("start", "end"))
         start, end = np.maximum.outer(*starts), np.minimum.outer(*ends)
         for i, j in np.argwhere(start < end):
-            rows.append((start[i, j], True, side[int(starts[0][i] >= starts[1][j])]))
-            rows.append((end[i, j], False, side[int(ends[0][i] <= ends[1][j])]))
-    found = pd.DataFrame(rows, columns=["time", "to_surface", "corner"])
-    return found.sort_values("time", kind="stable", ignore_index=True)
+            first = side[0] if starts[0][i] < starts[1][j] else side[1]
+            last = side[0] if ends[0][i] > ends[1][j] else side[1]
+            rows += [(start[i, j], True, first), (end[i, j], False, last)]
+    frame = pd.DataFrame(rows, columns=["time", "to_surface", "corner"])
+    return frame.sort_values("time", kind="stable", ignore_index=True)
 
 
 def created(found: pd.DataFrame, table: Table) -> Array:

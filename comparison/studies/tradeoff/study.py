@@ -95,14 +95,14 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
     timing = config.rounds, config.busy
     asked: list[tuple[Row, Timed]] = []
     for sweep in SWEEPS:
-        of, model = sweep.method.name, sweep.method.model
+        method = sweep.method
         for name, setting in product(sweep.scenes, sweep.settings[: config.settings]):
-            labels = {"method": of, "model": model, "scene": name, "setting": setting}
-            asked.append((labels, Timed(model, sweep.scene(name, setting), *timing, name)))
+            labels = {"method": method.name, "model": method.model, "scene": name, "setting": setting}
+            asked.append((labels, Timed(method.model, sweep.scene(name, setting), *timing, name)))
     swept = len(asked)
     asked += [(labels, Timed(each.model, scene, *timing)) for labels, each, scene in growing(config.cycles)]
-    found = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
-    rows = [row | labels for (labels, _), row in zip(asked, found, strict=True)]
+    timed = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
+    rows = [row | labels for (labels, _), row in zip(asked, timed, strict=True)]
     return Results(config, rows[:swept], rows[swept:], confirmations(WITH_CLEARANCE, n_jobs))
 
 

@@ -23,8 +23,8 @@ from comparison.verdict.shipped import as_toml
 from comparison.verdict.validate import validate
 from comparison.words.verdicts import headline, mark
 
-TARGET, ABOVE = 1e-9, "†"
-"""m; of the difference of x at the tight tier, on the predictable samples; and what marks a larger one."""
+TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
+ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
 """What `comparison.verdict.shipped` reads, in the study's folder; ``make reports`` packages it."""
 X_TIGHT = "largest difference of x, tight, predictable samples"
@@ -75,7 +75,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
         "largest difference of x, whole run": _metres(whole),
         "tight tier": _verdict(tight),
         **_shares(tight, ", tight"),
-        X_TIGHT: _metres(x_tight) + f" {ABOVE}" * bool(x_tight > TARGET),
+        X_TIGHT: _metres(x_tight) + (f" {ABOVE}" if x_tight > TARGET else ""),
     }
 
 
