@@ -19,7 +19,7 @@ def pretty_unit(unit: str) -> str:
 
 
 def prefix(magnitude: float, unit: str) -> tuple[float, str]:
-    """Return the factor and prefixed unit, down to nano, that bring a magnitude below 1 to 1 to 1000."""
+    """Return factor and prefixed unit, down to nano, that bring a magnitude below 1 to between 1 and 1000."""
     if _TAKES_PREFIX.match(unit) and math.isfinite(magnitude):
         for factor, letter in _PREFIXES:
             if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm
@@ -64,7 +64,7 @@ def decade(value: float) -> str:
 
 
 def percent(share: float, error: float = 0.0) -> str:
-    """Return a share as percent, truncated: 0.98999 is 98.99 %, not 99.00 % beside a failing verdict.
+    """Return a share as percent, cut to two decimals: beside a failing verdict 98.999 % must not be 99.00 %.
 
     An error is added with one digit if it shows: "66.40 ± 0.3 %".
     """

@@ -184,14 +184,12 @@ def _files(package: str) -> dict[Path, Path]:
     spec = find_spec(package)
     if spec is None:
         return {}
-    if spec.submodule_search_locations is None:  # a single module
-        return {Path(Path(spec.origin).name): Path(spec.origin)} if spec.origin else {}
-    return {
-        path.relative_to(folder): path
-        for folder in spec.submodule_search_locations
-        for path in Path(folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
-    }
+    folders = spec.submodule_search_locations
+    if folders is None:  # a single module
+        module = Path(spec.origin or "")
+        return {Path(module.name): module} if module.is_file() else {}
+    places = [(path.relative_to(folder), path) for folder in folders for path in Path(folder).rglob("*")]
+    return {place: path for place, path in places if path.is_file() and "__pycache__" not in path.parts}
 
 
 @cache

@@ -46,7 +46,10 @@ def _assert_agree(
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
-    labels = [str(of) if isinstance(of, str | Path) else f"table {side}" for of, side in ((a, "a"), (b, "b"))]
+    labels = (
+        str(a) if isinstance(a, str | Path) else "table a",
+        str(b) if isinstance(b, str | Path) else "table b",
+    )
     try:
         first, second = _read(a), _read(b)
         loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(first, second)
@@ -60,7 +63,7 @@ def _assert_agree(
             share=share,
             time_tolerance=0.0 if loaded is None else loaded.time_tolerance,
             gate=None if loaded is None else loaded.gate,
-            labels=(labels[0], labels[1]),
+            labels=labels,
             warnings=warnings,
         )
     except TableError as error:

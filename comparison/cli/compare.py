@@ -85,19 +85,19 @@ def compare(
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     folder = check_folder(out or options.REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
-    further = {"finer": (finer_a, finer_b), "coarser": (coarser_a, coarser_b)}
-    starts = (perturbed_a or [], perturbed_b or [])
-    files: list[tuple[str, str, Path]] = []
-    for n, (side, base) in enumerate((("a", a), ("b", b))):
-        runs = [("base", base), *((kind, paths[n]) for kind, paths in further.items())]
-        runs += [("perturbed", path) for path in starts[n]]
-        files += [(side, kind, path) for kind, path in runs if path is not None]
+    runs: list[tuple[str, str, Path | None]] = [
+        *(("a", "base", a), ("a", "finer", finer_a), ("a", "coarser", coarser_a)),
+        *(("a", "perturbed", path) for path in perturbed_a or ()),
+        *(("b", "base", b), ("b", "finer", finer_b), ("b", "coarser", coarser_b)),
+        *(("b", "perturbed", path) for path in perturbed_b or ()),
+    ]
+    files = [(side, kind, path) for side, kind, path in runs if path is not None]
     tables, left_out = read_tables(
         [path for *_, path in files], [side for side, *_ in files], rules, at_events
     )
 
     def recorded(side: str, refinement: str | None) -> Recorded:
-        own = [(kind, table) for (of, kind, _), table in zip(files, tables, strict=True) if of == side]
+        own = [(kind, table) for (whose, kind, _), table in zip(files, tables, strict=True) if whose == side]
         return Recorded(
             **{kind: table for kind, table in own if kind != "perturbed"},
             perturbed=[table for kind, table in own if kind == "perturbed"],
@@ -109,7 +109,7 @@ def compare(
         (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
     )
     gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
-    unused = {
+    stated = {
         "--tolerance": tolerance,
         "--time-tolerance": time_tolerance,
         "--share": share < 1,
@@ -118,14 +118,12 @@ def compare(
     if loaded is not None:
         tolerance = loaded.tolerance if tolerance is None else tolerance
         time_tolerance = (loaded.time_tolerance or None) if time_tolerance is None else time_tolerance
-    why = " without a tolerance"
+    unused, why = [], ""
     if finer_a is not None:
-        why = ": the uncertainty from finer runs decides"
+        unused, why = list(stated), ": the uncertainty from finer runs decides"
     elif tolerance is None:
-        del unused["--tolerance"], unused["the gate"]
-    else:
-        unused = {}
-    warnings = (*left_out, *warnings, *(f"{name} has no effect{why}" for name, on in unused.items() if on))
+        unused, why = ["--time-tolerance", "--share"], " without a tolerance"
+    warnings = (*left_out, *warnings, *(f"{name} has no effect{why}" for name in unused if stated[name]))
 
     def command_with(tolerance: float | None) -> str:
         given = {

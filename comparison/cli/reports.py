@@ -72,18 +72,18 @@ def times() -> str:
 def generated(readmes: dict[str, str], measured: str) -> str:
     """Return what the README has between its markers, from those of the studies, by name."""
     rates = [f"- [{name}](reports/{name}/README.md): {finding(readmes[name])}" for name in OF_THE_VERDICT]
-    _, bar, table = readmes["verdicts"].partition("\n|")  # and what stands below it
-    return "\n".join(
-        [(bar + table).strip(), "", "The verdict itself, tested:", "", *rates, "", measured.strip()]
-    )
+    verdicts = readmes["verdicts"]
+    table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
+    return "\n".join([table, "", "The verdict itself, tested:", "", *rates, "", measured.strip()])
 
 
 def with_generated(readme: str, text: str) -> str:
     """Return a README with the text between its markers replaced; `ValueError` where these are missing."""
-    parts = re.split(f"({BEGIN}|{END})", readme)
-    if len(parts) != 5 or parts[1] != BEGIN:
+    before, begin, rest = readme.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
         raise ValueError(f"README.md: the markers {BEGIN!r} and {END!r} are missing")
-    return "".join([*parts[:2], f"\n\n{text}\n\n", *parts[3:]])
+    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
 
 
 def main(*, small: bool = False) -> None:

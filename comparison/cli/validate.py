@@ -111,9 +111,8 @@ def _validate_pair(request: _Request, models: Pair, out: Path | None) -> tuple[i
     _check(asked, models, request.accuracy)
     usual = asked[0].name if len(asked) == 1 else name_with("validate", request.changes)
     folder, command = check_folder(out or options.REPORTS / usual), request.command(models)
-    with progress(
-        asked[0].name if len(asked) == 1 else f"{len(asked)} scenes", quiet=request.quiet
-    ) as report:
+    title = asked[0].name if len(asked) == 1 else f"{len(asked)} scenes"
+    with progress(title, quiet=request.quiet) as report:
         results = _validate_batches(asked, models, request, report)
     if not results:
         return INTERRUPTED, {}
@@ -250,14 +249,14 @@ def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> t
     for scenes in zip(*results.values(), strict=True):
         of_pairs = dict(zip(results, scenes, strict=True))
         verdicts = {pair: scene["verdict"] for pair, scene in of_pairs.items()}
-        found, name = standing(models, verdicts), scenes[0]["name"]
-        rows.append(Row(name, scenes[0]["title"], found, of_pairs))
+        row = Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), of_pairs)
+        rows.append(row)
         records.append(
             {
-                "name": name,
-                "outcome": found.outcome,
-                "outlier": found.outlier,
-                "sentence": sentence(found),
+                "name": row.name,
+                "outcome": row.standing.outcome,
+                "outlier": row.standing.outlier,
+                "sentence": sentence(row.standing),
                 "verdicts": {" and ".join(pair): verdict for pair, verdict in verdicts.items()},
             }
         )
@@ -265,9 +264,9 @@ def _validate_pairs(request: _Request, models: Sequence[str], folder: Path) -> t
     page = write_pairwise(rows, folder, models=models, command=command)
     summary = {"command": command, "exit_code": code, "models": models, "scenes": records}
     write_json(summary, folder / "summary.json")
-    width = max(len(record["name"]) for record in records)
+    width = max(len(row.name) for row in rows)
     say("all together:", err=request.json)
-    for record in records:
-        say(*wrapped(record["sentence"], first=f"{record['name']:<{width}}  "), err=request.json)
+    for row in rows:
+        say(*wrapped(sentence(row.standing), first=f"{row.name:<{width}}  "), err=request.json)
     say(str(page), err=request.json)
     return code, summary

@@ -146,7 +146,10 @@ def work(
 
 @contextmanager
 def kept_workers() -> Iterator[None]:
-    """Let workers live on from one call of `work` to the next, since they take seconds to start."""
+    """Let workers live on from one call of `work` to the next, since they take seconds to start.
+
+    Not the general rule: what happens to sources or variables after its start a worker does not see.
+    """
     global _kept
     before, _kept = _kept, True
     try:

@@ -19,7 +19,7 @@ MUCH_DRIFT = 1e-6
 
 
 def steps_per_contact(table: Table) -> float:
-    """Return the steps per contact, the median weighted by peak force; nan without or with error control."""
+    """Return steps per contact, their median weighted by peak force; nan without contacts or a fixed step."""
     step, contacts = table.provenance.get("settings", {}).get("step_used"), table.events
     if step is None or contacts is None or not len(contacts):
         return nan
@@ -27,6 +27,7 @@ def steps_per_contact(table: Table) -> float:
     forces = np.asarray(contacts["peak_force"], dtype=np.float64)
     if not forces.sum() > 0.0:
         return nan
+    # Long contacts with little force must not offset short impacts.
     return float(np.quantile(lengths, 0.5, weights=forces, method="inverted_cdf")) / float(step)
 
 

@@ -98,7 +98,7 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
     """Run one job, the reference in this process, any other model in a worker; nothing is stored."""
     report = on_progress or (lambda _share: None)
-    # The reference has no code of its own that could end its process, and runs sooner than another starts.
+    # The reference has no code of its own that could end its process, and runs sooner than a worker starts.
     n_jobs = 0 if job.model == "reference" else 1
     ((_, outcome),) = _outcomes([("", job)], n_jobs, lambda _key, share: report(share))
     return _with_scene(outcome, job.scene)

@@ -77,8 +77,7 @@ def measure_all(
     if ledger is None:
         code = code_hash(measure.__module__)
         ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
-    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
-    keys = [_key(measure, task, {name: prints[name] for name in task.models}) for task in tasks]
+    keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
     stored = read_rows(ledger)
     rows = {key: stored[key] for key in by_key if key in stored}
@@ -114,19 +113,23 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
     return spread
 
 
-def _key(measure: Measure[T], task: T, prints: Mapping[str, str]) -> str:
-    return digest(
-        {
-            "task": task.identity,
-            # The work of a task may be defined in its class.
-            "code": code_hash(measure.__module__, type(task).__module__),
-            "models": prints,
-            "environment": dict(task.environment),
-            "machine": platform_name(),
-            "versions": versions() | {"pandas": version("pandas")},
-        },
-        default=_plain,
-    )
+def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
+    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
+    common = {"machine": platform_name(), "versions": versions() | {"pandas": version("pandas")}}
+    return [
+        digest(
+            {
+                "task": task.identity,
+                # The work of a task may be defined in its class.
+                "code": code_hash(measure.__module__, type(task).__module__),
+                "models": {name: prints[name] for name in task.models},
+                "environment": dict(task.environment),
+            }
+            | common,
+            default=_plain,
+        )
+        for task in tasks
+    ]
 
 
 def _plain(value: Any) -> Any:

@@ -58,13 +58,13 @@ class Kind(Enum):
     MOVED = auto()  # time, value, before, off, threshold of the worst checkpoint; count of points are off
 
 
-Found = tuple[Kind | None, dict[str, Any]]
-Runs = Mapping[tuple[str, Which], RunRecord]
-_NOTHING: Found = (None, {})
+Finding = tuple[Kind | None, dict[str, Any]]
+Records = Mapping[tuple[str, Which], RunRecord]
+_NOTHING: Finding = (None, {})
 
 
 class Check(NamedTuple):
-    """One check of a scene or of one of its runs, by its item; ``kind`` is None where it found nothing."""
+    """One check of a scene or of one of its runs; ``kind`` is None where it found nothing."""
 
     scene: str
     run: Which | None
@@ -143,19 +143,19 @@ def gate(
             checks.append(Check(scene.name, None, "scene", Kind.NEW_SCENE, {}))
         # What only one of the two sides has is a regression.
         for key in [key for key in {**jobs, **records} if key[0] == scene.name]:
-            found: dict[str, Found]
+            findings: dict[str, Finding]
             if key not in jobs or key not in records:
-                found = {"run": (Kind.RUN_GONE if key not in jobs else Kind.NEW_RUN, {})}
+                findings = {"run": (Kind.RUN_GONE if key not in jobs else Kind.NEW_RUN, {})}
             elif (table := outcomes[key].table) is None:
-                found = {"run": (Kind.FAILED, {"job": jobs[key], "outcome": outcomes[key]})}
+                findings = {"run": (Kind.FAILED, {"job": jobs[key], "outcome": outcomes[key]})}
             else:
-                found = _changes(records[key], jobs[key], table, exact=not (platform or changed))
-            checks += [Check(*key, name, *deviation) for name, deviation in found.items()]
+                findings = _changes(records[key], jobs[key], table, exact=not (platform or changed))
+            checks += [Check(*key, name, *deviation) for name, deviation in findings.items()]
     rewritten = [scene.name for scene in held if physics_hash(scene) != known[scene.name].hash]
     return Gate(checks, platform, changed, excused, rewritten)
 
 
-def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Found]:
+def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Finding]:
     """Compare settings, counters and every channel of a present run with its record.
 
     Counters are compared exactly on the same platform and with the same versions, else within 5 % or their
@@ -166,34 +166,34 @@ def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[
         before, spread = record.counters[key], SPREAD_FACTOR * record.spread.get(key, 0)
         if abs(now[key] - before) <= max(1.0, COUNTERS_ELSEWHERE * before, spread):
             now[key] = before
-    found = {
+    findings = {
         "settings": _differing(record.settings, settings(job.scene.data, table, job.model)),
         "counters": _differing(record.counters, now),
     }
     recorded = [*record.channels, *record.unexcited, *record.unpredictable]
     for name in dict.fromkeys([*recorded, *table.channels]):
         if name not in table.channels:
-            found[name] = Kind.CHANNEL_GONE, {}
+            findings[name] = Kind.CHANNEL_GONE, {}
         elif name not in recorded:
-            found[name] = Kind.NEW_CHANNEL, {}
+            findings[name] = Kind.NEW_CHANNEL, {}
         elif name in record.unpredictable:
-            found[name] = Kind.UNPREDICTABLE, {}
+            findings[name] = Kind.UNPREDICTABLE, {}
         elif name in record.channels:
-            found[name] = _moved(name, record.channels[name], table)
+            findings[name] = _moved(name, record.channels[name], table)
         else:
             extent = float(np.ptp(table.values(name)))
             still = extent < channels()[name].floor
-            found[name] = _NOTHING if still else (Kind.EXCITED, {"extent": extent})
-    return found
+            findings[name] = _NOTHING if still else (Kind.EXCITED, {"extent": extent})
+    return findings
 
 
-def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Found:
+def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Finding:
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
     values = {name: (now.get(name), before.get(name)) for name in names}
     return (Kind.CHANGED, {"values": values}) if values else _NOTHING
 
 
-def _moved(name: str, points: Sequence[Checkpoint], table: Table) -> Found:
+def _moved(name: str, points: Sequence[Checkpoint], table: Table) -> Finding:
     """Find the checkpoint furthest outside its threshold."""
     time, before, threshold = np.reshape(points, (-1, 3)).T
     at = _nearest(table, points)
@@ -216,16 +216,16 @@ def _nearest(table: Table, points: Sequence[Checkpoint]) -> list[int]:
 
 
 def _confirmed(
-    records: Runs,
+    records: Records,
     jobs: Mapping[tuple[str, Which], Job],
     outcomes: Mapping[tuple[str, Which], Outcome],
     n_jobs: int,
-) -> tuple[Runs, list[Excused]]:
+) -> tuple[Records, list[Excused]]:
     """Return the records, with thresholds raised that neighbours of the present runs show to be too small."""
 
     def off(record: RunRecord, job: Job, table: Table) -> set[str]:
-        found = _changes(record, job, table, exact=False)
-        return {name for name in record.channels if found[name] != _NOTHING}
+        findings = _changes(record, job, table, exact=False)
+        return {name for name in record.channels if findings[name] != _NOTHING}
 
     doubted = {
         key: (jobs[key], table, neighbours(jobs[key], key[1][1], CONFIRMING))

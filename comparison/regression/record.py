@@ -173,15 +173,15 @@ def source(scene: Scene, folder: Path) -> str:
 
 def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
     """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
-    found, gone = [], []
+    scenes, gone = [], []
     for name, scene in baseline.scenes.items():
         if scene.source in shipped_scenes():
-            found.append(load_scene(scene.source))
+            scenes.append(load_scene(scene.source))
         elif (folder / scene.source).is_file():
-            found.append(load_scene(folder / scene.source))
+            scenes.append(load_scene(folder / scene.source))
         else:
             gone.append(name)
-    return found, gone
+    return scenes, gone
 
 
 def write(baseline: Baseline, path: Path) -> Path:

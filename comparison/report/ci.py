@@ -23,11 +23,11 @@ _MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https
 
 
 def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
-    """Write checks as the JUnit XML that viewers share; suites are ordered by their first case."""
+    """Write checks as JUnit XML of what all viewers read; suites are ordered by their first case."""
 
     def element(parent: ET.Element | None, tag: str, inside: Sequence[Case] = (), **texts: str) -> ET.Element:
-        found = Counter(case.status for case in inside)
-        counts = {"failures": found["failed"], "errors": found["error"], "skipped": found["skipped"]}
+        status = Counter(case.status for case in inside)
+        counts = {"failures": status["failed"], "errors": status["error"], "skipped": status["skipped"]}
         numbers = {"tests": len(inside)} | counts if inside or parent is None else {}
         attributes = {key: _NO_XML.sub("\ufffd", str(value)) for key, value in (texts | numbers).items()}
         return ET.Element(tag, attributes) if parent is None else ET.SubElement(parent, tag, attributes)

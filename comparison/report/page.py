@@ -43,8 +43,8 @@ def render(
     threshold = "tolerance" if any(channel.threshold is not None for channel in channels) else ""
     limits = [verdicts.threshold_name(channel) for channel in channels if channel.u is not None]
 
-    def severity(of: tuple[Any, SceneComparison, str, ChannelComparison]) -> tuple[int, bool, float]:
-        return rank(of[1].verdict), not isnan(of[3].ratio), of[3].ratio
+    def severity(figure: tuple[Any, SceneComparison, str, ChannelComparison]) -> tuple[int, bool, float]:
+        return rank(figure[1].verdict), not isnan(figure[3].ratio), figure[3].ratio
 
     # The channel nearest to its limit, or farthest beyond it, of the tier with the worst verdict.
     figures = [(*cell, channel) for cell in cells if (channel := _drawn(cell[1])) is not None]

@@ -47,7 +47,7 @@ class Curve(NamedTuple):
 
 
 def independent(scene: SceneComparison) -> list[str]:
-    """Return the excited channels but gaps and frictions of corners (they follow from others) that agree."""
+    """Return the excited channels, of corners only normal forces and what differs: the others follow."""
     return [
         name
         for name, channel in scene.excited.items()
@@ -72,7 +72,9 @@ def scene_plots(scene: SceneComparison) -> str:
         "threshold": threshold_name(decisive or drawn[0]) if drawn else "",
         "first": ["slider_x", *([decisive.channel] if decisive is not None else [])],
     }
-    curves = [Curve(c.definition, relative_to_guide(scene, c), (c.a, c.b), c) for c in drawn]
+    curves = [
+        Curve(each.definition, relative_to_guide(scene, each), (each.a, each.b), each) for each in drawn
+    ]
     return _packed(head, scene.time, curves, scene.events, scene.pulses) if drawn else ""
 
 
@@ -138,7 +140,7 @@ def _packed(
             }
         )
     resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
-    names = [channel["name"] for channel in described]
+    names = [curve.channel.name for curve in curves]
     head |= {
         "samples": int(kept.size),
         "of": int(time.size),
@@ -160,10 +162,11 @@ def _kept(curves: Sequence[Curve], time: Array) -> NDArray[np.intp]:
         return np.arange(time.size)
     columns = MOST // (4 * len(curves))
     indices = [np.array([0, time.size - 1])]
-    for *_, (first, *others), judged in curves:
+    for curve in curves:
+        first, *others = curve.models
         indices.append(envelope(first, columns))
         indices += [upper_envelope(np.abs(first - other), columns) for other in others]
-        beyond = np.zeros(time.size) if judged is None else judged.beyond.astype(np.float64)
+        beyond = np.zeros(time.size) if curve.judged is None else curve.judged.beyond.astype(np.float64)
         indices.append(upper_envelope(beyond, columns))
     return np.unique(np.concatenate(indices))
 

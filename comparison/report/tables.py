@@ -72,30 +72,30 @@ def _verdict(verdict: str) -> Cells:
 def channel_table(scene: SceneComparison) -> Table | None:
     """Return the channels that were excited, and what their verdicts rest on."""
     excited = scene.excited
-    judged = next((channel for channel in excited.values() if channel.threshold is not None), None)
-    known = any(channel.u is not None for channel in excited.values() if channel.threshold is not None)
+    judged = next((each for each in excited.values() if each.threshold is not None), None)
+    known = any(each.u is not None for each in excited.values() if each.threshold is not None)
     limit = f"{judged.limits.k:g}u" if judged and known else "tolerance"
     rows, titles = {}, {}
-    for name, c in excited.items():
-        cells = _verdict(c.verdict)
+    for name, channel in excited.items():
+        cells = _verdict(channel.verdict)
         if judged:
-            cells.append((judged.ratio_name, "", number(c.ratio, 2)))
+            cells.append((judged.ratio_name, "", number(channel.ratio, 2)))
             if known:
-                coverage = percent(c.coverage, c.coverage_error)
+                coverage = percent(channel.coverage, channel.coverage_error)
                 cells.append(("Share of samples", "predictable", coverage))
             within = f"of these ≤ {limit}" if known else "within"
             cells += [
-                ("Share of samples", within, percent(c.explained)),
-                ("Worst sample", "|E|", quantity(c.worst_size, c.unit)),
-                ("Worst sample", limit, quantity(c.worst_threshold, c.unit)),
-                ("Worst sample", "at (s)", number(c.worst_time, 4)),
+                ("Share of samples", within, percent(channel.explained)),
+                ("Worst sample", "|E|", quantity(channel.worst_size, channel.unit)),
+                ("Worst sample", limit, quantity(channel.worst_threshold, channel.unit)),
+                ("Worst sample", "at (s)", number(channel.worst_time, 4)),
             ]
-        cells.append(("|E| over the whole run", "largest", quantity(c.max_difference, c.unit)))
-        cells.append(("|E| over the whole run", "RMS", quantity(c.rms_difference, c.unit)))
+        cells.append(("|E| over the whole run", "largest", quantity(channel.max_difference, channel.unit)))
+        cells.append(("|E| over the whole run", "RMS", quantity(channel.rms_difference, channel.unit)))
         if judged:
-            cells.append(("Predictable, over time" if known else "Beyond, over time", "", _strip(c)))
+            cells.append(("Predictable, over time" if known else "Beyond, over time", "", _strip(channel)))
         rows[name] = cells
-        titles[name] = f"{c.label} ({pretty_unit(c.unit)})".removesuffix(" ()")
+        titles[name] = f"{channel.label} ({pretty_unit(channel.unit)})".removesuffix(" ()")
     return _table("Channel", rows, titles)
 
 
@@ -119,8 +119,10 @@ def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
     touched = {place for events in scene.events if events is not None for place in events["corner"]}
     places = {name: [place] for place, name in CONTACTS.items() if place in touched}
+    if places:
+        places["all"] = list(CONTACTS)
     rows: dict[str, Cells] = {}
-    for name, among in (places | {"all": list(CONTACTS)} if places else places).items():
+    for name, among in places.items():
         sides = [
             (label, None if events is None else events[events["corner"].isin(among)])
             for label, events in zip(scene.labels, scene.events, strict=True)
@@ -139,9 +141,12 @@ def contact_table(scene: SceneComparison) -> Table | None:
 def impact_table(scene: SceneComparison) -> Table | None:
     """Return a row for all contacts and one for the predictable part; None where none can be matched."""
     a, b = scene.labels
-    found = scene.impacts or {}
+    parts = scene.impacts or {}
+    if not any(impacts.count_a or impacts.count_b for impacts in parts.values()):
+        return None
+    names = {"all": "all", "predictable": "predictable part"}
     rows: dict[str, Cells] = {
-        {"predictable": "predictable part"}.get(part, part): [
+        names[part]: [
             ("Number", a, str(impacts.count_a)),
             ("Number", b, str(impacts.count_b)),
             ("Number", "matched", str(len(impacts.pairs))),
@@ -154,9 +159,9 @@ def impact_table(scene: SceneComparison) -> Table | None:
             ("Error of", "normal speed", _share(impacts.normal_speed_error)),
             ("Error of", "peak force", _share(impacts.peak_force_error)),
         ]
-        for part, impacts in found.items()
+        for part, impacts in parts.items()
     }
-    return _table("Contacts", rows) if any(each.count_a or each.count_b for each in found.values()) else None
+    return _table("Contacts", rows)
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
@@ -164,7 +169,7 @@ def situation_table(scene: SceneComparison) -> Table | None:
     shares: dict[str, Iterable[float | None]] = {}
     if scene.situations != (None, None):
         for key, words in SITUATIONS.items():
-            shares[words] = [of[key] if of else None for of in scene.situations]
+            shares[words] = [side[key] if side else None for side in scene.situations]
     if scene.pin_contact != (None, None):
         shares[f"{CONTACTS[PIN]} in contact"] = scene.pin_contact
     rows = {
@@ -183,11 +188,11 @@ def reliability_table(scene: SceneComparison) -> Table | None:
     """Return both models' smallest reliability and share within the limits, and their difference; or None."""
     a, b = scene.labels
     rows: dict[str, Cells] = {}
-    for name, found in scene.reliability.quantities.items() if scene.reliability else ():
-        models, limits, unit = (found.a, found.b), found.a.limits, unit_of(name)
+    for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
+        models, limits, unit = (difference.a, difference.b), difference.a.limits, unit_of(name)
+        errors = (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
         half, cycles, numerics, quadrature = (
-            number(value, 2) if np.isfinite(value) else MISSING
-            for value in (found.half_width, found.sampling, found.numerical, found.quadrature)
+            number(error, 2) if np.isfinite(error) else MISSING for error in errors
         )
         at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)
         at_within = (
@@ -196,21 +201,21 @@ def reliability_table(scene: SceneComparison) -> Table | None:
         )
         lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
         rows[f"{name}, {lower}{quantity(limits.upper, unit)}"] = [
-            *_verdict(found.verdict),
-            ("Smallest reliability R", a, rounded(found.a.minimum)),
-            ("Smallest reliability R", b, rounded(found.b.minimum)),
+            *_verdict(difference.verdict),
+            ("Smallest reliability R", a, rounded(difference.a.minimum)),
+            ("Smallest reliability R", b, rounded(difference.b.minimum)),
             ("Smallest reliability R", "at", ", ".join(dict.fromkeys(at))),
-            ("Difference of R", "value", number(found.minimum, 2)),
+            ("Difference of R", "value", number(difference.minimum, 2)),
             ("Difference of R", "±", half),
-            ("Smallest P(|error| ≤ limit)", a, f"{found.a.within.min():.3f}"),
-            ("Smallest P(|error| ≤ limit)", b, f"{found.b.within.min():.3f}"),
+            ("Smallest P(|error| ≤ limit)", a, f"{difference.a.within.min():.3f}"),
+            ("Smallest P(|error| ≤ limit)", b, f"{difference.b.within.min():.3f}"),
             ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
-            ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*found.a.interval)),
-            ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*found.b.interval)),
+            ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*difference.a.interval)),
+            ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*difference.b.interval)),
             ("Parts of ±", "cycles", cycles),
             ("Parts of ±", "numerics", numerics),
             ("Parts of ±", "quadrature", quadrature),
-            ("R over the crank cycle", "", _curves(found)),
+            ("R over the crank cycle", "", _curves(difference)),
         ]
     return _table("Quantity", rows)
 

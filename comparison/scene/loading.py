@@ -55,7 +55,7 @@ class Scene:
     files: dict[str, Any]
     """The dotted keys that its files give, without overrides and defaults."""
     overrides: dict[str, Any]
-    """Those whose values differ from these; name, title and command follow from them."""
+    """The dotted keys whose values differ from these; name, title and command follow from them."""
     source: str
     """The shipped name or the path that it was read from; empty where it was not."""
     tolerance: float | None = None
@@ -243,8 +243,8 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
             f"initial.slider_offset = {start['slider_offset']:g} m exceeds clearance.slider = {clearance:g} "
             "m: the slider starts inside the wall"
         )
-    fixed = exudyn["formulation"] != "tree" and joints_with_clearance(data)
-    if fixed and exudyn["step"] > ASYMPTOTIC_STEP:
+    bodies_touch = exudyn["formulation"] != "tree" and joints_with_clearance(data)
+    if bodies_touch and exudyn["step"] > ASYMPTOTIC_STEP:
         warnings.append(
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"

@@ -86,7 +86,7 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
                 both = result.pop(material)
                 result |= {f"{material}.{partner}": both for partner in PARTNERS}
             elif key == material and value != {}:
-                result = {k: v for k, v in result.items() if not k.startswith(f"{material}.")}
+                result = {name: kept for name, kept in result.items() if not name.startswith(f"{material}.")}
         result[key] = value
     return result
 
@@ -162,11 +162,17 @@ def _text(value: object) -> str:
 
 
 def _toml(value: object) -> str:
-    """Return a value as TOML: JSON with another sign behind keys, and one more character escaped."""
-    if type(value) is int and abs(value) > 10**100:
-        return hex(value)  # Python does not print thousands of digits
-    text = json.dumps(value, ensure_ascii=False, separators=(", ", " = "), default=str)
-    return text.replace("\x7f", "\\u007f")
+    """Return a value as TOML."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{json.dumps(key)} = {_toml(part)}' for key, part in value.items())}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, float):
+        return repr(float(value))  # numpy's are floats too, and say so
+    if type(value) is int:
+        return hex(value) if abs(value) > 10**100 else str(value)  # Python does not print thousands of digits
+    # A string of JSON is one of TOML too, but for one character.
+    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
 
 
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:

@@ -46,9 +46,9 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     # Late times round coarsely: two programs that count them differently are a few last digits apart.
     slack = max(slack, 4 * float(np.spacing(np.abs(a.time).max())))
     if a.time.size == b.time.size and np.abs(a.time - b.time).max() <= slack:
-        time, fine, coarse = a.time, "", ""
+        time, fine = a.time, ""
     else:
-        # Of equal intervals the one that is ahead is the coarser one, whichever is the first table.
+        # Of equal intervals the grid that starts earlier is the coarser one, whichever table is the first.
         order = {side: (_interval(table.time), (-table.time).tolist()) for side, table in tables.items()}
         fine, coarse = sorted(order, key=lambda side: order[side])
         finer, coarser = tables[fine], tables[coarse]

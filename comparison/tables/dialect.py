@@ -43,7 +43,6 @@ _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
 _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
-
 Heading = list[tuple[str, str | None]]  # name and unit of each column
 
 
@@ -270,12 +269,12 @@ def _heading(above: Sequence[str], separator: str, row: Sequence[str]) -> Headin
     return _named(names, []) if titles is None or not _are_units(names) else _named(titles, names)
 
 
-def _uncommented(line: str) -> str:
+def _without_comment_sign(line: str) -> str:
     return line.lstrip(" " + _COMMENT).rstrip(" ")
 
 
 def _words(line: str, separator: str) -> list[str]:
-    line = _uncommented(line)
+    line = _without_comment_sign(line)
     return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
 
 
@@ -295,7 +294,7 @@ def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str
 
     A comment with as many words as there are columns need not hold units.
     """
-    ways = _fitting([_split(_uncommented(line), separator), *_ways(line, separator, row)], row)
+    ways = _fitting([_split(_without_comment_sign(line), separator), *_ways(line, separator, row)], row)
     for way in ways:
         if _are_units(way) or same_dimension(parse(_bare(way[time]) or ""), parse("s")):
             return way
@@ -438,7 +437,7 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
     decimal, group = readings[0]
     grouped = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
     return decimal, re.sub(
-        rf"{before}{grouped}{end}", lambda match: match[0].replace(group, "").rstrip(" \t"), body
+        rf"{before}{grouped}{end}", lambda match: match[0].replace(group, "").rstrip(" "), body
     )
 
 

@@ -104,8 +104,9 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assi
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
-        times = ["t"] if "t" in source.names else source.names[: source.nameless]
-    known, assigned = {*channels(), *mapping.channels}, Assigned()
+        times = source.names[:1] if source.nameless else ["t"]
+    known = {*channels(), *mapping.channels}
+    assigned: Assigned = {}
     for column, rule in zip(source.columns, own, strict=True):
         name = TIME if column.name in times else column.name
         if rule is None and name != TIME and name not in known:
@@ -140,8 +141,9 @@ def _add_shared(
         if unknown and not by_rule and compare is None:
             what = "is not a channel, nor a column of both tables"
             raise TableError(f"{source.path}: {unknown[0]!r} {what}; {_HINT}")
-        if compare is not None:
-            lacking += [name for name in list(columns) if name not in (TIME, *compare) and columns.pop(name)]
+        for name in [name for name in columns if compare is not None and name not in (TIME, *compare)]:
+            lacking.append(name)
+            del columns[name]
         left_out.append(lacking)
     return left_out
 
@@ -153,7 +155,8 @@ def _complete(
     wanted = {name for columns in assigned for name in columns if compare is None or name in compare}
     for source, columns in zip(sources, assigned, strict=True):
         prescribed = _prescribed(source.record, columns[TIME][0].numbers)
-        added = {c.name: (c, _NONE) for c in prescribed if c.name in wanted - columns.keys()}
+        lacking = wanted - columns.keys()
+        added = {column.name: (column, _NONE) for column in prescribed if column.name in lacking}
         columns.update(added)
         if added:
             yield f"{source.path.name}: as its scene prescribes: {', '.join(added)}"
@@ -179,12 +182,11 @@ def _definitions(
     for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         if name not in channels():
-            holding = [
-                (s.path.name, *columns[name])
-                for s, columns in zip(sources, assigned, strict=True)
+            stated = [
+                Stated(source.path.name, _unit(*columns[name]), columns[name][0].numbers)
+                for source, columns in zip(sources, assigned, strict=True)
                 if name in columns
             ]
-            stated = [Stated(table, _unit(column, rule), column.numbers) for table, column, rule in holding]
             defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)

@@ -23,7 +23,7 @@ _KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
 def main() -> None:
     """Write the vectors of a file to standard output as .npz (no pickle), and descriptions of all else.
 
-    It may take so many bytes of address space, of which the libraries take some.
+    The process may take BYTES of address space; the libraries take some of it.
     """
     from scipy.io import loadmat
 

@@ -27,7 +27,7 @@ _PULSES = {"row": "iu", "time": "f", "force": "f"}
 _KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
 _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
 _DEEPEST = 50
-_LARGEST = 1e30  # no quantity is larger in its unit; its square overflows not even in single precision
+_LARGEST = 1e30  # no quantity is larger in its unit; its square does not overflow, nor it in single precision
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
@@ -144,7 +144,7 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     if time.size < 2:
         yield f"{time.size} data rows; at least 2 are required"
     steps = np.diff(time)
-    for n in first(steps <= 0):
+    for n in _first(steps <= 0):
         yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
     slack = 0.5 * float(np.median(steps))
     if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
@@ -168,27 +168,27 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
         row = int(bad.argmax()) if bad.size else 0
         text = str(column.iloc[row]) if len(column) else ""
         yield f"{channel} is not a number in data row {row + 1}: {text!r}"
-    for n in first(bad):
+    for n in _first(bad):
         yield f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)"
-    for n in first(np.abs(values) > _LARGEST):
+    for n in _first(np.abs(values) > _LARGEST):
         yield f"{channel} = {values[n]:g} in data row {n + 1} must be at most {_LARGEST:g} in size"
 
 
 def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
         yield f"its events have no column {missing[0]}{_and_more(missing)}"
-    for n in first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
+    for n in _first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
         yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
-        for n in first(~np.isfinite(values)):
+        for n in _first(~np.isfinite(values)):
             yield f"{name} of contact {n + 1} is not a number: {events[name].iloc[n]}"
-        for n in first((values < 0.0) & (name in _MEASURES)):
+        for n in _first((values < 0.0) & (name in _MEASURES)):
             yield f"{name} = {values[n]:g} of contact {n + 1} must be >= 0"
     start, end = columns["start"], columns["end"]
-    for n in first(end < start):
+    for n in _first(end < start):
         yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
-    for n in first((start < begin - slack) | (end > stop + slack)):
+    for n in _first((start < begin - slack) | (end > stop + slack)):
         contact = f"contact {n + 1}, {instant(start[n], begin)} to {instant(end[n], stop)} s,"
         times = f"{instant(begin, start[n])} to {instant(stop, end[n])} s"
         yield f"{contact} is outside the times of the table, {times}"
@@ -198,11 +198,11 @@ def _faults_beside(events: pd.DataFrame, pulses: Columns) -> Iterator[str]:
     """Yield what is wrong with sound pulses beside these events."""
     row, time = pulses["row"], pulses["time"]
     start, end = _numbers(events["start"]), _numbers(events["end"])
-    for n in first((row < 0) | (row >= start.size)):
+    for n in _first((row < 0) | (row >= start.size)):
         yield f"row {row[n]} is none of {start.size} events"
     start, end = start[row], end[row]
     slack = _LONGER * (end - start)
-    for n in first((time < start - slack) | (time > end + slack)):
+    for n in _first((time < start - slack) | (time > end + slack)):
         yield f"{time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s"
 
 
@@ -217,7 +217,7 @@ def _and_more(names: Sequence[str]) -> str:
     return f" (and {len(names) - 1} more)" if len(names) > 1 else ""
 
 
-def first(bad: BoolArray) -> list[int]:
+def _first(bad: BoolArray) -> list[int]:
     """Return the first place that is bad, if one is."""
     return [int(n) for n in np.flatnonzero(bad)[:1]]
 
@@ -251,10 +251,10 @@ def pulse_faults(pulses: Mapping[str, Any]) -> Iterator[str]:
     """Yield why these are no columns of pulses."""
     yield from _column_faults("pulses", pulses, _PULSES)
     for name in ("time", "force"):
-        for n in first(~np.isfinite(pulses[name])):
+        for n in _first(~np.isfinite(pulses[name])):
             yield f"pulses: {name} is {pulses[name][n]} in sample {n + 1}"
     step = np.diff(pulses["row"].astype(np.int64))
-    for n in first((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))):
+    for n in _first((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))):
         yield f"pulses: not sorted by row and time at sample {n + 2}"
 
 

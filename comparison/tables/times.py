@@ -14,8 +14,8 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 
 SAME_GRID = 1e-9
-"""Share of a sample interval by which equal times differ at most: a thousand rows written with 13 digits do
-less, with 10 they do more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
+"""Share of a sample interval by which equal times may differ: a thousand rows written with 13 digits differ
+by less, with 10 by more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 
 _BLOCKS = 20
 _WINDOW = 2048  # largest number of samples of each block

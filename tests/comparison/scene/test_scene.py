@@ -113,6 +113,7 @@ EACH = "contact.youngs_modulus"
         ("output.groups", ["corners", "corners"], "must not contain a group twice"),
         ("reliability.velocity.lower", 0.5, "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02"),
         pytest.param("scene.name", 10**5000, "thousands of digits must be a string", id="digits"),
+        pytest.param("output.groups", [10**5000], "thousands of digits must be 'acc", id="digits in a list"),
         ("scene", 3, "scene = 3 must be a section"),
         ("a b.c", 1, "'a b' is not a known key"),
     ],

@@ -116,6 +116,11 @@ def test_a_plus_beside_an_exponent_of_fortran_costs_no_digit():
     assert table.values("x").tolist() == [912.7555772777217, 1.5]
 
 
+def test_a_cell_behind_a_number_with_signs_of_thousands_stays_empty():
+    table, _, _ = read_pair(put("a.txt", "time\tx\ty\n0\t1,234.5\t1\n1,000.5\t\t2\n"))
+    assert table.values("y").tolist() == [1.0, 2.0]
+
+
 def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(capsys):
     put("a.csv", "time,U [V]\n0,1\n1,2\n")
     put("b.csv", "time,U [mV]\n0,1\n1,2\n")
