@@ -89,7 +89,7 @@ def _width() -> int:
 def columns(
     rows: Sequence[Sequence[str]], *, right: Collection[int] = (), verdict: int | None = None
 ) -> list[str]:
-    """Return rows, the headings first, as aligned lines; too long text in the last column is cut."""
+    """Return rows, the headings first, as aligned lines; text too long for the last column is cut."""
     rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     last = len(widths) - 1

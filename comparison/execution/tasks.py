@@ -133,7 +133,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON does not hold as what it holds: records by their fields, a scene by its hash."""
+    """Return what stands for an object in JSON: of a record its fields, of a scene its hash."""
     if isinstance(value, Scene):
         return value.hash
     if isinstance(value, BaseModel):

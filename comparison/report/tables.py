@@ -12,6 +12,7 @@ from comparison.metrics.contacts import SITUATIONS
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
+from comparison.scene.overrides import flat
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
@@ -273,12 +274,5 @@ def version_lines(provenance: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 def scene_values(scene: Mapping[str, Any] | None) -> str:
     """Return the scene as lines ``drive.speed_rpm = 150.0``, keys as `--set` takes them; no texts."""
-
-    def flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
-        for key, value in mapping.items():
-            if isinstance(value, Mapping):
-                yield from flat(value, f"{start}{key}.")
-            else:
-                yield f"{start}{key} = {json.dumps(value, ensure_ascii=False)}"
-
-    return "\n".join(flat({key: value for key, value in (scene or {}).items() if key != "scene"}))
+    keys = flat({key: value for key, value in (scene or {}).items() if key != "scene"})
+    return "\n".join(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in keys.items())

@@ -169,7 +169,7 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
 
 
 def digest(value: object, default: Callable[[Any], Any] | None = None) -> str:
-    """SHA-256 (hex) of a value's canonical JSON; of what that does not hold, of what ``default`` returns."""
+    """SHA-256 (hex) of a value's canonical JSON; ``default`` returns what stands there for an object."""
     text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, default=default)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -38,7 +38,7 @@ _HINT = "a mapping file (--mapping) assigns columns to channels"
 _NONE = Rule(channel="")
 
 Assigned = dict[str, tuple[Column, Rule]]
-"""Of a table: channel -> its column and rule; `_NONE` of one that has the channel's name."""
+"""Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
 
 
 def read_tables(

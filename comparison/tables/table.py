@@ -1,8 +1,8 @@
 """Result table of a run: its channels, events, extrema and provenance, and whether it can be compared.
 
-What is wrong is found as lines, of which the first is reported. Pulses are the normal forces of the contacts
-in time: columns ``row`` (in the events), ``time`` (s) and ``force`` (N), sorted by row and time; of a contact
-with many samples a table keeps the envelope.
+A check yields faults as lines, of which only the first is asked for: what follows relies on there being none.
+Pulses are the normal forces of the contacts in time: columns ``row`` (in the events), ``time`` (s) and
+``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
 from __future__ import annotations
