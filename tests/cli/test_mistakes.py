@@ -36,6 +36,7 @@ MISTAKES = {
     "compare x.csv": "'b'",
     f"{COMPARE} --tolerance -1": "--tolerance -1|positive",
     f"{COMPARE} --tolerance nan": "--tolerance nan|positive",
+    f"{COMPARE} --time-tolerance -1": "--time-tolerance -1|zero or a positive",
     f"{COMPARE} --share 0": "--share 0|above 0 and at most 1",
     f"{COMPARE} --share 1.5": "--share 1.5|above 0 and at most 1",
     f"{COMPARE} --period -1": "--period -1|positive",

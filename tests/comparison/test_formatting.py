@@ -42,6 +42,5 @@ def test_numbers_as_they_are_shown(shown: str, text: str) -> None:
 def test_a_number_is_read_back_to_three_digits(value: float) -> None:
     mantissa, _, power = number(value).partition("·10")
     digits = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    assert float(f"{mantissa}e{digits or 0}") == pytest.approx(
-        value, rel=5.01e-3
-    )  # half of 1.00's last digit
+    read = float(f"{mantissa}e{digits or 0}")
+    assert read == pytest.approx(value, rel=5.01e-3)  # half of the third digit of 1.00

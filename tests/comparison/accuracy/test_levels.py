@@ -8,7 +8,7 @@ from comparison.accuracy.levels import NAMES, AccuracyError, coarser, finer, ref
 from comparison.accuracy.measured import expected, front
 from comparison.scene import load_scene, shipped_scenes
 
-TREE = {"solver.exudyn.formulation": "tree"}
+TREE, ROWS = ({"solver.exudyn.formulation": name} for name in ("tree", "rows"))
 EACH = {"reference": ("reference", {}), "full": ("exudyn", {}), "tree": ("exudyn", TREE)}
 NAMED = {"reference": [1e-7, 1e-10, 1e-12], "full": [8e-6, 2e-6, 5e-7], "tree": [1e-7, 1e-10, 1e-11]}
 
@@ -25,6 +25,8 @@ def test_names_stand_for_the_same_settings_on_every_scene_from_coarse_to_fine(ea
     for name in shipped_scenes():
         scene = load_scene(name, changes)
         assert [setting(model, accuracy, scene) for accuracy in NAMES] == NAMED[each]
+    rows = load_scene("150rpm-0.2mm", ROWS)  # without measurements there are names too
+    assert solver_values("exudyn", "standard", rows) == {"solver.exudyn.step": 2e-6}
 
 
 @pytest.mark.parametrize("each", EACH)
@@ -47,7 +49,7 @@ def test_a_number_gives_the_cheapest_setting_whose_bound_meets_it(each, name):
     ("model", "wanted", "name", "changes", "rule"),
     [
         ("exudyn", 1e-6, "ideal", TREE, "is not recorded for these joints; use draft, standard, strict"),
-        ("exudyn", 1e-6, "150rpm-0.2mm", {"solver.exudyn.formulation": "rows"}, "is not recorded for these"),
+        ("exudyn", 1e-6, "150rpm-0.2mm", ROWS, "is not recorded for these"),
         ("adams", "strict", "ideal", {}, "model 'adams' is not recorded; set its solver.adams"),
         *(
             ("reference", text, "ideal", {}, "must be draft, standard, strict or a positive number")

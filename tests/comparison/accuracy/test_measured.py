@@ -84,6 +84,11 @@ def test_a_scene_takes_the_numbers_of_the_shipped_one_with_its_physics_or_with_i
         assert (record["from"], record["bound_m"]) == (f"measured on {measured_on}", bound.error)
 
 
+def test_forces_of_joints_need_another_method_of_exudyn_alone():
+    forces = load_scene("150rpm-0.2mm", {"output.groups": ["joints"]})
+    assert [expected(forces, model).cautions for model in MODELS] == [(), (METHOD,)]
+
+
 def test_time_is_that_of_the_start_and_of_each_cycle_or_step_at_the_nearest_setting():
     scene = load_scene("69GPa", {"drive.cycles": 5.0, "solver.exudyn.step": 1.25e-7})
     for model, formulation, setting, count in (

@@ -10,7 +10,7 @@ import pytest
 from comparison.accuracy.refine import FLOOR
 from comparison.accuracy.work_precision import Timed, candidates, held_against_each_other, pareto
 from comparison.scene import load_scene
-from comparison.words.accuracy import settings_basis
+from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
 CANDIDATES = candidates(SCENE)
@@ -84,6 +84,19 @@ def test_one_model_alone_is_unconfirmed():
     nothing = measured(lost=("minimal", "tree", "full"))
     assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
     assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
+
+
+def test_a_row_for_each_setting_and_a_command_for_each_error():
+    result = measured(lost=(1e-7,))
+    _, *rows = settings_table(result)
+    first = ("reference minimal, tolerance 1e-06", "1.0e-06", f"{0.1 / 1e-6**0.1:.3g}", "*")
+    assert rows[:2] == [first, ("reference minimal, tolerance 1e-07", "", "", "chatter")]
+    assert len(rows) == len(CANDIDATES)
+    (holds, command), (also, _), *_ = settings_commands(result)
+    assert holds.startswith("1e-05 m on 49% of the run, ")  # a window less than half
+    best = "--set solver.reference.formulation=minimal --set solver.reference.tolerance=1e-06"
+    assert command == f"{SCENE.command('run')} {best} --model reference --out {SCENE.name}.csv"
+    assert also.startswith("1e-06 to 1e-07 m on ")  # without 1e-7 one setting is the cheapest for both
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.cli import main
 from comparison.execution.quality import energy_share, quality_warnings, steps_per_contact
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
@@ -88,3 +89,11 @@ def test_the_paper_s_case_is_not_doubted_and_one_that_is_solved_badly_is(changes
     assert capfd.readouterr() == ("", "")  # a model prints nothing of its own
     assert len(warnings) == (words is not None)
     assert all(words in warning for warning in warnings)
+
+
+def test_a_doubt_is_a_warning_on_the_command_line(tmp_path, capfd):
+    coarse = FULL | {"solver.exudyn.step": 5e-5}
+    changes = [f"--set={key}={value}" for key, value in coarse.items()]
+    assert main(["run", "150rpm-0.2mm", "--model=exudyn", f"--out={tmp_path}/a.csv", *changes]) == 0
+    warning = "sixbar: warning: half of its contacts, weighted by force, last less than"
+    assert warning in capfd.readouterr().err

@@ -138,7 +138,8 @@ def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
     keep(KEY, make_table())
     with pytest.raises(FolderError, match="no cache folder can be written"):
         cache_folder()
-    assert cache_warnings()[0].startswith("no cache folder can be written: nothing is cached")
+    (warning,) = cache_warnings()
+    assert warning.startswith("no cache folder can be written: nothing is cached")
 
 
 def test_a_cache_that_can_only_be_read_is_used(files, fetched, make_table, monkeypatch):

@@ -146,8 +146,8 @@ def test_tasks_of_one_environment_follow_one_another_and_progress_goes_by_the_ex
     assert [row["square"] for row in rows] == [1.0, 1.0, 16.0, 16.0]
     _, *environments = (environment for _, environment in here[1])
     assert sorted(environments) in (environments, environments[::-1])
-    assert shares == sorted(shares)
-    assert {round(10 * share, 9) for share in shares} <= {2, 5, 6, 9, 10}
+    # Of 10 s 1 is done before; of each environment, whichever comes first, the longer one precedes.
+    assert shares in (pytest.approx([0.5, 0.9, 1.0]), pytest.approx([0.5, 0.6, 1.0]))
 
 
 def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():

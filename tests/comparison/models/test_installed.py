@@ -129,9 +129,13 @@ def test_a_model_that_cannot_be_had_is_one_line(install, points, message):
 
 
 @pytest.mark.parametrize("fault", ["raise ValueError('no\\nlicence')", "import sys; sys.exit(3)", "1 +"])
-def test_a_package_that_cannot_be_imported_is_one_line(odd, fault, capfd):
+def test_a_package_that_cannot_be_imported_is_one_line(odd, fault, capfd, monkeypatch):
     odd(f"\n{fault}")
+    said = "model 'odd' cannot be imported from 'odd_press:simulate': "
     assert run_odd() == 2
     out, err = capfd.readouterr()
-    assert (out, err.count("\n"), "Traceback" in err) == ("", 1, False)
-    assert "model 'odd' cannot be imported from 'odd_press:simulate': " in err
+    assert (out, err.count("\n"), said in err, "Traceback" in err) == ("", 1, True, False)
+    monkeypatch.setenv("COLUMNS", "2000")
+    assert main(["validate", "ideal", "--models", "odd,reference", "--out", "v", "--jobs", "1", "-v"]) == 2
+    told = "".join(capfd.readouterr())
+    assert (said in told, "Traceback" in told) == (True, False)

@@ -20,10 +20,10 @@ def _drawn_once():
     drawn = {}
 
     def figure(scene, channel, key):
-        zero = relative_to_guide(scene, channel)
-        # The channel is kept too, so that no other has its id.
-        of = drawn.setdefault((id(channel), zero, scene.labels, key), [channel])
-        return of[1] if of[1:] else of.append(channel_figure(scene, channel, key)) or of[1]
+        which = id(channel), relative_to_guide(scene, channel), scene.labels, key
+        if which not in drawn:
+            drawn[which] = channel, channel_figure(scene, channel, key)  # kept, so that no other has its id
+        return drawn[which][1]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("comparison.report.page.channel_figure", figure)

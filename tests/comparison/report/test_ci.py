@@ -77,9 +77,8 @@ NAMES = [
 
 
 def test_a_name_is_shown_as_it_is_whatever_markdown_would_make_of_it(tmp_path):
-    rows, cases = zip(
-        *(((name, "agree"), Case(name, "tight", "run", "error", name)) for name in NAMES), strict=True
-    )
+    rows = [(name, "agree") for name in NAMES]
+    cases = [Case(name, "tight", "run", "error", name) for name in NAMES]
     shown = MarkdownIt("gfm-like", {"linkify": False}).render(page(tmp_path, rows, cases))
     for name in NAMES:
         assert shown.count(f"<td>{html.escape(name, quote=False)}</td>") == 2, name

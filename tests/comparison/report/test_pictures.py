@@ -57,10 +57,8 @@ def test_an_estimated_error_is_shaded_about_its_curve(tables):
 @pytest.mark.usefixtures("files")
 def test_a_table_s_name_is_shown_as_it_is_in_every_format(capsys):
     """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
-    names, magic = (
-        ["$\\frac", "_a", "$x$", "a_{b", "&<i>"],
-        {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<svg"},
-    )
+    names = ["$\\frac", "_a", "$x$", "a_{b", "&<i>"]
+    magic = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<svg"}
     for name, ending in ((names[0], "png"), (names[0], "pdf"), *((name, "svg") for name in names)):
         shutil.copy("a.csv", f"{name}.csv")
         assert main(["plot", f"{name}.csv", "b.csv", "--out", f"deep/p.{ending}"]) == 0

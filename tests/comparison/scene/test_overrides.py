@@ -67,7 +67,8 @@ def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_d
     assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
     assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
     assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,64}", scene.name)  # a folder, everywhere
-    assert load_scene(PAPER, first | second).name == scene.name or {SLIDER, BOTH, GUIDE} & {*first, *second}
+    if not {SLIDER, BOTH, GUIDE} & {*first, *second}:  # of which a later one replaces another
+        assert load_scene(PAPER, first | second).name == scene.name
 
 
 def test_any_text_survives_the_shell():

@@ -1,6 +1,7 @@
 """Printed figures and statements of the paper: how they are judged, on made-up motions with known errors."""
 
 from collections import Counter
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -53,7 +54,7 @@ def motions(changes=None, long=None, angles=(45,), chaos=Chaos.UNDECIDED, shape=
     """
     short, ideal, many = {}, {}, {}
     phase = shape(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
-    for scene, model in ((scene, model) for scene in runs.SCENES for model in MODELS):
+    for scene, model in product(runs.SCENES, MODELS):
         period = load_scene(scene).period
         ideal[scene, model] = table(period, 2, DENSE)
         members = [
@@ -318,9 +319,7 @@ def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_
     members = [
         {(runs.CENTRAL, "slider_y"): a, ("69GPa", "slider_y"): b} for a, b in zip(central, soft, strict=True)
     ]
-    many = {
-        scene: {"y": size * wave()} for scene, size in {runs.CENTRAL: 1e-5, "69GPa": later * 1e-5}.items()
-    }
+    many = {runs.CENTRAL: {"y": 1e-5 * wave()}, "69GPa": {"y": later * 1e-5 * wave()}}
     claim = {"channel": "slider_y", "more": "69GPa", "less": runs.CENTRAL}
     assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is verdict
 

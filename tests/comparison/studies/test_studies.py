@@ -80,6 +80,10 @@ def test_all_studies_their_list_and_the_table_of_the_readme(folder):
     listed = (folder / "reports" / "README.md").read_text("utf-8")
     links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
     assert links == [f"{name}/README.md" for name in NAMES]
+    for section in listed.split("\n## ")[1:]:
+        _, finding, *pictures = section.strip().split("\n\n")
+        assert finding.endswith(".")
+        assert all((folder / "reports" / re.findall(r"\]\((.+)\)$", each)[0]).is_file() for each in pictures)
     readme = (folder / "README.md").read_text("utf-8")
     assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
     assert "formerly" not in readme
@@ -96,7 +100,6 @@ def test_all_studies_their_list_and_the_table_of_the_readme(folder):
 
 
 def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make_table):
-
     def compared(tier, apart):
         sides = [
             Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 1e-8 + apart)

@@ -80,6 +80,9 @@ def test_a_shift_is_measured(shift, names):
     # two thousand samples: against 1.7 m/s of y no more than 1e-7 s.
     assert abs(estimated.value - shift) < 1e-7
     assert estimated.uncertainty < 1e-6
+    late, early = ("b", "a") if shift > 0 else ("a", "b")
+    said = shift_sentence(estimated, ("a", "b"))
+    assert said.startswith(f"{late} is later than {early} by {abs(shift):.3g} s")
 
 
 def test_equal_results_have_none_and_an_offset_is_none():

@@ -93,11 +93,8 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(row, times, si
         assert first
         return
     assert (result.verdict, result.with_verdict("differ")) == ("differ", [channel])
-    assert (channel.outside, channel.worst_time, "crank_torque" in scene_reason(result)) == (
-        1,
-        TIME[row],
-        True,
-    )
+    assert (channel.outside, channel.worst_time) == (1, TIME[row])
+    assert "crank_torque" in scene_reason(result)
 
 
 # A shift in time

@@ -152,6 +152,7 @@ THREE = ("one", "two", "three")
         (("agree", "agree", "agree"), "agree", "All 3 agree."),
         # Near the threshold agreement is not transitive.
         (("agree", "agree", "differ"), "differ", "No model is the outlier: two and three differ"),
+        (("differ", "differ", "differ"), "differ", "one and three differ"),
         (("indeterminate", "differ", "differ"), "undecided", "one and two: indeterminate"),
         (("agree", "cannot compare", "cannot compare"), "agree", "; three cannot be compared."),
         (("differ", "cannot compare", "cannot compare"), "differ", "one and two differ"),

@@ -127,11 +127,11 @@ def test_a_file_is_read_in_a_bounded_memory(monkeypatch):
 def test_a_broken_file_is_one_line():
     savemat("good.mat", COLUMNS)
     whole = Path("good.mat").read_bytes()
-    # The last two end scipy's parser by a wrong address.
-    for place, wrong in ((126, b"??"), (154, b"\x01"), (177, b"\x0e")):
-        broken = put("a.mat", whole[:place] + wrong + whole[place + len(wrong) :])
-        refused("a.mat: is not a readable .mat file", broken)
-    refused("a.mat: is not a readable .mat file", put("a.mat", whole[:-3]))
+    # The last three end scipy's parser by a wrong address.
+    changes = ((126, b"??"), (145, b"\x0f"), (154, b"\x01"), (177, b"\x0e"))
+    changed = [whole[:place] + wrong + whole[place + len(wrong) :] for place, wrong in changes]
+    for broken in (whole[:200], whole[:-3], *changed):
+        refused("a.mat: is not a readable .mat file", put("a.mat", broken))
 
 
 @pytest.mark.parametrize("transposed", [True, False])
