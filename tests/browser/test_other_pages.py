@@ -52,13 +52,13 @@ def test_the_animation_moves_drawing_cursor_and_clock_together(show, tmp_path):
 
 def test_three_models_are_on_common_plots(show, tmp_path):
     models = ("a", "b", "c")
-    found = {"verdict": "agree", "ratio": 0.5, "channels": {}}
+    agreeing = {"verdict": "agree", "ratio": 0.5, "channels": {}}
     for first, second in pairs(models):
         for model in (first, second):
             folder = tmp_path / f"{first}-{second}" / "tables"
             write(table(1.0 + 0.1 * models.index(model)), folder / f"swing-{model}.csv")
     outcome = standing(models, dict.fromkeys(pairs(models), "agree"))
-    row = Row("swing", "A swing", outcome, dict.fromkeys(pairs(models), found))
+    row = Row("swing", "A swing", outcome, dict.fromkeys(pairs(models), agreeing))
     page = show(390, 800, path=write_pairwise([row], tmp_path, models=models, command="sixbar validate"))
     page.locator("canvas").first.wait_for()
     drawn = page.evaluate(

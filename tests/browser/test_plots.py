@@ -83,18 +83,18 @@ def press(page, *keys, plots=PLOTS):
 
 
 def test_the_data_are_those_of_the_comparison(show, comparisons):
-    found, channel = opened(show).evaluate(DATA), comparisons[0].channels["slider_x"]
-    assert found["t"] == pytest.approx(channel.time, abs=1e-12)
-    zero, step = comparisons[0].scene["mechanism"]["guide_x"], found["step"]
+    data, channel = opened(show).evaluate(DATA), comparisons[0].channels["slider_x"]
+    assert data["t"] == pytest.approx(channel.time, abs=1e-12)
+    zero, step = comparisons[0].scene["mechanism"]["guide_x"], data["step"]
     # Half of one of 65,534 steps of the values; 5 bits of the difference and of its threshold.
     assert step == pytest.approx((channel.a.max() - channel.a.min()) / 65534)
-    assert found["a"] == pytest.approx(channel.a - zero, abs=0.51 * step)
+    assert data["a"] == pytest.approx(channel.a - zero, abs=0.51 * step)
     apart = 2**-6 * abs(channel.difference).max()
-    assert found["b"] == pytest.approx(channel.b - zero, abs=0.51 * step + apart)
-    size = [value or 0.0 for value in found["size"]]
+    assert data["b"] == pytest.approx(channel.b - zero, abs=0.51 * step + apart)
+    size = [value or 0.0 for value in data["size"]]
     assert size == pytest.approx(abs(channel.difference), rel=2**-6, abs=1e-30)
-    assert found["within"] == pytest.approx(channel.threshold, rel=2**-6)
-    assert found["judged"] == channel.predictable.tolist()
+    assert data["within"] == pytest.approx(channel.threshold, rel=2**-6)
+    assert data["judged"] == channel.predictable.tolist()
 
 
 def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor(show):
@@ -110,7 +110,7 @@ def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor
     now = state(page)
     # A pixel of some 700.
     assert now["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
-    assert all(found == pytest.approx(now["range"]) for found in now["ranges"])
+    assert all(each == pytest.approx(now["range"]) for each in now["ranges"])
     page.mouse.wheel(0, -100)
     page.wait_for_timeout(100)
     nearer = state(page)["range"]
@@ -135,22 +135,22 @@ def test_impacts_are_reached_one_by_one_with_both_pulses_up_to_the_peaks_of_the_
     page, readout = opened(show), f"{PLOTS} .readout"
     first, second = (events.sort_values("start") for events in comparisons[0].events)
     event = first.iloc[0]
-    found = press(page, "n")
-    assert found["range"][0] < event["start"] < found["range"][1] < found["range"][0] + 0.01  # of 0.8 s
-    assert f"corner_{event['corner']}_normal" in found["shown"]
+    jumped = press(page, "n")
+    assert jumped["range"][0] < event["start"] < jumped["range"][1] < jumped["range"][0] + 0.01  # of 0.8 s
+    assert f"corner_{event['corner']}_normal" in jumped["shown"]
     page.wait_for_function(IN_VIEW, arg=f"normal force, {CORNERS[event['corner']]} corner")
     assert f"{event['start']:.6f} s" in page.locator(readout).inner_text()
     later = press(page, "n")["range"]
-    assert later[0] > found["range"][0]
-    assert press(page, "p")["range"] == pytest.approx(found["range"])
-    found, seen = press(page, "n"), page.evaluate(PULSES, PLOTS)
+    assert later[0] > jumped["range"][0]
+    assert press(page, "p")["range"] == pytest.approx(jumped["range"])
+    jumped, seen = press(page, "n"), page.evaluate(PULSES, PLOTS)
     both = first.iloc[1], second.iloc[1]
     for (pulse,), event in zip(seen["pulses"], both, strict=True):
         assert len(pulse["t"]) >= 20
         assert max(pulse["n"]) == pytest.approx(event["peak_force"], rel=0.01)
         # 16 bits of the contact's length.
         assert [pulse["t"][0], pulse["t"][-1]] == pytest.approx([event["start"], event["end"]], abs=1e-8)
-        assert found["range"][0] < event["start"] < event["end"] < found["range"][1]
+        assert jumped["range"][0] < event["start"] < event["end"] < jumped["range"][1]
     # Both peaks are inside the axes, and reach at least half of their height.
     peaks = [event["peak_force"] for event in both]
     assert max(peaks) < seen["top"] < 2 * max(peaks)

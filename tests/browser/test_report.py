@@ -79,8 +79,8 @@ def test_axe_finds_nothing(show, width, scheme):
     for root in page.locator(".viewer").all():
         root.scroll_into_view_if_needed()
         root.locator("canvas").first.wait_for()
-    found = Axe().run(page).response["violations"]
-    assert [(rule["id"], rule["impact"], rule["nodes"][0]["html"]) for rule in found] == []
+    violations = Axe().run(page).response["violations"]
+    assert [(rule["id"], rule["impact"], rule["nodes"][0]["html"]) for rule in violations] == []
 
 
 def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view(show):

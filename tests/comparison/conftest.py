@@ -87,8 +87,8 @@ def scene(central_case: Scene) -> Scene:
 def make_table(central_case: Scene) -> Callable[..., Table]:
     """Tables of the central case: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
 
-    def make(error: float = 0.0, stretch: float = 0.0, of: Scene = central_case, **changes: Any) -> Table:
-        return Table(pd.DataFrame(model.signals(of.data, error, stretch) | changes))
+    def make(error: float = 0.0, stretch: float = 0.0, scene: Scene = central_case, **changes: Any) -> Table:
+        return Table(pd.DataFrame(model.signals(scene.data, error, stretch) | changes))
 
     return make
 

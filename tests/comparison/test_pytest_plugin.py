@@ -30,8 +30,8 @@ def test_no_file(assert_agree):
 
 
 def block(section: str, language: str) -> str:
-    (found,) = re.findall(rf"```{language}\n(.*?)```", BLOCKS[section], re.DOTALL)
-    return found
+    (code,) = re.findall(rf"```{language}\n(.*?)```", BLOCKS[section], re.DOTALL)
+    return code
 
 
 def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table, monkeypatch):

@@ -190,8 +190,8 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
 
 def confirmations(capsys) -> list[str]:
     """The sentences on the console, of `--verbose`: a paragraph each."""
-    found = re.findall(r"^ {4}confirmation +(.*)$", capsys.readouterr().out, re.MULTILINE)
-    return [" ".join(text.split()) for text in found]
+    sentences = re.findall(r"^ {4}confirmation +(.*)$", capsys.readouterr().out, re.MULTILINE)
+    return [" ".join(text.split()) for text in sentences]
 
 
 def test_an_uncertainty_that_was_too_small_by_chance_is_no_difference(scene_file, gravity, capsys):

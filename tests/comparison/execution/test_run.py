@@ -39,10 +39,10 @@ def test_results_come_in_the_order_of_the_jobs_with_their_scene_and_progress_ris
 def test_one_of_each_formulation_starts_first_then_the_longest_and_workers_are_kept(scene, fake_models):
     """Longest first alone would start two runs of the five bodies, and both workers compile the same."""
     tree = scene.with_values({"solver.exudyn.formulation": "tree"})
-    kinds = ((20.0, scene, "exudyn"), (30.0, tree, "exudyn"), (40.0, scene, "reference"))
+    formulations = ((20.0, scene, "exudyn"), (30.0, tree, "exudyn"), (40.0, scene, "reference"))
     planned = [
-        Job(of.with_values({"drive.cycles": cycles, "environment.gravity": gravity + cycles}), model)
-        for gravity, of, model in kinds
+        Job(each.with_values({"drive.cycles": cycles, "environment.gravity": gravity + cycles}), model)
+        for gravity, each, model in formulations
         for cycles in (1.0, 3.0, 2.0)
     ]
     run_all(planned, 1)
@@ -125,9 +125,9 @@ def test_run_one_in_this_process(scene, fake_model, gravity, monkeypatch):
     shares = []
     assert np.all(np.diff(run_one(scene, "exudyn", shares.append).time) > 0)
     assert shares == [0.5]
-    for error, of, message in (
+    for error, value, message in (
         (SceneError, gravity.refuse, "is not simulated yet"),
         (RunError, gravity.fail, "newton-failed; try a smaller step"),
     ):
         with pytest.raises(error, match=message):
-            run_one(scene.with_values({"environment.gravity": of}), "exudyn")
+            run_one(scene.with_values({"environment.gravity": value}), "exudyn")

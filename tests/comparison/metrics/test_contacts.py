@@ -34,25 +34,25 @@ def contacts(*starts_and_impulses: tuple[float, float]) -> pd.DataFrame:
 
 
 def test_a_lasting_contact_that_one_model_interrupts_changes_single_impulses_and_not_the_total():
-    found = compare_impacts(contacts((1.0, 1.0)), contacts((1.5, 0.99), (1.0, 0.01)), window=0.1)
-    assert (found.recall, found.precision, found.pairs.tolist()) == (1.0, 0.5, [[0, 1]])
-    assert found.impulse_error == pytest.approx(0.99, rel=1e-14)
-    assert found.total_impulse_error == pytest.approx(0, abs=1e-15)
-    assert (found.largest_delay, found.normal_speed_error, found.peak_force_error) == (0.0, 0.0, 0.0)
+    impacts = compare_impacts(contacts((1.0, 1.0)), contacts((1.5, 0.99), (1.0, 0.01)), window=0.1)
+    assert (impacts.recall, impacts.precision, impacts.pairs.tolist()) == (1.0, 0.5, [[0, 1]])
+    assert impacts.impulse_error == pytest.approx(0.99, rel=1e-14)
+    assert impacts.total_impulse_error == pytest.approx(0, abs=1e-15)
+    assert (impacts.largest_delay, impacts.normal_speed_error, impacts.peak_force_error) == (0.0, 0.0, 0.0)
 
 
 def test_of_two_equally_near_the_earlier_matches():
-    found = compare_impacts(contacts((1.0, 1.0)), contacts((0.75, 1.0), (1.25, 1.0)), window=0.25)
-    assert (found.pairs.tolist(), found.median_delay) == ([[0, 0]], 0.25)
+    impacts = compare_impacts(contacts((1.0, 1.0)), contacts((0.75, 1.0), (1.25, 1.0)), window=0.25)
+    assert (impacts.pairs.tolist(), impacts.median_delay) == ([[0, 0]], 0.25)
 
 
 @pytest.mark.parametrize("empty", [pd.DataFrame(), contacts()])
 def test_without_contacts_there_are_no_shares(empty):
-    found = compare_impacts(empty, empty, 0.1)
-    assert (found.count_a, found.count_b, len(found.pairs)) == (0, 0, 0)
-    assert np.isnan([found.precision, found.recall]).all()
-    found = compare_impacts(contacts((1.0, 1.0)), empty, 0.1)
-    assert (np.isnan(found.precision), found.recall) == (True, 0.0)
+    none = compare_impacts(empty, empty, 0.1)
+    assert (none.count_a, none.count_b, len(none.pairs)) == (0, 0, 0)
+    assert np.isnan([none.precision, none.recall]).all()
+    one = compare_impacts(contacts((1.0, 1.0)), empty, 0.1)
+    assert (np.isnan(one.precision), one.recall) == (True, 0.0)
     predictable = {"ll": np.ones(2, dtype=bool)}
     impacts = impacts_of(empty, empty, time=np.arange(2.0), period=1.0, predictable=predictable)
     assert list(impacts) == ["all", "predictable"]
@@ -86,11 +86,11 @@ def test_a_count_over_fine_samples_comes_to_the_same():
     rng, count = np.random.default_rng(3), 200_000
     edges = {corner: np.sort(rng.uniform(0, END, 2 * rng.integers(0, 40))) for corner in CORNERS}
     at = (np.arange(count) + 0.5) * END / count
-    ll, lr, ul, ur = (np.searchsorted(of, at, side="right") % 2 == 1 for of in edges.values())
+    ll, lr, ul, ur = (np.searchsorted(own, at, side="right") % 2 == 1 for own in edges.values())
     both, free = (ll | ul) & (lr | ur), ~(ll | lr | ul | ur)
     one_side = ((ll & ul) | (lr & ur)) & ~both
     sampled = [free.mean(), 1 - free.mean() - one_side.mean() - both.mean(), one_side.mean(), both.mean()]
-    events = contacts_of(*[(corner, *pair) for corner, of in edges.items() for pair in of.reshape(-1, 2)])
+    events = contacts_of(*[(corner, *pair) for corner, own in edges.items() for pair in own.reshape(-1, 2)])
     # Every one of at most 320 edges may be off by half a sample.
     assert shares(events)[:4] == pytest.approx(sampled, abs=160 / count)
 

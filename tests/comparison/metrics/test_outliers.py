@@ -31,8 +31,8 @@ def test_left_out_members_are_held_against_the_others_and_a_run_against_all(seed
     members, run = np.split(np.random.default_rng(seed).normal(size=(9, 5)) ** 3, [8])
     floor = np.full(5, 0.5)
 
-    def away(of, others):
-        return (np.abs(of - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
+    def away(one, others):
+        return (np.abs(one - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
 
     of_members, of_run = distances(members, run[0], floor)
     expected = [away(members[n], np.delete(members, n, axis=0)) for n in range(8)]
@@ -94,13 +94,13 @@ def test_the_first_contact_that_parts_two_groups_is_named():
 
     with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
     without = [run() for _ in range(20)]
-    found = parted(without, with_contact)
-    assert (found.corner, found.having, found.sizes) == ("ul", (0, 5), (20, 5))
-    assert found.start == pytest.approx(0.05)
+    parting = parted(without, with_contact)
+    assert (parting.corner, parting.having, parting.sizes) == ("ul", (0, 5), (20, 5))
+    assert parting.start == pytest.approx(0.05)
     # A corner that the first run of either group does not touch parts them all the same.
     bare = run(common=[("ll", 0.01)])
-    found = parted([bare] * 20, [bare, *(run(("ul", 0.05)) for _ in range(10))])
-    assert (found.corner, found.having) == ("ul", (0, 10))
+    parting = parted([bare] * 20, [bare, *(run(("ul", 0.05)) for _ in range(10))])
+    assert (parting.corner, parting.having) == ("ul", (0, 10))
     # What comes later is a consequence; and a contact that half of both have parts nothing.
     assert parted(without, with_contact, 0.04) is None
     mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]

@@ -36,7 +36,7 @@ def test_the_closures_hold_whatever_python_imports():
     command = [sys.executable, "-c", IMPORTED, *names]
     imported = subprocess.run(command, text=True, capture_output=True, check=True).stdout.splitlines()
     trees = {Path(path): ast.parse(Path(path).read_bytes()) for path in imported}
-    code = {path for path, of in trees.items() if len(of.body) > (ast.get_docstring(of) is not None)}
+    code = {path for path, tree in trees.items() if len(tree.body) > (ast.get_docstring(tree) is not None)}
     assert len(code) > 30
     assert code <= set().union(*map(closure, names))
 

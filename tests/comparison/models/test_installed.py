@@ -50,9 +50,8 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
     assert same.comparison.reliability is None
     assert compared({"solver.odd.what": "no ideal"}).comparison.reliability is None
     runs = same.runs["odd"]
-    used = [
-        of.provenance["scene"]["solver"]["odd"]["tolerance"] for of in (runs.base, runs.finer, runs.coarser)
-    ]
+    tables = runs.base, runs.finer, runs.coarser
+    used = [table.provenance["scene"]["solver"]["odd"]["tolerance"] for table in tables]
     assert used == pytest.approx([1e-8, 1e-9, 1e-7], rel=1e-14)
     # Ten times the error of either, and so outside what 1.25 * 10/9 of both explain.
     assert compared({"solver.odd.bias": 1e-6}).comparison.verdict == "differ"

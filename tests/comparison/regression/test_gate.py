@@ -87,8 +87,8 @@ def edit(pattern: str, by: str, *, seal: bool = True):
 
 def checks() -> dict[tuple[str, str], str]:
     """The message of what did not pass, by run and item."""
-    found = json.loads(Path("reports/out/gate/gate.json").read_text())["checks"]
-    return {(c["group"], c["name"]): c["message"] for c in found if c["status"] in ("failed", "error")}
+    all_checks = json.loads(Path("reports/out/gate/gate.json").read_text())["checks"]
+    return {(c["group"], c["name"]): c["message"] for c in all_checks if c["status"] in ("failed", "error")}
 
 
 # ---- checks

@@ -27,7 +27,7 @@ def assessed(press):
 
     def assessed(error, per_cycle=1000, cycles=2, upper=80.0, lower=0.0, **changes):
         settings = Reliability(acceleration=AccelerationLimits(lower=lower, upper=upper), **changes)
-        tables = (press(of, cycles, per_cycle) for of in (error, 0.0))
+        tables = (press(each, cycles, per_cycle) for each in (error, 0.0))
         return assess(slider_errors(*tables, PERIOD), settings)["acceleration"]
 
     return assessed
@@ -38,9 +38,9 @@ def test_without_error_the_reliability_is_phi_of_3_whatever_the_upper_limit(pres
         assert cap(Limits(upper=upper)) == pytest.approx(PHI_3, abs=5e-11)
     # A lower limit raises it: (1 + 1/2) / (1 - 1/2) * 3.
     assert cap(Limits(lower=1.0, upper=2.0)) == pytest.approx(ndtr(9.0), rel=1e-15)
-    found = assess(slider_errors(press(), press(), PERIOD), Reliability())
-    assert list(found) == list(QUANTITIES) == ["displacement", "velocity", "acceleration"]
-    for quantity in found.values():
+    quantities = assess(slider_errors(press(), press(), PERIOD), Reliability())
+    assert list(quantities) == list(QUANTITIES) == ["displacement", "velocity", "acceleration"]
+    for quantity in quantities.values():
         assert quantity.reliability == pytest.approx(np.full(10, PHI_3), abs=5e-11)
         assert quantity.minimum == quantity.cap
         assert quantity.capped.all()
@@ -87,29 +87,29 @@ def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_thei
     ],
 )
 def test_a_constant_error_has_the_closed_form(assessed, error, changes, mean, middle, sixth):
-    found, bins = assessed(error, **changes), changes.get("bins", 10)
+    result, bins = assessed(error, **changes), changes.get("bins", 10)
     count = 1 if "cycles" in changes else bins
-    assert found.angle.tolist() == [360.0 / bins * (n + 1) for n in range(count)]
-    assert found.cycles.tolist() == [1 if "cycles" in changes else 2] * count
-    assert found.mean == pytest.approx(np.full(count, mean), rel=1e-12)
-    assert found.reliability == pytest.approx(np.full(count, ndtr((middle - mean) / sixth)), rel=1e-12)
-    assert found.within.tolist() == [float(abs(error) < 80.0)] * count
-    assert not found.capped.any()
+    assert result.angle.tolist() == [360.0 / bins * (n + 1) for n in range(count)]
+    assert result.cycles.tolist() == [1 if "cycles" in changes else 2] * count
+    assert result.mean == pytest.approx(np.full(count, mean), rel=1e-12)
+    assert result.reliability == pytest.approx(np.full(count, ndtr((middle - mean) / sixth)), rel=1e-12)
+    assert result.within.tolist() == [float(abs(error) < 80.0)] * count
+    assert not result.capped.any()
 
 
 def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(assessed):
     angle = np.arange(2001) * 0.36 % 360.0
-    found = assessed(np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0))
-    worst = found.worst
-    assert found.angle[worst] == 108.0
+    result = assessed(np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0))
+    worst = result.worst
+    assert result.angle[worst] == 108.0
     # 22 samples of 100 intervals of 0.36 degrees, from 100.08 to 107.64.
     share = 0.22
-    assert found.within[worst] == pytest.approx(1 - share, abs=1e-12)
-    assert np.delete(found.within, worst).tolist() == [1.0] * 9
-    assert found.mean[worst] == pytest.approx(90 * share, rel=1e-12)
-    assert found.deviation[worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
+    assert result.within[worst] == pytest.approx(1 - share, abs=1e-12)
+    assert np.delete(result.within, worst).tolist() == [1.0] * 9
+    assert result.mean[worst] == pytest.approx(90 * share, rel=1e-12)
+    assert result.deviation[worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
     # Where between samples it begins and ends is not known: of each a half interval by either half of them.
-    assert found.within_high[worst] - found.within[worst] >= 0.01
+    assert result.within_high[worst] - result.within[worst] >= 0.01
 
 
 @pytest.mark.parametrize("per_cycle", [300, 333, 10_000])

@@ -37,7 +37,7 @@ K = 2.0
 
 def both(a, b, ideal, settings=SETTINGS):
     """The differences of all quantities; runs or tables."""
-    sides = tuple(of if isinstance(of, Runs) else Runs(of, of) for of in (a, b))
+    sides = tuple(side if isinstance(side, Runs) else Runs(side, side) for side in (a, b))
     ideals = ideal if isinstance(ideal, tuple) else (Runs(ideal, ideal),) * 2
     return compare_reliability(sides, ideals, PERIOD, settings, K)
 
@@ -84,17 +84,17 @@ def test_equal_results_agree_and_a_difference_that_neither_numerics_nor_cycles_e
 def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechanism(
     press, runs, ideal, distance
 ):
-    def of(base, others):
+    def family(base, others):
         return Runs(press(base), **{kind: press(error) for kind, error in others.items()})
 
-    ideals = of(0.0, ideal), of(0.0, dict.fromkeys(ideal, 0.0))
-    found = compared(of(8.0, runs), of(8.0, {"finer": 8.0}), ideals)
+    ideals = family(0.0, ideal), family(0.0, dict.fromkeys(ideal, 0.0))
+    result = compared(family(8.0, runs), family(8.0, {"finer": 8.0}), ideals)
     farther, nearer = distance
     known = K * (3 / 4 if "coarser" in ideal else 3) * (exact(nearer) - exact(farther))
-    assert found.numerical == pytest.approx(known, rel=1e-9)
+    assert result.numerical == pytest.approx(known, rel=1e-9)
     # The smallest and the parts of the cycle have the same uncertainty where all parts are equal.
-    assert found.curve_half_width == pytest.approx(np.full(10, found.numerical), rel=1e-9)
-    assert found.verdict == ("undecided" if known > MARGIN else "agree")
+    assert result.curve_half_width == pytest.approx(np.full(10, result.numerical), rel=1e-9)
+    assert result.verdict == ("undecided" if known > MARGIN else "agree")
 
 
 def test_results_that_follow_one_course_are_distinguished_better_than_their_cycles_scatter(press):
@@ -117,8 +117,8 @@ def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(pres
     ideal, settings = alone(0.0), SETTINGS.model_copy(update={"bins": 5})
     for _ in range(repeated):
         drawn = [np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)) for _ in range(2)]
-        found = both(*(alone(8.0 + of) for of in drawn), ideal, settings)["acceleration"]
-        kept += int(np.sum(np.abs(found.curve) <= found.curve_half_width))
+        result = both(*(alone(8.0 + error) for error in drawn), ideal, settings)["acceleration"]
+        kept += int(np.sum(np.abs(result.curve) <= result.curve_half_width))
     # Each bin has one value a cycle, so four degrees of freedom. Three deviations of the number of intervals,
     # and 0.02 for what the influence, a first derivative, does not see.
     count = 5 * repeated
@@ -132,13 +132,15 @@ def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs(press):
         scatter = np.append(0.0, np.repeat(rng.normal(0.0, 1.0, 2), 1000))
         return press(5.0 + 3.0 * ((angle > low) & (angle <= low + 36.0)) + scatter)
 
-    found = compared(run(36.0), run(180.0), press())
-    assert (found.a.angle[found.a.worst], found.b.angle[found.b.worst]) == (72.0, 216.0)
+    result = compared(run(36.0), run(180.0), press())
+    assert (result.a.angle[result.a.worst], result.b.angle[result.b.worst]) == (72.0, 216.0)
     # Half-widths of beta times what R changes with it.
     for source in ("sampling", "quadrature"):
-        sides = (found.a, found.b)
-        own = [getattr(of.left_open[of.worst], source) * norm.pdf(of.index[of.worst]) for of in sides]
-        assert getattr(found, source) == pytest.approx(np.hypot(*own), rel=1e-12)
+        own = [
+            getattr(side.left_open[side.worst], source) * norm.pdf(side.index[side.worst])
+            for side in (result.a, result.b)
+        ]
+        assert getattr(result, source) == pytest.approx(np.hypot(*own), rel=1e-12)
 
 
 def test_the_line_names_the_smallest_and_the_cap_and_the_notes_what_is_sampled(press):
@@ -209,7 +211,7 @@ def test_a_dense_scene_has_a_whole_multiple_of_samples_and_a_coarse_ideal_one_th
         assert dense_scene(dense).hash == dense.hash
         # The coarser ideal run's step would not fit between dense samples
         levels = ideal_scenes(usual, "exudyn")
-        samples = {kind: of.data["output"]["samples_per_cycle"] for kind, of in levels.items()}
+        samples = {kind: level.data["output"]["samples_per_cycle"] for kind, level in levels.items()}
         assert samples == {"base": most, "coarser": own}
         assert levels["base"].duration == pytest.approx(scene.duration, rel=1e-14)
     # A long run does not become too large to be stored.

@@ -58,8 +58,8 @@ def test_the_peak_of_a_window_is_that_of_its_cycle_with_its_sign_also_between_sa
     time, high, low = press().time, 0.1002, 0.6002
     table = press(-100.0 * pulse(time, high) + 77.5 * pulse(time, low))
     ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
-    found = ([high, 0.6], [ideal[0] - 100.0, ideal[1]], [0.2, low], [ideal[1], ideal[1] + 77.5])
-    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, found, strict=True)}
+    by_cycle = ([high, 0.6], [ideal[0] - 100.0, ideal[1]], [0.2, low], [ideal[1], ideal[1] + 77.5])
+    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, by_cycle, strict=True)}
     errors = slider_errors(Table(table.frame, cycle_extrema=extrema), press(), PERIOD)
     for window, size, at in (((), -100.0, high), ((0.0, 0.4), -100.0, high), ((0.4, 0.8), 77.5, low)):
         peak = errors.peak("slider_ay", *window)

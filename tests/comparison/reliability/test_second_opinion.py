@@ -73,7 +73,7 @@ def assessed(name: str, samples: int, *, bare: bool = False):
 def plain(name: str):
     """Moments, shares, reliabilities and peaks by the paper's formulas, from `EVERY` samples a cycle."""
     run, still = tables(name, EVERY)
-    found = {}
+    results = {}
     for quantity, channel in QUANTITIES.items():
         limit = getattr(scene(name).reliability, quantity).upper
         size = np.abs(run.values(channel) - still.values(channel))
@@ -82,7 +82,7 @@ def plain(name: str):
         mean, square = (simpson(values, dx=1 / part, axis=-1).mean(1) for values in (rows, rows**2))
         deviation = np.sqrt(square - mean**2)
         index = (limit / 2 - mean) / np.sqrt((limit / 6) ** 2 + deviation**2)
-        found[quantity] = SimpleNamespace(
+        results[quantity] = SimpleNamespace(
             mean=mean,
             deviation=deviation,
             index=index,
@@ -90,24 +90,24 @@ def plain(name: str):
             within=(rows <= limit).mean((1, 2)),
             peaks=[size[:EVERY].max(), size[EVERY:].max()],
         )
-    return found
+    return results
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(name):
-    found = assessed(name, dense_scene(scene(name)).data["output"]["samples_per_cycle"])
+    results = assessed(name, dense_scene(scene(name)).data["output"]["samples_per_cycle"])
     for quantity, right in plain(name).items():
-        of = found[quantity]
+        ours = results[quantity]
         # A hundredth of what is missing to one.
         least = right.reliability.min()
-        assert of.minimum == pytest.approx(least, abs=max(1e-5, 0.01 * (1.0 - least)))
-        assert of.worst == right.reliability.argmin()
+        assert ours.minimum == pytest.approx(least, abs=max(1e-5, 0.01 * (1.0 - least)))
+        assert ours.worst == right.reliability.argmin()
         # Contacts of some three intervals at 90 rpm, where the average of a half wave errs by up to 10 %; in
         # parts of which one such contact makes up a third of the squares.
-        assert of.mean == pytest.approx(right.mean, abs=0.03 * right.mean.max())
-        assert of.deviation == pytest.approx(right.deviation, abs=0.03 * right.deviation.max())
+        assert ours.mean == pytest.approx(right.mean, abs=0.03 * right.mean.max())
+        assert ours.deviation == pytest.approx(right.deviation, abs=0.03 * right.deviation.max())
         # Excursions beyond the limit begin and end between samples: of ten a quarter of one of 2000 each.
-        assert of.within == pytest.approx(right.within, abs=2.5e-3)
+        assert ours.within == pytest.approx(right.within, abs=2.5e-3)
     period = scene(name).period
     for samples, (quantity, right) in product((1000, 10_000), plain(name).items()):
         errors = slider_errors(*tables(name, samples), period)

@@ -78,8 +78,8 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
     opened = re.findall(r'<details class="scene"( open)?>\s*<summary><b>(\w+)', html)
     assert opened == [(" open", "tiered"), ("", "press")]
     # Terms are explained where they are first seen, and only if they are used.
-    for of, terms in ((tiered, ["Tier", "u", "Predictable"]), (scene, ["u", "Predictable"])):
-        assert re.findall("<dt>(.*?)</dt>", part(page(of), '<dl class="terms">', "</dl>")) == terms
+    for comparison, terms in ((tiered, ["Tier", "u", "Predictable"]), (scene, ["u", "Predictable"])):
+        assert re.findall("<dt>(.*?)</dt>", part(page(comparison), '<dl class="terms">', "</dl>")) == terms
 
 
 def test_what_the_models_are_and_where_the_page_comes_from(scene):
@@ -237,8 +237,8 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
     assert contacts["lower left"][2] == text(lasting)
     impacts = rows(html, "Impacts of")
     assert list(impacts) == ["all", "predictable part"]
-    for cells, found in zip(impacts.values(), scene.impacts.values(), strict=True):
-        assert cells[:3] == [str(found.count_a), str(found.count_b), str(len(found.pairs))]
+    for cells, matched in zip(impacts.values(), scene.impacts.values(), strict=True):
+        assert cells[:3] == [str(matched.count_a), str(matched.count_b), str(len(matched.pairs))]
         assert len(cells) == 11
     assert "within 80.0 µs" in text(html)  # of a cycle of 0.4 s
     end = scene.time[-1]
@@ -293,13 +293,14 @@ def test_the_reliability_of_both_models_their_difference_and_its_parts(scene):
     both, settings = (runs(15.0, 90.0), runs(15.4, 90.0)), Reliability()
     quantities = compare_reliability(both, (runs(0.0),) * 2, 0.4, settings, 2.0)
     judged = replace(scene, reliability=ReliabilityComparison(settings, quantities))
-    html, found = page(replace(judged, tight=replace(judged, tier="tight"))), quantities["acceleration"]
+    html = page(replace(judged, tight=replace(judged, tier="tight")))
+    acceleration = quantities["acceleration"]
     for tier in ("standard", "tight"):
         table = rows(html, f'Reliability of scene press, {tier} tier"')
         cells = table["acceleration, ≤ 150 m/s²"]
-        assert cells[0] == f"{'✗' if found.verdict == 'differ' else '✓'} {found.verdict}"
-        assert cells[1:4] == [f"{found.a.minimum:.5f}", f"{found.b.minimum:.5f}", "108°"]
-        assert cells[4:6] == [number(found.minimum, 2), number(found.half_width, 2)]
+        assert cells[0] == f"{'✗' if acceleration.verdict == 'differ' else '✓'} {acceleration.verdict}"
+        assert cells[1:4] == [f"{acceleration.a.minimum:.5f}", f"{acceleration.b.minimum:.5f}", "108°"]
+        assert cells[4:6] == [number(acceleration.minimum, 2), number(acceleration.half_width, 2)]
         assert "0.9986501" in " ".join(list(table.values())[1])
     assert "no verdict of a scene or a channel depends on them" in words(html)
     # It is separate from the verdict of the scene, which stays as it was.

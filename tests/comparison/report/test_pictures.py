@@ -151,8 +151,8 @@ def test_the_dimensions_are_the_scenes_and_without_an_assembly_nothing_is_drawn(
         ("90rpm-0.5mm", ["clearance 0.5\u00a0mm on each side", "50\u00a0mm wide", "90 rpm"]),
         ("crank-pin", ["held by its guide", "clearance at the crank pin A 0.2\u00a0mm"]),
     ):
-        found = schematic(load_scene(name).data)
-        assert all(words in found["caption"] and words in found["alt"] for words in said)
-        assert ("no clearance" in found["svg"]) == ("held by" in found["caption"])
+        drawing = schematic(load_scene(name).data)
+        assert all(words in drawing["caption"] and words in drawing["alt"] for words in said)
+        assert ("no clearance" in drawing["svg"]) == ("held by" in drawing["caption"])
     assert schematic(None) is None
     assert schematic(load_scene("150rpm-0.2mm", {"mechanism.rod2.length": 0.01}).data) is None

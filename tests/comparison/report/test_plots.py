@@ -67,16 +67,16 @@ def test_what_is_packed_is_what_was_compared(scene):
     assert packed.head["labels"] == ["reference", "exudyn"]
     assert packed.head["threshold"] == "2 u"
     np.testing.assert_allclose(packed.time, scene.time, atol=1e-12)
-    for name, found in packed.channels.items():
+    for name, plot in packed.channels.items():
         channel = scene.channels[name]
-        zero = scene.scene["mechanism"]["guide_x"] if found["guide"] else 0.0
+        zero = scene.scene["mechanism"]["guide_x"] if plot["guide"] else 0.0
         # Half of one of 65,534 steps; 5 bits of mantissa, half a unit by rounding.
         step = np.ptp(channel.a) / 65534
-        np.testing.assert_allclose(found["first"], channel.a - zero, rtol=0, atol=0.51 * step)
-        np.testing.assert_array_equal(found["first"][channel.a == zero], 0.0)
-        np.testing.assert_allclose(found["apart"][0], channel.difference, rtol=2**-6, atol=1e-37)
-        np.testing.assert_allclose(np.abs(found["limit"]), channel.threshold, rtol=2**-6)
-        np.testing.assert_array_equal(found["limit"] > 0, channel.predictable)
+        np.testing.assert_allclose(plot["first"], channel.a - zero, rtol=0, atol=0.51 * step)
+        np.testing.assert_array_equal(plot["first"][channel.a == zero], 0.0)
+        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=2**-6, atol=1e-37)
+        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=2**-6)
+        np.testing.assert_array_equal(plot["limit"] > 0, channel.predictable)
     assert packed.channels["slider_x"]["guide"]
     assert {"slider_x", "slider_ax", "corner_ll_normal"} <= packed.channels.keys()
     # Constant ones, and those that follow from others, are left to the tables.
@@ -107,9 +107,9 @@ def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
     longer.a[n // 2 + 7] = longer.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
     packed = Unpacked(scene_plots(replace(scene, time=time, channels={"corner_ll_normal": longer})))
     assert packed.size <= MOST < packed.head["of"] == n
-    found = packed.channels["corner_ll_normal"]["first"]
-    assert found.max() == pytest.approx(1e4)
-    assert packed.time[found.argmax()] == pytest.approx(time[n // 2 + 7])
+    first = packed.channels["corner_ll_normal"]["first"]
+    assert first.max() == pytest.approx(1e4)
+    assert packed.time[first.argmax()] == pytest.approx(time[n // 2 + 7])
 
 
 def test_without_channels_there_are_no_plots(broken):
@@ -125,7 +125,7 @@ def test_three_tables_lie_over_each_other_at_uneven_times():
     packed = Unpacked(table_plots(tables, ("slider_x", "slider_vx"), period=None, guide=0.5))
     assert packed.head["labels"] == ["a", "b", "c"]
     np.testing.assert_allclose(packed.time, time, atol=1e-15)
-    (found,) = packed.channels.values()
-    assert found["threshold"] is False
-    np.testing.assert_allclose(found["first"], time**2 - 0.5, atol=1e-5)
-    np.testing.assert_allclose(found["apart"][1], -2.0, rtol=2**-6)
+    (plot,) = packed.channels.values()
+    assert plot["threshold"] is False
+    np.testing.assert_allclose(plot["first"], time**2 - 0.5, atol=1e-5)
+    np.testing.assert_allclose(plot["apart"][1], -2.0, rtol=2**-6)

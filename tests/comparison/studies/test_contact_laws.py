@@ -24,9 +24,9 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
         for law in LAWS
         for tolerance in TOLERANCES
     }
-    found = runs_frame(results).drop_duplicates("law").set_index("law")
-    assert (found["spurious_energy_J"]["hertz-corners"], found["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
-    assert found["force_N"]["foundation"] != pytest.approx(found["force_N"]["foundation"])  # not a number
+    frame = runs_frame(results).drop_duplicates("law").set_index("law")
+    assert (frame["spurious_energy_J"]["hertz-corners"], frame["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
+    assert frame["force_N"]["foundation"] != pytest.approx(frame["force_N"]["foundation"])  # not a number
     hertz, foundation, _ = page(results)["runs"].splitlines()[2:]
     assert hertz.endswith("| work-limit at 0.1000 s |")
     assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")

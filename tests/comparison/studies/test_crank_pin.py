@@ -24,9 +24,9 @@ def peaks(key, sizes):
 
 def test_peaks_of_an_ensemble_stand_beside_the_published_ones_and_failures_are_counted():
     (row,) = study.peak_rows(Outcome("bad input", "no pin"), None, 0.4)
-    found = peaks(study.RADIUS, {study.SHOWN: (100.0, 494.9, 600.0)})
+    ensemble = peaks(study.RADIUS, {study.SHOWN: (100.0, 494.9, 600.0)})
     failed = pd.DataFrame([{"key": study.RADIUS, "model": "exudyn"} | row])
-    told = study.page(pd.concat([found, peaks(study.MODULUS, {2e11: (1.0,)}), failed]))
+    told = study.page(pd.concat([ensemble, peaks(study.MODULUS, {2e11: (1.0,)}), failed]))
     line = next(line for line in told["peaks"].splitlines() if line.startswith("| acceleration, passage"))
     assert [cell.strip() for cell in line.replace("\u00a0", " ").split("|")[2:-1]] == [
         "494.9 m/s²", "494.9 m/s² (100.0 m/s² … 600.0 m/s²)", "1.00", "n/a", "n/a"

@@ -65,18 +65,18 @@ def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin(geome
 )
 def test_a_known_press_is_found_from_what_it_shows(topology, geometry):
     facts = fitting.printed_facts().assign(value=fitting.shown(geometry, topology)[1])
-    found = fitting.fit(topology, facts, SEARCHED)
-    assert found.misfit < 1e-3
+    right = fitting.fit(topology, facts, SEARCHED)
+    assert right.misfit < 1e-3
     # A misfit of 1e-3 allowances is so much of a standard deviation of the geometry, at most 1 mm.
-    assert found.geometry == pytest.approx(geometry, abs=2e-6)
+    assert right.geometry == pytest.approx(geometry, abs=2e-6)
     wrong = fitting.fit(topology._replace(pin="tip"), facts, SEARCHED)
     assert wrong is None or wrong.misfit > 10
 
 
 def check_paper(topologies, drawn):
     """The shipped geometry lies within the uncertainty of the best fit, and other topologies far behind."""
-    found = [fitting.fit(topology, fitting.printed_facts(), drawn) for topology in topologies]
-    best, *others = sorted((each for each in found if each is not None), key=lambda each: each.misfit)
+    fits = [fitting.fit(topology, fitting.printed_facts(), drawn) for topology in topologies]
+    best, *others = sorted((each for each in fits if each is not None), key=lambda each: each.misfit)
     assert best.topology == RIGHT
     assert best.misfit < 1  # allowances: what a right model should show
     assert all(each.misfit > 1.5 for each in others)
@@ -102,10 +102,10 @@ def test_the_shipped_press_is_the_best_of_all():
 def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
     scatter = np.array([0.5, 1.0, 2.0])
     peaks = pd.DataFrame((np.array(study.RADII)[:, None] / 2e-3) ** 0.2 * scatter, index=study.RADII)
-    found = study.fit_radius(peaks)
-    assert (found.power, found.radius, found.scatter) == pytest.approx((0.2, 2e-3, 2.0), rel=1e-9)
+    fit = study.fit_radius(peaks)
+    assert (fit.power, fit.radius, fit.scatter) == pytest.approx((0.2, 2e-3, 2.0), rel=1e-9)
     # Three scenes a factor of 2 apart: ln 2 / sqrt 3 / 0.2 = 2.0 in the logarithm of the radius.
-    assert np.log([found.radius / found.low, found.high / found.radius]) == pytest.approx(2.0, rel=1e-3)
+    assert np.log([fit.radius / fit.low, fit.high / fit.radius]) == pytest.approx(2.0, rel=1e-3)
     assert np.isnan(study.fit_radius(1 / peaks).radius)
 
 

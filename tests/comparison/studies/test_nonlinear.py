@@ -46,11 +46,11 @@ def one_impact(amplitude):
 
 def of_the_ball(amplitude, count=300, skip=100):
     """A section: the phase to a turn, and the speed."""
-    state, states_ = one_impact(amplitude), []
+    state, visited = one_impact(amplitude), []
     for _ in range(skip + count):
         state = bounce(state, amplitude)
-        states_.append(state)
-    phase, speed = np.array(states_[skip:]).T
+        visited.append(state)
+    phase, speed = np.array(visited[skip:]).T
     return np.column_stack([np.cos(phase), np.sin(phase), speed])
 
 
@@ -61,18 +61,18 @@ def along(steps, start, periods, distance, round_off=1e-15, period=None):
         del end
         return steps[when % len(steps)](state)
 
-    (found,) = exponents(
+    (exponent,) = exponents(
         lambda state, when: (perturbed(state, when, when + 1), when + 1),
         perturbed, np.array(start), 0, periods * len(steps), period=period or len(steps),
         distances=np.array([distance]), round_off=round_off, scale=np.ones(len(start)),
     )  # fmt: skip
-    return found
+    return exponent
 
 
 @pytest.mark.parametrize(("amplitude", "sign"), [(REGULAR, -1), (CHAOTIC, 1)])
 def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
     state = one_impact(amplitude)
-    found = along([lambda state: bounce(state, amplitude)], state, 600, 1e-8)
+    exponent = along([lambda state: bounce(state, amplitude)], state, 600, 1e-8)
     # A complex pair of eigenvalues of the known product; else the growth by the exact linear maps.
     vector, total = np.ones(2), 0.0
     for _ in range(600):
@@ -81,8 +81,8 @@ def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
         total, vector = total + log(np.linalg.norm(vector)), vector / np.linalg.norm(vector)
         state = bounce(state, amplitude)
     known = 0.5 * log(RESTITUTION) if sign == -1 else total / 600
-    assert found.value == pytest.approx(known, abs=0.02)
-    assert (found.sign, found.collapsed) == (sign, 0.0)
+    assert exponent.value == pytest.approx(known, abs=0.02)
+    assert (exponent.sign, exponent.collapsed) == (sign, 0.0)
 
 
 def test_the_0_1_test_and_the_recurrence_of_known_maps():
@@ -127,9 +127,9 @@ def test_collapsed_orbits_give_a_bound_and_keep_their_direction(period, collapse
         runs += 1
         return 2.0 * state if odd else np.array([1e-9 * (runs % 3), 0.0])
 
-    found = along([advance], [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
-    assert found.collapsed == collapsed
-    assert found.value == pytest.approx(period * (log(CLEAR * 1e-3) + log(2.0)) / 2, rel=1e-9)
+    exponent = along([advance], [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
+    assert exponent.collapsed == collapsed
+    assert exponent.value == pytest.approx(period * (log(CLEAR * 1e-3) + log(2.0)) / 2, rel=1e-9)
 
 
 def test_stages_show_a_growth_that_over_a_whole_period_takes_errors_to_the_attractors_size():
@@ -141,10 +141,10 @@ def test_stages_show_a_growth_that_over_a_whole_period_takes_errors_to_the_attra
 
     lost = along([lambda state: half(half(state))], [1 / np.pi], 50, 1e-10)
     assert lost.value < 2 * log(1e5) - 0.5  # 1e-10 would become 1
-    found = along([half, half], [1 / np.pi], 50, 3e-10)
-    assert found.collapsed == 0.0
+    seen = along([half, half], [1 / np.pi], 50, 3e-10)
+    assert seen.collapsed == 0.0
     # 0.5 % of error beside the distance in each of 100 logarithms, and one wrap round the circle in 3e4.
-    assert found.value == pytest.approx(2 * log(1e5), abs=0.01)
+    assert seen.value == pytest.approx(2 * log(1e5), abs=0.01)
 
 
 def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is_measured():

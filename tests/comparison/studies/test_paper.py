@@ -60,12 +60,12 @@ def motions(changes=None, long=None, angles=(45,), chaos=Chaos.UNDECIDED, shape=
         members = [
             {
                 channel.removeprefix("slider_"): each * phase if np.isscalar(each) else each
-                for (name, channel), each in of.items()
+                for (name, channel), each in errors.items()
                 if name == scene
             }
-            for of in (changes or [{}])
+            for errors in (changes or [{}])
         ]
-        short[scene, model] = [table(period, 2, DENSE, **of) for of in members]
+        short[scene, model] = [table(period, 2, DENSE, **errors) for errors in members]
         many[scene, model] = table(period, CYCLES, SPARSE, **(long or {}).get(scene, {}))
     time = np.linspace(0.0, 0.8, 2 * DENSE + 1)
     # In the first cycle it pushes elsewhere.
@@ -82,9 +82,9 @@ def spike(scene, time, size):
     return values
 
 
-def entries(of):
+def entries(made_up):
     """Every entry by each of its ids."""
-    rows = ledger.ledger(of).to_dict("records")
+    rows = ledger.ledger(made_up).to_dict("records")
     return {name: SimpleNamespace(**row) for row in rows for name in row["ids"].split(", ")}
 
 
@@ -117,12 +117,12 @@ def test_what_a_fit_reads_is_calibration_and_no_prediction(monkeypatch):
 
 def test_uses_of_the_distinct_figures():
     # Errors of some 50 um miss the printed 1e-6 to the cap only with a limit of metres: no limit of an error.
-    found = ledger.ledger(motions([{(scene, "slider_y"): 5e-5 for scene in runs.SCENES}]))
+    rows = ledger.ledger(motions([{(scene, "slider_y"): 5e-5 for scene in runs.SCENES}]))
     # 9 figures of the motion and 8 reliabilities; 4 reliabilities of the displacement say nothing.
-    assert Counter(found["use"]) == {
+    assert Counter(rows["use"]) == {
         Use.PREDICTION: 25, Use.CALIBRATION: 17, Use.UNINFORMATIVE: 4, Use.MISPRINT: 2,
     }  # fmt: skip
-    assert list(found["ids"][found["use"] == Use.UNINFORMATIVE]) == [
+    assert list(rows["ids"][rows["use"] == Use.UNINFORMATIVE]) == [
         "F16-01-d", "F16-05-d", "F17-150-d", "F17-300-d"
     ]  # fmt: skip
 
@@ -152,44 +152,44 @@ def test_an_outcome_that_models_or_starts_do_not_share_is_none():
     up = spike("69GPa", printed.time, printed.value)
     starts = [{("69GPa", "slider_vy"): up}, {("69GPa", "slider_vy"): -up}]
     assert entries(motions(starts))["F9-69-v"].sign == Outcome.VARIES
-    of, late = motions(starts[:1]), motions([{("69GPa", "slider_vy"): 3 * np.roll(up, -80)}])
-    of.short["69GPa", "exudyn"] = late.short["69GPa", "exudyn"]
-    entry = entries(of)["F9-69-v"]
+    both, late = motions(starts[:1]), motions([{("69GPa", "slider_vy"): 3 * np.roll(up, -80)}])
+    both.short["69GPa", "exudyn"] = late.short["69GPa", "exudyn"]
+    entry = entries(both)["F9-69-v"]
     assert (entry.size, entry.sign, entry.instant) == (Size.FAR, Outcome.AGREES, Outcome.VARIES)
     assert (entry.reference_ratio, entry.exudyn_ratio) == pytest.approx((1.0, 3.0))
 
 
 def test_an_event_and_a_fitted_figure_add_nothing_to_the_count_of_predictions():
     """The peak of the velocity is printed four times in one way, and the range of y was fitted."""
-    errors = spike(runs.CENTRAL, 0.7566, -published("F7-T-v").value)
-    of = motions([{(runs.CENTRAL, "slider_vy"): errors}], {runs.CENTRAL: {"x": published("F14a-x").value}})
-    found = ledger.ledger(of)
-    close = found[(found["use"] == Use.PREDICTION) & (found["size"] == Size.CLOSE)]
+    errors = {(runs.CENTRAL, "slider_vy"): spike(runs.CENTRAL, 0.7566, -published("F7-T-v").value)}
+    made_up = motions([errors], {runs.CENTRAL: {"x": published("F14a-x").value}})
+    rows = ledger.ledger(made_up)
+    close = rows[(rows["use"] == Use.PREDICTION) & (rows["size"] == Size.CLOSE)]
     assert list(close["ids"]) == ["F7-T-v, F9-210-v, F10-28-v, F12-150-v"]
     assert list(close["sign"]) == [Outcome.DIFFERS]
     assert not study.agree(close).any()  # opposite, and 0.86 of a cycle late
-    assert entries(of)["F14a-x"].size == Size.CLOSE
+    assert entries(made_up)["F14a-x"].size == Size.CLOSE
 
 
 def test_misprints_and_reliabilities_at_the_cap_are_not_judged():
-    found = entries(motions())
+    judged = entries(motions())
     for name, use in (("F7-T-d", Use.MISPRINT), ("F14c-y", Use.MISPRINT), ("F16-01-d", Use.UNINFORMATIVE)):
-        entry = found[name]
+        entry = judged[name]
         assert (entry.use, entry.size, entry.sign) == (use, Size.NONE, Outcome.NONE)
         assert np.isnan(entry.reference_ratio)
-    assert found["F7-T-d"].note.startswith("misprint")
+    assert judged["F7-T-d"].note.startswith("misprint")
     # Without any error nothing is missing to the cap, whatever the limit; the paper misses 0.02.
-    assert found["F17-300-a"].exudyn_ratio == pytest.approx(0.0, abs=1e-9)
-    assert found["F17-300-a"].size == Size.FAR
+    assert judged["F17-300-a"].exudyn_ratio == pytest.approx(0.0, abs=1e-9)
+    assert judged["F17-300-a"].size == Size.FAR
 
 
 def test_stroke_dead_centre_and_first_cycle_of_known_motions():
-    of = motions([{(runs.CENTRAL, "slider_y"): 1e-5}])  # 1e-5 sin
-    assert runs.measure("S4.2-stroke", of, "reference")[0].value == pytest.approx(-0.224)
-    assert runs.measure("S2.2-tdc", of, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
-    assert runs.second(of.ideal[runs.CENTRAL, "reference"]).sum() == DENSE + 1
+    made_up = motions([{(runs.CENTRAL, "slider_y"): 1e-5}])  # 1e-5 sin
+    assert runs.measure("S4.2-stroke", made_up, "reference")[0].value == pytest.approx(-0.224)
+    assert runs.measure("S2.2-tdc", made_up, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
+    assert runs.second(made_up.ideal[runs.CENTRAL, "reference"]).sum() == DENSE + 1
     printed = published("F9-210-d")
-    row = study.first_cycle(of).set_index(["scene", "quantity"]).loc[(runs.CENTRAL, "displacement")]
+    row = study.first_cycle(made_up).set_index(["scene", "quantity"]).loc[(runs.CENTRAL, "displacement")]
     # Of the sine the samples within 2.5 % of a cycle around the printed instant.
     cycles = np.arange(2 * DENSE + 1) / DENSE
     near = np.abs(cycles - printed.time / load_scene(runs.CENTRAL).period) <= 0.025
@@ -198,37 +198,37 @@ def test_stroke_dead_centre_and_first_cycle_of_known_motions():
 
 
 def test_a_known_limit_is_implied_by_the_reliability_that_it_gives(monkeypatch):
-    of = motions([{("300rpm-0.2mm", "slider_ay"): 20.0}])
-    assessed = of.reliabilities["300rpm-0.2mm", "reference"]["acceleration"]
+    made_up = motions([{("300rpm-0.2mm", "slider_ay"): 20.0}])
+    assessed = made_up.reliabilities["300rpm-0.2mm", "reference"]["acceleration"]
     last = int(np.argmin(np.abs(assessed.angle - 360.0)))
     exact = float(reliability(Limits(upper=55.0), assessed.mean[last], assessed.deviation[last]))
     printed = published("F17-300-a")._replace(value=exact, angle=360.0, rounding=5e-6)
     monkeypatch.setattr(ledger, "printed_reliabilities", lambda: [("F17-300-a", "acceleration", printed)])
-    (found,) = ledger.implied(of).to_dict("records")
-    at, low, high = (found[f"reference{end}"] for end in ("", "_least", "_most"))
+    (limit,) = ledger.implied(made_up).to_dict("records")
+    at, low, high = (limit[f"reference{end}"] for end in ("", "_least", "_most"))
     assert at == pytest.approx(55.0, rel=1e-9)
     assert low < at < high
-    assert found["unit"] == "m/s^2"
+    assert limit["unit"] == "m/s^2"
 
 
 def test_one_limit_is_found_from_reliabilities_that_share_it(monkeypatch):
     sizes = {"90rpm-0.1mm": 3.0, "90rpm-0.5mm": 6.0, runs.CENTRAL: 12.0, "300rpm-0.2mm": 30.0}
-    of = motions([{(scene, "slider_ay"): size for scene, size in sizes.items()}])
+    made_up = motions([{(scene, "slider_ay"): size for scene, size in sizes.items()}])
     names = ("F16-01-a", "F16-05-a", "F17-150-a", "F17-300-a")
 
     def printed(identifier):
         if identifier not in names:
             return published(identifier)
-        assessed = of.reliabilities[runs.scene_of(identifier), "reference"]["acceleration"]
+        assessed = made_up.reliabilities[runs.scene_of(identifier), "reference"]["acceleration"]
         value = 0.9986501 - ledger.lacking(70.0, assessed)
         return published(identifier)._replace(value=value, rounding=5e-7)
 
     monkeypatch.setattr(ledger, "published", printed)
     # 0.9986501 for the cap of 0.99865010 costs 2e-9 of what is missing, here 1e-5 or more.
-    assert ledger.one_limit(of, "acceleration") == pytest.approx(70.0, rel=1e-3)
-    found = entries(of)
+    assert ledger.one_limit(made_up, "acceleration") == pytest.approx(70.0, rel=1e-3)
+    judged = entries(made_up)
     for name in names:
-        entry = found[name]
+        entry = judged[name]
         assert (entry.use, entry.fitted, entry.size) == (Use.CALIBRATION, "reliability limit", Size.CLOSE)
 
 
@@ -277,10 +277,10 @@ def long(sizes, y, x):
 def adverse(series):
     """Motions that contradict the paper, with a series of the errors of y; the two models differ."""
     errors = long(THE_OPPOSITE, series, 2e-4 * wave())
-    of = motions([short(THE_OPPOSITE)], errors, angles=(135, -45), chaos=Chaos.REGULAR, shape=np.cos)
+    made_up = motions([short(THE_OPPOSITE)], errors, angles=(135, -45), chaos=Chaos.REGULAR, shape=np.cos)
     other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
-    of.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
-    return of
+    made_up.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
+    return made_up
 
 
 def test_every_statement_can_be_supported_and_can_be_contradicted():
@@ -296,7 +296,7 @@ def test_every_statement_can_be_supported_and_can_be_contradicted():
     assert set(held["verdict"]) == {SUPPORTED}
     # A map of y cannot both be without scatter and not repeat: each needs a motion of its own.
     restless, still = (claims.judge_all(adverse(series)) for series in (noise(3, 1.0), wave()))
-    off, off_when_still = (set(of.loc[of["verdict"] == CONTRADICTED, "id"]) for of in (restless, still))
+    off, off_when_still = (set(rows.loc[rows["verdict"] == CONTRADICTED, "id"]) for rows in (restless, still))
     assert off == set(held["id"]) - {"y-error-scattered"}
     assert "y-error-scattered" in off_when_still
     # Every criterion decided something.
@@ -334,8 +334,8 @@ def test_swings_count_in_a_cycle_only_if_they_are_wide_however_many_contacts_the
     clearance = load_scene(runs.CENTRAL).data["clearance"]["slider"]
     # Each goes 0.9 of the clearance there and back, the ripple on it a tenth.
     x = 0.45 * clearance * wave(times) + 0.05 * clearance * wave(10)
-    of = motions(long={runs.CENTRAL: {"x": x, "events": hits(runs.CENTRAL, 9)}})
-    assert claims.oscillating(of, "reference", {"scene": runs.CENTRAL})[0] == {"swings": times}
+    made_up = motions(long={runs.CENTRAL: {"x": x, "events": hits(runs.CENTRAL, 9)}})
+    assert claims.oscillating(made_up, "reference", {"scene": runs.CENTRAL})[0] == {"swings": times}
 
 
 @pytest.mark.parametrize(
@@ -361,10 +361,10 @@ def test_key_figures_of_the_paper_by_the_models(model):
     config, central = CONFIG._replace(samples=1000, long_samples=1000, cycles=20), runs.CENTRAL
     ideal = run_one(runs.ideal_scene(config, central).with_values({"solver.exudyn.step": 4e-5}), model)
     many = run_one(runs.long_scene(config, central), model)
-    of = runs.Runs(config, {}, {(central, model): ideal}, {(central, model): many}, {}, Chaos.UNDECIDED, {})
+    made = runs.Runs(config, {}, {(central, model): ideal}, {(central, model): many}, {}, Chaos.UNDECIDED, {})
 
     def off(row):
-        return abs(runs.measure(row, of, model)[0].value - published(row).value)
+        return abs(runs.measure(row, made, model)[0].value - published(row).value)
 
     assert off("S4.2-stroke") < published("S4.2-stroke").rounding
     # Round values of the geometry bring it to 111.355 degrees, where 111.36 is printed.
@@ -375,4 +375,4 @@ def test_key_figures_of_the_paper_by_the_models(model):
     assert all(off(row) <= 8e-6 for row in ("F14a-x", "F14a-x2"))
     # The highest error is geometry: at the wall at the top dead centre. The lowest depends on the bounces.
     assert off("F14e-y2") <= 0.05 * abs(published("F14e-y2").value)
-    assert 0.5 < runs.measure("F14e-y", of, model)[0].value / published("F14e-y").value < 1.2
+    assert 0.5 < runs.measure("F14e-y", made, model)[0].value / published("F14e-y").value < 1.2

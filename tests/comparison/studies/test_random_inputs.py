@@ -32,12 +32,12 @@ def test_drawn_values_have_the_middle_and_the_deviation_that_were_asked_for(scen
     numbers = norm.ppf((np.arange(200) + 0.5) / 200)
     for axis, one in zip(np.eye(len(inputs)), inputs, strict=True):
         drawn = [draws.values_at(scene, inputs, number * axis)[one.key] for number in [0, *numbers]]
-        middle, *found = drawn if one.element is None else [value[one.element] for value in drawn]
+        middle, *values_drawn = drawn if one.element is None else [value[one.element] for value in drawn]
         held = settable(scene.data)[one.key]
         assert middle == pytest.approx(held if one.element is None else held[one.element], rel=1e-14)
-        assert np.std(found) == pytest.approx(one.deviation, rel=0.02), draws.label(one)
-        assert one.distribution == "normal" or min(found) > 0.0
-        assert one.key != "contact.restitution" or max(found) <= 1.0
+        assert np.std(values_drawn) == pytest.approx(one.deviation, rel=0.02), draws.label(one)
+        assert one.distribution == "normal" or min(values_drawn) > 0.0
+        assert one.key != "contact.restitution" or max(values_drawn) <= 1.0
     # Two elements of one key are drawn together.
     both = [one for one in inputs if one.key == "mechanism.rocker_pivot"]
     values = draws.values_at(scene, both, np.array([1.0, -2.0]))
@@ -105,10 +105,10 @@ def test_draws_do_not_depend_on_processes_or_chunks_and_failures_leave_the_other
     (again,) = draws.run_draws([asked], 1, None, chunk=4)
     assert fake_models.read_text().count("\n") == runs
     (other,) = draws.run_draws([asked], 1, None, chunk=5)
-    for of in (again, other):
-        assert of.u.tolist() == one.u.tolist()
-        assert of.responses.equals(one.responses)
-        assert of.failures == one.failures
+    for same in (again, other):
+        assert same.u.tolist() == one.u.tolist()
+        assert same.responses.equals(one.responses)
+        assert same.failures == one.failures
 
 
 def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
@@ -118,15 +118,15 @@ def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
     kinked = np.abs(u[:, 0])
     responses = pd.DataFrame({name: smooth if name == "velocity" else kinked for name in draws.RESPONSES})
     planes = {name: moment.fit_plane(u, responses[name].to_numpy()) for name in draws.RESPONSES}
-    found = study.probabilities(planes, responses, dict.fromkeys(draws.RESPONSES, (2.0, 3.0)))
-    agrees = found.pivot_table("agrees", "response", "method", aggfunc="sum")
+    shares = study.probabilities(planes, responses, dict.fromkeys(draws.RESPONSES, (2.0, 3.0)))
+    agrees = shares.pivot_table("agrees", "response", "method", aggfunc="sum")
     assert agrees.loc["velocity", [study.FIRST_ORDER, study.WITH_RESIDUAL]].tolist() == [2, 2]
     assert agrees.loc["acceleration", study.FIRST_ORDER] == 0
     # Of 2000 runs 40 fail at the coarse tolerance only.
     fine = pd.DataFrame({name: np.zeros(2000) for name in draws.RESPONSES})
     coarse = fine.assign(velocity=np.where(np.arange(2000) < 40, 2 * study.LIMITS["velocity"][0], 0.0))
     common = {1e-6: coarse, 1e-7: fine, 1e-8: fine}
-    changed = study.changes({t: draws.Drawn(u, of, [], 0.0) for t, of in common.items()})
+    changed = study.changes({t: draws.Drawn(u, each, [], 0.0) for t, each in common.items()})
     assert changed[changed["shifted"]][["tolerance", "response", "change"]].to_numpy().tolist() == [
         [1e-6, "velocity", 0.02]
     ]

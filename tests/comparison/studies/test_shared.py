@@ -42,9 +42,9 @@ def test_rates_and_their_limits():
     [("F7-R-a", -494.9, 0.05), ("F7-T-d", 0.4112e-5, 0.5e-9), ("F14a-x", -0.2497e-3, 5e-8)],
 )
 def test_figures_come_from_the_published_table_with_half_a_unit_of_their_last_digit(row, value, rounding):
-    found = published(row)
-    assert found.value == value
-    assert found.rounding == pytest.approx(rounding, rel=1e-12)
+    figure = published(row)
+    assert figure.value == value
+    assert figure.rounding == pytest.approx(rounding, rel=1e-12)
 
 
 def test_the_page_holds_the_figures_and_shows_html_as_text(tmp_path):
@@ -95,8 +95,8 @@ def test_the_energy_of_a_switch_is_the_jump_of_the_residual_and_two_between_samp
     time = np.arange(11) / 10
     residual = np.where(time > 0.25, -3.0, 0.0) + np.where(time > 0.52, 1.0, 0.0)
     table = Table(pd.DataFrame({"time": time, "energy_residual": residual}))
-    found = switches(contacts_of(("ll", 0.1, 0.9), ("ul", 0.25, 0.52)))
-    assert created(found, table).tolist() == [3.0, -1.0]
+    apart = switches(contacts_of(("ll", 0.1, 0.9), ("ul", 0.25, 0.52)))
+    assert created(apart, table).tolist() == [3.0, -1.0]
     near = switches(contacts_of(("ll", 0.1, 0.9), ("ul", 0.25, 0.29)))
     with pytest.raises(ValueError, match=r"samples 0\.1 s apart do not separate switches 0\.04 s apart"):
         created(near, table)
@@ -110,10 +110,10 @@ def test_every_switch_of_the_literal_law_creates_what_its_two_potentials_differ_
     values = {"contact.law": "paper-switching", "drive.cycles": 0.55, "output.groups": ["energy"]}
     # A sample every microsecond.
     literal = run_one(load_scene("150rpm-0.2mm", values | {"output.samples_per_cycle": 400_000}), "reference")
-    found = switches(literal.events)
-    measured = created(found, literal)
-    theory = np.where(found["to_surface"], 1, -1) * surplus(depths(found, literal, SCENE), SCENE)
-    assert len(found) >= 4
+    switched = switches(literal.events)
+    measured = created(switched, literal)
+    theory = np.where(switched["to_surface"], 1, -1) * surplus(depths(switched, literal, SCENE), SCENE)
+    assert len(switched) >= 4
     assert np.abs(measured).max() > 1e-4
     # Depths are read from samples 1 us beside the switch: 3e-4 of an energy; 1e-9 J is the integration's.
     assert measured == pytest.approx(theory, rel=1e-3, abs=1e-8)

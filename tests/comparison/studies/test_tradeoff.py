@@ -86,10 +86,10 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points(monkeypatch)
     # Of several bases the cheapest counts. The slow one has settings down to 1e-9 alone.
     bases = [(MINIMAL,), (MINIMAL_SCIPY,), (MINIMAL_SCIPY, MINIMAL)]
     monkeypatch.setattr(study, "RATIOS", [(MULTIPLIERS, str(n), base) for n, base in enumerate(bases)])
-    found = study.ratios(frame).set_index("over that of")
-    found = found.loc[found["scene"] == study.TITLES[WITH_CLEARANCE[1]], list(study.EQUAL)].to_numpy()
-    assert found[::2] == pytest.approx(np.full((2, len(study.EQUAL)), 30.0), rel=1e-9)
-    assert found[1] == pytest.approx([6.0] * (len(study.EQUAL) - 1) + [np.nan], rel=1e-9, nan_ok=True)
+    table = study.ratios(frame).set_index("over that of")
+    ratios = table.loc[table["scene"] == study.TITLES[WITH_CLEARANCE[1]], list(study.EQUAL)].to_numpy()
+    assert ratios[::2] == pytest.approx(np.full((2, len(study.EQUAL)), 30.0), rel=1e-9)
+    assert ratios[1] == pytest.approx([6.0] * (len(study.EQUAL) - 1) + [np.nan], rel=1e-9, nan_ok=True)
     # An error of 1e-5 m is too large to be asymptotic.
     first = study.orders(frame).iloc[1]
     assert (first["observed"], first["asymptotic"], first["settings"]) == (pytest.approx(1.0), 6, 7)

@@ -38,14 +38,14 @@ def moved(runs: Runs, late: float, parts: tuple[float, ...] = (1.0,) * 5, **colu
 )
 def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, make_runs, e_a, e_b, cause):
     result = compared(scene, make_runs(e_a), make_runs(e_b))
-    found = result.attribution
-    assert (result.verdict, found.cause, found.explained) == ("agree", cause, 1.0)
+    attribution = result.attribution
+    assert (result.verdict, attribution.cause, attribution.explained) == ("agree", cause, 1.0)
     left = {"a": abs(e_a / 4 - e_b), "b": abs(e_a - e_b / 4), "both": abs(e_a / 4 - e_b / 4)}
     expected = {key: pytest.approx(size / abs(e_a - e_b), rel=1e-5) for key, size in left.items()}
-    assert found.remaining == expected
-    assert found.channels["slider_x"] == expected
-    assert set(found.channels) == {name for name, c in result.channels.items() if c.verdict == "agree"}
-    assert (found.still_moves, found.unpredictable, found.outside_in) == ({}, {}, "")
+    assert attribution.remaining == expected
+    assert attribution.channels["slider_x"] == expected
+    assert set(attribution.channels) == {name for name, c in result.channels.items() if c.verdict == "agree"}
+    assert (attribution.still_moves, attribution.unpredictable, attribution.outside_in) == ({}, {}, "")
 
 
 def test_the_sentence_names_the_setting_its_value_and_what_was_expected_of_it(scene, make_runs):
@@ -89,20 +89,20 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     events = pd.DataFrame({"corner": ["ul", "ll"], "start": [0.0135, 0.1], "end": [0.0145, 0.2]})
     events = events.assign(normal_speed=0.1, impulse=0.1, peak_force=1.0, largest_depth=1e-6)
     result = compared(scene, replace(a, base=replace(a.base, events=events)), b)
-    found = result.attribution
-    assert (result.verdict, found.cause) == ("differ", "models")
-    assert (found.outside_in, found.outside_from) == ("slider_x", pytest.approx(0.014))
+    attribution = result.attribution
+    assert (result.verdict, attribution.cause) == ("differ", "models")
+    assert (attribution.outside_in, attribution.outside_from) == ("slider_x", pytest.approx(0.014))
     _, cause, where = attribution_lines(result)
     assert where == (
         "first outside the band: slider_x at 0.014 s (cycle 1, crank at 124°), "
         "during the first contact of the upper left corner"
     )
     # Errors of 1e-6 and 2e-6 of 2e-4 m beside 1e-7 m: what refinement removes is below 3/4 * 2 * 2 * 4e-10.
-    assert all(abs(found.remaining[key] - 1) < 1.2e-2 for key in ("a", "b", "both"))
+    assert all(abs(attribution.remaining[key] - 1) < 1.2e-2 for key in ("a", "b", "both"))
     assert cause.startswith("difference of models: no refinement removes it (halving reference's ")
-    assert found.still_moves == {"a": 0.0, "b": 0.0}
+    assert attribution.still_moves == {"a": 0.0, "b": 0.0}
     # Of 21 channels one differs: the share that is explained counts all of them.
-    assert 1 - 2 / 21 < found.explained < 1 - 0.9 / 21
+    assert 1 - 2 / 21 < attribution.explained < 1 - 0.9 / 21
 
 
 def test_of_channels_that_part_at_one_instant_the_farthest_outside_is_named(scene, make_runs):
@@ -120,10 +120,10 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_runs):
     for kind in KINDS[1:]:
         getattr(b, kind).frame.loc[chance] = b.base.frame.loc[chance]
     result = compared(scene, a, b)
-    found = result.attribution
-    assert (result.verdict, found.cause) == ("differ", "models")
-    assert found.still_moves["a"] == 0.0
-    assert found.still_moves["b"] > 0.9
+    attribution = result.attribution
+    assert (result.verdict, attribution.cause) == ("differ", "models")
+    assert attribution.still_moves["a"] == 0.0
+    assert attribution.still_moves["b"] > 0.9
     assert "exudyn still changes under refinement" in attribution_lines(result)[-1]
 
 
@@ -132,10 +132,10 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
     a, b = make_runs(1e-6), moved(make_runs(1e-6), 0.2, (1.0, 0.25, 4.0, 4.0, 4.0), slider_x=2e-5)
     result = compared(scene, a, b)
     assert result.channels["slider_x"].verdict == "indeterminate"
-    found = result.attribution
-    assert (found.unpredictable["b"], found.unpredictable["a"]) == (1.0, 0.0)
+    attribution = result.attribution
+    assert (attribution.unpredictable["b"], attribution.unpredictable["a"]) == (1.0, 0.0)
     # The window of u begins 1 % of 0.4 s before 0.202 s.
-    assert found.unpredictable_from == pytest.approx(0.198)
+    assert attribution.unpredictable_from == pytest.approx(0.198)
     sentence = attribution_lines(result)[-1]
     assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in sentence
     # At strict settings, and at the tight tier, there is nothing left to try.
@@ -163,11 +163,11 @@ def test_what_is_not_predictable_for_neighbours_or_a_corner_is_called_so(scene, 
 def test_of_foreign_tables_only_the_first_sample_outside_the_tolerance_is_reported(scene, make_table):
     a, b = Runs(make_table()), Runs(make_table(stretch=1e-3))
     result = compare(a, b, tolerance=1e-4)
-    found = result.attribution
-    assert isnan(found.explained)
-    assert (found.cause, found.remaining, found.unpredictable) == ("", {}, {})
+    attribution = result.attribution
+    assert isnan(attribution.explained)
+    assert (attribution.cause, attribution.remaining, attribution.unpredictable) == ("", {}, {})
     # x grows by 1e-3 of its amplitude; the scale is its range, twice that: outside from sin(phase) > 0.2 on.
-    where = f"{found.outside_in} at {found.outside_from:.4g} s"
+    where = f"{attribution.outside_in} at {attribution.outside_from:.4g} s"
     assert attribution_lines(result) == [f"first outside the tolerance: {where}"]
     assert attribution_lines(compare(a, b, tolerance=1.0)) == attribution_lines(compare(a, b)) == []
     assert list(dict(reasons(compare(a, a, tolerance=1.0)))) == ["reason"]

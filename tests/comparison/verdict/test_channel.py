@@ -35,13 +35,13 @@ def judge(a, b, u=None, channel="slider_ax", **options):
 def test_a_force_that_is_zero_throughout_differs_from_rare_impacts():
     force = np.zeros(N)
     force[[50, 51, 400, 800]] = (30.0, 10.0, 50.0, 20.0)  # 0.4 % of the samples: fewer than may be outside
-    of = {"channel": "corner_ll_normal", "scene": SCENE}
+    known = {"channel": "corner_ll_normal", "scene": SCENE}
     for a, b in ((force, 0 * force), (0 * force, force)):
-        result = judge(a, b, 1e-6, **of)
+        result = judge(a, b, 1e-6, **known)
         assert (result.verdict, result.explained) == ("differ", 0.0)
         assert judge(a, b, tolerance=0.01, channel="corner_ll_normal").verdict == "differ"
     # Where none of them is predictable it is not called agreement either.
-    result = judge(force, 0 * force, np.where(force > 0, 10.0, 1e-9), **of)
+    result = judge(force, 0 * force, np.where(force > 0, 10.0, 1e-9), **known)
     assert (result.verdict, result.coverage > 0.99) == ("indeterminate", True)
     assert np.isnan([result.explained, result.worst_time, result.ratio]).all()
 
@@ -51,21 +51,21 @@ def test_a_unit_that_leaves_nothing_predictable_differs_and_a_motion_that_does_s
     """Metres against millimetres: the uncertainty, in millimetres as well, exceeds alpha everywhere."""
     position = -0.55 + 1e-4 * WAVE if name == "slider_x" else 0.1 * WAVE
     small = 1e-4 * channels()[name].scale_value(SCENE, np.nan)
-    of = {"channel": name, "scene": SCENE}
-    result = judge(position, 1e3 * position, (small, 1e3 * small), **of)
+    known = {"channel": name, "scene": SCENE}
+    result = judge(position, 1e3 * position, (small, 1e3 * small), **known)
     assert (result.verdict, result.coverage) == ("differ", 0.0)
     assert abs(result.worst_difference) > result.worst_threshold == pytest.approx(2e3 * small, rel=1e-6)
     assert scene_verdict({name: result, "other": judge(WAVE, WAVE, 1e-6)}, 0.5) == "differ"
     # Neighbours that have spread by as much as the motion itself: its largest uncertainty explains them.
     spread = np.where(TIME < 0.1, small, 3 * np.ptp(position))
     apart = np.where(TIME < 0.1, position, position[::-1]) + small
-    assert judge(position, apart, spread, **of).verdict == "indeterminate"
+    assert judge(position, apart, spread, **known).verdict == "indeterminate"
 
 
 def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement():
     agree, differ = judge(WAVE, WAVE + 1e-7, 1e-6), judge(WAVE, WAVE + 1e-3, 1e-6)
     open_, quiet = judge(WAVE, WAVE), judge(0 * WAVE, 0 * WAVE)
-    of = {"a": agree, "b": agree, "d": differ, "o": open_, "p": open_, "q": quiet}
+    judged = {"a": agree, "b": agree, "d": differ, "o": open_, "p": open_, "q": quiet}
     for names, verdict, said in (
         ("aq", "agree", "1 of 1 excited channels agree, "),
         ("aopq", "indeterminate", "2 of 3 channels are indeterminate: there is neither "),
@@ -74,9 +74,9 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
         # The third has no uncertainty to judge by: it covers nothing.
         ("abo", "agree", "66.66% of all samples are predictable; indeterminate: "),
     ):
-        found, why = decided({name: of[name] for name in names})
-        assert (found, said in why) == (verdict, True), why
-    assert scene_coverage({name: of[name] for name in "aboq"}) == pytest.approx(2 / 3)
+        overall, why = decided({name: judged[name] for name in names})
+        assert (overall, said in why) == (verdict, True), why
+    assert scene_coverage({name: judged[name] for name in "aboq"}) == pytest.approx(2 / 3)
 
 
 # The one number of a channel
@@ -103,16 +103,17 @@ def test_the_ratio_is_at_most_one_exactly_where_the_share_of_the_rule_is_within(
 
 
 def test_the_channel_with_the_largest_ratio_is_named_of_equal_ones_that_with_the_largest_maximum():
-    def of(times: float, spike: float) -> np.ndarray:
+    def spiked(times: float, spike: float) -> np.ndarray:
         return np.r_[spike, np.full(299, times)]
 
-    usual = {"slider_x": apart(of(0.1, 0.1), "slider_x"), "slider_omega": apart(of(0.8, 0.8), "slider_omega")}
+    usual = {"slider_x": apart(spiked(0.1, 0.1), "slider_x")}
+    usual["slider_omega"] = apart(spiked(0.8, 0.8), "slider_omega")
     for name, times, said in (
-        ("slider_vx", of(0.3, 0.3), "nearest to its limit slider_omega, |E|/2u (99%) = 0.80"),
-        ("slider_y", of(0.8, 0.9), "nearest to its limit slider_y, "),
-        ("slider_y", of(1.1, 50.0), "1 of 3 channels differ, most of all slider_y, |E|/2u (99%) = 1.1"),
+        ("slider_vx", spiked(0.3, 0.3), "nearest to its limit slider_omega, |E|/2u (99%) = 0.80"),
+        ("slider_y", spiked(0.8, 0.9), "nearest to its limit slider_y, "),
+        ("slider_y", spiked(1.1, 50.0), "1 of 3 channels differ, most of all slider_y, |E|/2u (99%) = 1.1"),
     ):
         assert said in decided(usual | {name: apart(times, name)})[1]
     # A single sample decides nothing.
-    both = {"slider_y": apart(of(1.1, 50.0), "slider_y"), "slider_vx": apart(of(4.0, 4.0))}
+    both = {"slider_y": apart(spiked(1.1, 50.0), "slider_y"), "slider_vx": apart(spiked(4.0, 4.0))}
     assert "most of all slider_vx, |E|/2u (99%) = 4.0" in decided(both)[1]

@@ -37,7 +37,7 @@ def test_errors_explain_a_difference_or_do_not_or_are_too_large_to_tell(scene, m
 def test_what_is_missing_unexpected_truncated_or_no_number_is_refused(scene, make_table, make_runs):
     whole, broken = make_table(), make_runs(1e-6)
     lacking, short = Table(whole.frame.drop(columns="slider_omega")), Table(whole.frame.iloc[:-2])
-    for a, b, of, message in (
+    for a, b, known, message in (
         (whole, lacking, scene, "^b: channel slider_omega is missing"),
         (lacking, whole, None, "^a: channel slider_omega is missing"),
         (lacking, lacking, scene, "slider_omega is missing"),  # if the scene asks for it
@@ -46,7 +46,7 @@ def test_what_is_missing_unexpected_truncated_or_no_number_is_refused(scene, mak
         (whole, short, None, "one of them is truncated"),
     ):
         with pytest.raises(TableError, match=message):
-            compare(Runs(a), Runs(b), scene=of, tolerance=1.0)
+            compare(Runs(a), Runs(b), scene=known, tolerance=1.0)
     assert "slider_omega" not in compare(Runs(lacking), Runs(lacking), tolerance=1.0).channels
     # Also in a run that only its uncertainty needs
     broken.other_perturbed.frame.loc[40, "corner_ur_normal"] = np.nan
@@ -59,12 +59,12 @@ def test_runs_of_one_model_must_share_their_times_and_uncertainty_is_not_interpo
 ):
     a, denser = make_runs(1e-6), scene.with_values({"output.samples_per_cycle": 1000})
     with pytest.raises(TableError, match="must have the same times"):
-        compare(a, make_runs(1e-6, of=denser), scene=scene)
+        compare(a, make_runs(1e-6, scene=denser), scene=scene)
     a.finer.frame["time"] *= 1 + 1e-12
     with pytest.raises(TableError, match="reference finer: its times differ from those of reference"):
         compare(a, make_runs(1e-6), scene=scene, labels=LABELS)
     # A table alone is, and the reader is informed.
-    result = compare(Runs(make_table()), Runs(make_table(of=denser)), scene=scene, tolerance=1e-2)
+    result = compare(Runs(make_table()), Runs(make_table(scene=denser)), scene=scene, tolerance=1e-2)
     assert (result.verdict, result.time.size) == ("agree", 401)
     assert "b was interpolated" in result.warnings[0]
     # The cubic of x and vx is off by (w h)^4 / 384 of the clearance, w h = 2 pi / 1000.
@@ -97,10 +97,10 @@ def test_many_rows_of_nine_channels_are_not_looped_over(lines_run):
         return Table(frame + 1e-9 * rng.normal(size=frame.shape) * (frame.columns != "time"))
 
     a, b = (Runs(*(noisy() for _ in range(3))) for _ in range(2))
-    found = []
+    results = []
     # One loop over the samples of one channel is 300,000.
-    assert lines_run(lambda: found.append(compare(a, b, scene=scene))) < 200_000
-    assert len(found[0].channels) == 9
+    assert lines_run(lambda: results.append(compare(a, b, scene=scene))) < 200_000
+    assert len(results[0].channels) == 9
 
 
 FAULTS = {
@@ -133,12 +133,12 @@ def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel
     pair = [Runs(bad), Runs(whole)][:: 1 if first else -1]
     differs = fault in {"zero force", "unexcited"}
     try:
-        found = compare(*pair, scene=scene if known else None, tolerance=0.01).verdict
+        said = compare(*pair, scene=scene if known else None, tolerance=0.01).verdict
     except TableError as error:
-        found = str(error)
-    assert (found == "differ") == differs
-    assert found not in ("agree", "indeterminate")
-    assert "\n" not in found
+        said = str(error)
+    assert (said == "differ") == differs
+    assert said not in ("agree", "indeterminate")
+    assert "\n" not in said
 
 
 # Contacts
@@ -155,14 +155,14 @@ HITS = contacts(*((c, 0.1 * n + 0.01 * k, 0.1 * n + 0.01 * k + 1e-3)
 def test_the_shares_of_contact_situations_of_both_results_where_they_mean_something(make_table, scene):
     table = make_table().frame
     a, b = (Runs(Table(table, events)) for events in (contacts(("ll", 0.0, 0.2)), contacts()))
-    found = as_mapping(compare(a, b, scene=scene, labels=LABELS))["situations"]
-    assert found["reference"]["one_corner"] == pytest.approx(0.25, abs=1e-15)  # of 0.8 s
-    assert (found["exudyn"]["free"], set(found["exudyn"])) == (1.0, set(SITUATIONS))
+    shares = as_mapping(compare(a, b, scene=scene, labels=LABELS))["situations"]
+    assert shares["reference"]["one_corner"] == pytest.approx(0.25, abs=1e-15)  # of 0.8 s
+    assert (shares["exudyn"]["free"], set(shares["exudyn"])) == (1.0, set(SITUATIONS))
     assert compare(b, Runs(make_table()), scene=scene).situations[1] is None  # without events
     assert compare(a, b, scene=scene).pin_contact == (None, None)
     # Of the crank pin, where it has clearance; of a slider without there are none.
     pin = load_scene("crank-pin", {"output.groups": []})
-    frame = make_table(of=pin).frame
+    frame = make_table(scene=pin).frame
     touching = Runs(Table(frame[frame.columns[:7]], contacts(("pin", 0.0, frame["time"].iloc[-1] / 4))))
     result = compare(touching, touching, scene=pin, labels=LABELS, only=list(frame.columns[1:7]))
     assert result.situations == (None, None)
@@ -176,8 +176,8 @@ def test_impacts_are_told_where_both_have_events_and_a_period(scene, make_table)
     assert list(impacts) == ["all"]
     assert (impacts["all"]["matched"], impacts["all"]["recall"]) == (20, 1.0)
     assert "pairs" not in impacts["all"]
-    for pair, of in (((a, bare), scene), ((bare, a), scene), ((a, a), None)):
-        assert compare(*map(Runs, pair), scene=of).impacts is None
+    for pair, known in (((a, bare), scene), ((bare, a), scene), ((a, a), None)):
+        assert compare(*map(Runs, pair), scene=known).impacts is None
 
 
 def test_a_contact_is_predictable_where_the_gap_of_its_corner_is(scene, make_table):

@@ -34,22 +34,22 @@ def test_a_true_difference_is_confirmed_even_a_tiny_one(fake, size):
     u = 1.25 * 10 / 9 * LOCAL / 10 * np.sqrt(2.0)  # of three levels in order, of both models
     model = fake(narrow, bias=(0.0, size * u))
     before, after = model.confirmed()
-    found = after.confirmation
+    made = after.confirmation
     assert model.asked == [("reference", 99), ("exudyn", 30)]
-    assert (before.verdict, after.verdict, found.outcome) == ("differ", "differ", "confirmed")
-    assert (found.farther, found.members, found.since) == ((0, 0), (99, 30), SINCE)
+    assert (before.verdict, after.verdict, made.outcome) == ("differ", "differ", "confirmed")
+    assert (made.farther, made.members, made.since) == ((0, 0), (99, 30), SINCE)
     # By construction the farthest of 99 normal draws is some 3 standard deviations out, i.e. about 2 u.
-    assert found.excess > 1.0
+    assert made.excess > 1.0
     assert "from 0.484 s on by 99 reference and 30 exudyn runs" in words.confirmation(after)
 
 
 def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     before, after = fake(wide).confirmed(b=3e-6)
-    found, said = after.confirmation, words.confirmation(after)
-    assert (before.verdict, after.verdict, found.outcome) == ("differ", "agree", "underestimated")
-    assert (min(found.farther) > 0, found.since) == (True, SINCE)
+    made, said = after.confirmation, words.confirmation(after)
+    assert (before.verdict, after.verdict, made.outcome) == ("differ", "agree", "underestimated")
+    assert (min(made.farther) > 0, made.since) == (True, SINCE)
     # The farthest of 99 draws over four decades is close to their end, 1e-4; u is some 2e-7.
-    assert 1e-4 / 2.5e-7 / 2 < found.factor < 2 * 1e-4 / 1.5e-7
+    assert 1e-4 / 2.5e-7 / 2 < made.factor < 2 * 1e-4 / 1.5e-7
     assert "no difference of models, the uncertainty was underestimated by a factor" in said
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
@@ -59,7 +59,7 @@ def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     # It stands on the console and in the numbers.
     assert reasons(after)[:2] == [("reason", scene_reason(after)), ("confirmation", said)]
     record = as_mapping(after)["confirmation"]
-    assert (record["outcome"], record["members"], record["sentence"]) == (found.outcome, (99, 30), said)
+    assert (record["outcome"], record["members"], record["sentence"]) == (made.outcome, (99, 30), said)
 
 
 @pytest.mark.parametrize(("late", "verdict"), [(0.6, "agree"), (0.3, "indeterminate")])
@@ -82,8 +82,8 @@ def test_an_ensemble_in_clusters_or_of_which_one_lacks_a_contact_names_the_conta
         return float(rng.choice([0.0, 2e-5]) + LOCAL / 10 * rng.standard_normal())
 
     _, after = fake(either, extra=lambda late: late > 1e-5).confirmed(b=2e-5)
-    found, contact = after.confirmation, "the contact of the upper left corner at 0.3 s, which occurs in "
-    assert (after.verdict, found.outcome, found.clustered) == ("agree", "underestimated", True)
+    made, contact = after.confirmation, "the contact of the upper left corner at 0.3 s, which occurs in "
+    assert (after.verdict, made.outcome, made.clustered) == ("agree", "underestimated", True)
     assert f"possibly an intermittent fault: {contact}" in words.confirmation(after)
     # All runs but the judged one have a contact: its neighbours show that it should, too.
     model = fake(narrow, bias=(1e-4, 1e-4), extra=lambda late: late > 5e-5)
@@ -94,8 +94,8 @@ def test_an_ensemble_in_clusters_or_of_which_one_lacks_a_contact_names_the_conta
 
 def test_too_few_members_leave_the_difference_unconfirmed_and_one_large_ensemble_takes_it_back(fake):
     _, after = fake(narrow, bias=(0.0, 1e-3), succeed=18).confirmed()
-    found = after.confirmation
-    assert (after.verdict, found.outcome, found.members) == ("differ", "unconfirmed", (18, 18))
+    made = after.confirmation
+    assert (after.verdict, made.outcome, made.members) == ("differ", "unconfirmed", (18, 18))
     assert words.confirmation(after).startswith("differ (unconfirmed, 18 runs) from 0.484 s on: ")
 
     class Failing(Fake):
@@ -137,7 +137,12 @@ def test_without_a_start_to_move_or_with_a_tolerance_nothing_is_run(fake, make_t
 def test_models_that_are_one_are_hardly_ever_distinguished(fake):
     """Bases and members drawn alike: whatever is confirmed is a false alarm, once in 31 by either rank."""
     outcomes, whole, names = [], fake(wide), ["slider_x", "slider_vx"]
-    model = replace(whole, signals=lambda *of: {name: whole.signals(*of)[name] for name in ("time", *names)})
+
+    def two_channels(*arguments):
+        columns = whole.signals(*arguments)
+        return {name: columns[name] for name in ("time", *names)}
+
+    model = replace(whole, signals=two_channels)
     for seed in range(25):
         rng = np.random.default_rng(seed)
         runs = model.family(0, wide(rng)), model.family(1, wide(rng))
@@ -158,15 +163,15 @@ def test_the_excess_is_the_distance_of_the_nearer_run_over_that_of_the_farthest_
     errors = [base + spread * rng.standard_normal(20) for base, spread in zip(bases, spreads, strict=True)]
     runs = model.family(0, bases[0]), model.family(1, bases[1])
     judge = partial(compare, *runs, scene=model.scene, labels=MODELS)
-    ensembles = {side: [model.table(error) for error in of] for side, of in enumerate(errors)}
+    ensembles = {side: [model.table(error) for error in own] for side, own in enumerate(errors)}
     after = decided(judge(), runs, ensembles, lambda large: judge(ensembles=large)).confirmation
 
     def distance(value: float, others: np.ndarray) -> float:
         return abs(value - others.mean()) / others.std()
 
     excess = [
-        distance(run, of) / max(distance(of[n], np.delete(of, n)) for n in range(of.size))
-        for run, of in zip(bases[::-1], errors, strict=True)
+        distance(run, own) / max(distance(own[n], np.delete(own, n)) for n in range(own.size))
+        for run, own in zip(bases[::-1], errors, strict=True)
     ]
     assert (after.outcome, after.excess) == ("confirmed", pytest.approx(min(excess), rel=1e-4))
 

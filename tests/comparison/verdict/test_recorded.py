@@ -41,7 +41,7 @@ def test_files_of_a_validation_give_its_uncertainty_and_verdict_bit_for_bit(
     result = compare_recorded(*programs, scene=scene, labels=("reference", "exudyn"))
     for name, channel in expected.channels.items():
         for part in ("u_a", "u_b", "difference", "predictable", "explained", "scale", "worst_time"):
-            mine, theirs = (np.asarray(getattr(of, part)) for of in (result.channels[name], channel))
+            mine, theirs = (np.asarray(getattr(each, part)) for each in (result.channels[name], channel))
             assert mine.tobytes() == theirs.tobytes(), (name, part)
     reason = scene_reason(expected)
     assert (result.verdict, scene_reason(result)) == (expected.verdict, reason)

@@ -110,24 +110,24 @@ def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels, limit,
         far = scene.data["solver"]["exudyn"]["step"] > limit * STEP
         return first, replace(second, finer=model.fake.table(0.0, float(far)))
 
-    found = model.settled(families).comparison
-    assert (found.verdict, found.refined, len(model.asked)) == (verdict, ENOUGH, 1 + ENOUGH)
+    result = model.settled(families).comparison
+    assert (result.verdict, result.refined, len(model.asked)) == (verdict, ENOUGH, 1 + ENOUGH)
 
 
 @pytest.mark.parametrize(("step", "refined"), [(2e-6, MOST), (8e-7, 2), (1e-7, 2)])
 def test_a_small_step_is_not_refined_to_the_end(levels, step, refined):
     model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
-    found = model.settled().comparison
-    assert (found.verdict, found.refined) == ("indeterminate", refined)
+    result = model.settled().comparison
+    assert (result.verdict, result.refined) == ("indeterminate", refined)
 
 
 def test_without_a_finer_run_the_ensembles_decide_and_for_models_that_have_their_own(levels, fake):
     model = levels(lambda _: FAULT)
     first = [model.families(model.fake.scene)]
-    found = model.settled(lambda _: first.pop() if first else None).comparison
-    assert (found.verdict, found.refined, found.confirmation.outcome) == ("differ", 0, "confirmed")
+    result = model.settled(lambda _: first.pop() if first else None).comparison
+    assert (result.verdict, result.refined, result.confirmation.outcome) == ("differ", 0, "confirmed")
     model = fake(narrow, bias=(0.0, FAULT))
     runs = model.family(0), model.family(1)
     before = compare(*runs, scene=model.scene, labels=MODELS)
-    found = settle(before, runs, scene=model.scene, models=MODELS, run=model.run, run_families=pytest.fail)
-    assert (found.comparison.verdict, found.comparison.refined) == ("differ", 0)
+    result = settle(before, runs, scene=model.scene, models=MODELS, run=model.run, run_families=pytest.fail)
+    assert (result.comparison.verdict, result.comparison.refined) == ("differ", 0)

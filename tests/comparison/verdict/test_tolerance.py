@@ -84,9 +84,8 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(row, times, si
     values = np.full(N, 2.0) if constant else 40 * np.sin(7 * TIME)
     # Of a constant column any change is one; above the floor below which nothing counts as motion.
     size = sign * max(1e-3 * times * np.ptp(values), 1e-5)
-    whole, bad = (
-        table(slider_y=WAVE, crank_torque=of) for of in (values, values + size * (np.arange(N) == row))
-    )
+    changed = values + size * (np.arange(N) == row)
+    whole, bad = (table(slider_y=WAVE, crank_torque=column) for column in (values, changed))
     result = compare(*map(Runs, (bad, whole) if first else (whole, bad)), tolerance=1e-3)
     channel = result.channels["crank_torque"]
     if abs(size) <= 1e-3 * channel.scale:  # the sample itself widened its table's range
@@ -137,19 +136,19 @@ def test_a_shift_of_a_tenth_of_a_millisecond_never_agrees(names, shift, finer):
 def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
     time = np.arange(401) * 2e-3
 
-    def found(shift: float, names=("slider_y", "slider_vy"), **options) -> SceneComparison:
+    def shifted(shift: float, names=("slider_y", "slider_vy"), **options) -> SceneComparison:
         # Not from an instant at which x turns round: vy would jump at whole multiples of the sample.
         a, b = (Runs(slider(time + 3.7e-4 - late, names, time)) for late in (0.0, shift))
         return compare(a, b, tolerance=0.01, only=names, labels=LABELS, **options)
 
     # y passes its range at the range of its rate in T / (2 pi) = 64 ms: 0.64 ms at 1 %.
-    assert (found(5e-4).verdict, found(8e-4).verdict) == ("agree", "differ")
-    alone = found(8e-4, ("slider_y",))
+    assert (shifted(5e-4).verdict, shifted(8e-4).verdict) == ("agree", "differ")
+    alone = shifted(8e-4, ("slider_y",))
     assert (alone.verdict, alone.channels["slider_y"].verdict) == ("differ", "agree")
     assert scene_reason(alone).startswith("exudyn is later than reference by 0.0008 s")
     assert "The tolerance allows 0.00064 s" in scene_reason(alone)
     # With the scene's scales every difference of y counts, by clearance * tan(beta) = 42 um.
-    assert (found(1e-7, scene=scene).verdict, found(1e-4, scene=scene).verdict) == ("agree", "differ")
+    assert (shifted(1e-7, scene=scene).verdict, shifted(1e-4, scene=scene).verdict) == ("agree", "differ")
 
 
 # A tolerance in time, and limits of metrics

@@ -24,18 +24,18 @@ STANDARD = ("standard",)
 def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene_none(scene, ran):
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal])
-    assert [len(of.runs["exudyn"].perturbed_runs) for of in (with_clearance, without)] == [2, 0]
+    assert [len(result.runs["exudyn"].perturbed_runs) for result in (with_clearance, without)] == [2, 0]
     # Ten at the standard tier. At the tight one the tree has five and the reference four: its coarser run is
     # the finer one of the standard tier. The ideal mechanism runs at two levels by each model.
     # The ideal scene: by the reference two runs at each tier, since its base run is that of the ideal
     # mechanism and its coarser one at the tight tier the finer one of the other; three by five bodies at both
     # tiers. Of its ideal mechanism only the coarser runs have other samples.
     assert len(ran) == (10 + 9 + 4) + (2 + 2 + 3 + 2)
-    kinds = ("finer", "coarser", "perturbed", "other perturbed")
-    of = {kind: with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"] for kind in kinds}
-    assert [of[kind]["solver"]["exudyn"]["step"] for kind in kinds] == [1e-6, 4e-6, 4e-6, 4e-6]
-    assert [of[kind]["initial"] == scene.data["initial"] for kind in kinds] == [True, True, False, False]
-    assert of["finer"]["solver"]["reference"]["tolerance"] == 1e-10
+    levels = ("finer", "coarser", "perturbed", "other perturbed")
+    scenes = {kind: with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"] for kind in levels}
+    assert [scenes[kind]["solver"]["exudyn"]["step"] for kind in levels] == [1e-6, 4e-6, 4e-6, 4e-6]
+    assert [scenes[kind]["initial"] == scene.data["initial"] for kind in levels] == [True, True, False, False]
+    assert scenes["finer"]["solver"]["reference"]["tolerance"] == 1e-10
 
 
 @pytest.mark.usefixtures("ran")
@@ -68,8 +68,8 @@ def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_rep
     assert agreeing.reliability.verdict == "agree"
     usual, fails = judge.ideal_scenes, {"environment.gravity": gravity.fail}
 
-    def failing(*of):
-        return {kind: ideal.with_values(fails) for kind, ideal in usual(*of).items()}
+    def failing(*arguments):
+        return {kind: ideal.with_values(fails) for kind, ideal in usual(*arguments).items()}
 
     monkeypatch.setattr(judge, "ideal_scenes", failing)
     (result,) = validate([scene], tiers=STANDARD)
@@ -105,28 +105,28 @@ def test_where_five_bodies_violate_an_invariant_they_run_at_half_the_step(
 
     monkeypatch.setattr(judge, "run_all", violated)
     (result,) = validate([scene], tiers=STANDARD)
-    found = result.comparison
-    assert (found.verdict, found.refined) == (verdict, refined)
-    assert any("lower the step" in warning for warning in found.warnings) == bool(refined)
+    comparison = result.comparison
+    assert (comparison.verdict, comparison.refined) == (verdict, refined)
+    assert any("lower the step" in warning for warning in comparison.warnings) == bool(refined)
     if verdict == "cannot compare":  # what there is of the run that is named
         assert list(result.partial) == ["standard exudyn base"]
         said = f"scene {scene.name!r}: the exudyn run did not succeed: {VIOLATED}; lower the step"
-        assert words.scene_reason(found) == said
+        assert words.scene_reason(comparison) == said
 
 
 def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, make_runs):
     sides = make_runs(1e-8), make_runs(2e-8)
     usual, tight = (compare(*sides, scene=scene, tier=tier) for tier in ("standard", "tight"))
-    found = replace(usual, tight=tight)
+    both = replace(usual, tight=tight)
     made = {"machine": 'A "x", numpy 2', "date": "2030-01-01"}
-    record = tomllib.loads(as_toml([scene], [found], made))
+    record = tomllib.loads(as_toml([scene], [both], made))
 
     def said(scenes, comparisons, record=record) -> str:
         return words.departures(departures(scenes, comparisons, record), record["made"])
 
-    assert (record["made"], said([scene], [found])) == (made, "")
-    now = replace(found, tight=replace(tight, verdict="differ"))
-    assert said([scene, scene], [found, now]) == (
+    assert (record["made"], said([scene], [both])) == (made, "")
+    now = replace(both, tight=replace(tight, verdict="differ"))
+    assert said([scene, scene], [both, now]) == (
         f'not the verdicts on record (on A "x", numpy 2; 2030-01-01): {scene.name}, tight: differ, not agree'
     )
     # Neither a changed scene under the name on record, nor one that is not shipped, nor another tier.

@@ -200,7 +200,7 @@ def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
     undecided = replace(scene, verdict="indeterminate", closer_command=strict)
     failed = Job(load_scene("150rpm-0.2mm"), "exudyn")
     crashed = replace(scene, verdict="cannot compare", channels={}, error="it crashed", failed=failed)
-    for of, said, advice, command in (
+    for comparison, said, advice, command in (
         (scene, "", "Nothing to do.", ""),
         (confirmed, "confirmed by at least 30 runs", "Find which model errs, by a third opinion:", "--set "),
         (corrected, "uncertainty underestimated 6.4 times", "Nothing to do.", ""),
@@ -209,9 +209,9 @@ def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
         (crashed, "", "Repeat the run that failed, alone:", "sixbar run 150rpm-0.2mm --model exudyn --out "),
         (replace(crashed, failed=None), "", "Run the scene again once the cause is removed:", scene.command),
     ):
-        found = card(of)
-        assert found.sentence == "; ".join(filter(None, (scene_reason(of, brief=True), said))) + "."
-        assert found.advice == advice
-        assert bool(found.commands) == bool(command)
-        assert command in " ".join(found.commands)
+        shown = card(comparison)
+        assert shown.sentence == "; ".join(filter(None, (scene_reason(comparison, brief=True), said))) + "."
+        assert shown.advice == advice
+        assert bool(shown.commands) == bool(command)
+        assert command in " ".join(shown.commands)
     assert len(card(confirmed).commands) == 3  # a third formulation, the one to compare it with, and both

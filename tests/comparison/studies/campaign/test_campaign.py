@@ -57,7 +57,7 @@ class Models:
             return self.status[model]
         solver = scene.data["solver"][model]
         stretch = self.stretch.get(model, 0.0) + self.of_settings(model, solver)
-        table = self.make(error=10 * solver["tolerance"], stretch=stretch, of=scene)
+        table = self.make(error=10 * solver["tolerance"], stretch=stretch, scene=scene)
         # In contact all the time: no sample to begin anew from, which a sine would not know of.
         touching = {"corner": ["ll"], "start": [0.0], "end": [scene.duration], "normal_speed": [0.1]}
         events = pd.DataFrame(touching | {"impulse": [0.1], "peak_force": [1.0], "largest_depth": [1e-6]})
@@ -213,7 +213,7 @@ def table_with(gap, *contacts):
 
 
 @pytest.mark.parametrize(
-    ("depths", "contacts", "found"),
+    ("depths", "contacts", "expected"),
     [
         ((1e-6, 3e-6, 2e-6), [("ul", 0.35, 0.65)], []),
         ((1e-6, 3e-6, 2e-6), [("ur", 0.35, 0.65)], [("open-depth", 3e-6, 0.5, 0.4, 0.6)]),
@@ -222,7 +222,7 @@ def table_with(gap, *contacts):
         ((0.9e-11,) * 3, [("ur", 0.0, 0.1)], []),
         # Contacts of one corner may follow each other and not overlap.
         ((-1e-5,) * 3, [("ul", 0.1, 0.2), ("ul", 0.2, 0.3), ("ur", 0.15, 0.25)], []),
-        # The first covers the second, and the third begins in the first: not its neighbour in the list.
+        # The first covers the second, and the third begins in it: the longest overlap counts.
         (
             (-1e-5,) * 3,
             [("ul", 0.1, 0.9), ("ul", 0.2, 0.3), ("ul", 0.4, 0.95)],
@@ -230,12 +230,12 @@ def table_with(gap, *contacts):
         ),
     ],
 )
-def test_a_corner_is_inside_its_wall_only_in_a_contact_and_in_one_at_a_time(depths, contacts, found):
+def test_a_corner_is_inside_its_wall_only_in_a_contact_and_in_one_at_a_time(depths, contacts, expected):
     gap = np.full(11, 1e-5)
     gap[4:7] = np.negative(depths)
     said = breaches(table_with(gap, *contacts))
-    assert [(one["name"], one["corner"]) for one in said] == [(name, "ul") for name, *_ in found]
-    for one, (_, *numbers) in zip(said, found, strict=True):
+    assert [(one["name"], one["corner"]) for one in said] == [(name, "ul") for name, *_ in expected]
+    for one, (_, *numbers) in zip(said, expected, strict=True):
         assert [one[key] for key in ("value", "time", "since", "until")] == pytest.approx(numbers)
 
 
@@ -371,9 +371,9 @@ def test_sixty_fixed_scenes_break_no_invariant_in_either_model():
                 faults.append(f"{where}: {outcome.status}; {outcome.message}")
                 continue
             faults += [f"{where}: {one}" for one in breaches(outcome.table)]
-            for name, of in outcome.table.provenance.get("invariants", {}).items():
-                if not of["value"] <= of["bound"]:
-                    faults.append(f"{where}: {name} {of}, and its status is success")
+            for name, held in outcome.table.provenance.get("invariants", {}).items():
+                if not held["value"] <= held["bound"]:
+                    faults.append(f"{where}: {name} {held}, and its status is success")
     assert not faults, "\n".join(faults)
 
 

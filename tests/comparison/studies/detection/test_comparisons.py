@@ -58,15 +58,15 @@ def test_no_spoiled_table_agrees(fault, twins):
     sides = spoiled(fault.spoil, a, b)
     assert b.base.frame.equals(before)  # what is spoiled is a copy
     try:
-        found = summary(compare(*sides, scene=scene, tier="tight"))
+        row = summary(compare(*sides, scene=scene, tier="tight"))
     except TableError as error:
-        found = refusal(str(error))
+        row = refusal(str(error))
     # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
-    assert Trial(fault, "exudyn", "tight").detected(found) == (not fault.missed)
-    if found["verdict"] == "differ":
-        first = found["first"]
+    assert Trial(fault, "exudyn", "tight").detected(row) == (not fault.missed)
+    if row["verdict"] == "differ":
+        first = row["first"]
         assert first["difference"] > first["threshold"] > 0
-        assert found["channels"][first["channel"]][0] == "differ"
+        assert row["channels"][first["channel"]][0] == "differ"
 
 
 @pytest.mark.parametrize("key", ["stiffness +1 %", "a corner left out", "zero force", "both constant"])
@@ -184,8 +184,8 @@ def test_a_search_without_an_end_says_so(shows, confirmed, numbers, monkeypatch)
     monkeypatch.setattr(Search, "shows", lambda *_: shows)
     monkeypatch.setattr(Search, "confirmed", lambda *_: confirmed)
     row = searches()[0].find()
-    found = np.array([row["found"], row["missed"], row["shown"]], dtype=float)
-    assert found == pytest.approx(numbers, rel=1e-9, nan_ok=True)
+    shown = np.array([row["found"], row["missed"], row["shown"]], dtype=float)
+    assert shown == pytest.approx(numbers, rel=1e-9, nan_ok=True)
 
 
 @pytest.mark.slow

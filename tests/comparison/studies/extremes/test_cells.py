@@ -121,8 +121,8 @@ def test_the_class_of_a_run(ran, exact, bound, kind):
 
 
 def test_a_run_lasts_as_long_as_it_is_within_its_bound():
-    found = judge(leaving(7, 1.1e-9), TIGHT, BOUND)
-    assert (found["lasted_cycles"], found["error_m"]) == (0.7, pytest.approx(1.1e-9, rel=1e-2))
+    judged_run = judge(leaving(7, 1.1e-9), TIGHT, BOUND)
+    assert (judged_run["lasted_cycles"], judged_run["error_m"]) == (0.7, pytest.approx(1.1e-9, rel=1e-2))
 
 
 @pytest.mark.parametrize(
@@ -221,11 +221,11 @@ def test_a_degraded_run_is_announced_if_its_check_exceeds_the_bound():
     for bound, kind in ((1e-12, Class.ANNOUNCED), (1e-5, Class.DEGRADED)):
         exact = done | {"x": list(np.asarray(done["x"]) + 2.0 * bound), "status": "success"}
         done |= {"status": "success", "limit": LIMIT, "bound": bound}
-        (found,) = judged([cell], {(0, MINIMAL): done, (0, STRICT): exact})
-        assert found["class"] is Class.DEGRADED
-        check([cell], [found], 1, None)
-        assert found["class"] is kind
-        assert 1e-10 < found["estimate_m"] < 1e-5
+        (judged_run,) = judged([cell], {(0, MINIMAL): done, (0, STRICT): exact})
+        assert judged_run["class"] is Class.DEGRADED
+        check([cell], [judged_run], 1, None)
+        assert judged_run["class"] is kind
+        assert 1e-10 < judged_run["estimate_m"] < 1e-5
 
 
 def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting():
@@ -263,11 +263,11 @@ def test_some_cells_for_real():
 
 
 def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
-    kinds = [Class.CONVERGED, Class.ANNOUNCED, Class.STOPPED, Class.NOT_TESTED, Class.REFUSED]
+    classes = [Class.CONVERGED, Class.ANNOUNCED, Class.STOPPED, Class.NOT_TESTED, Class.REFUSED]
     places = [("base", BASE_LABEL), ("clearance", "1e-09"), ("clearance", "0.005"), (HYPERCUBE, "1")]
     runs_of = [
         {"cell": number, "axis": axis, "value": value, "law": LAWS[0], "formulation": method.name}
-        | {"class": str(kinds[(number + at) % 5]), "status": "newton-failed", "cause": str(Cause.MAGNIFIED)}
+        | {"class": str(classes[(number + at) % 5]), "status": "newton-failed", "cause": str(Cause.MAGNIFIED)}
         | dict.fromkeys(("error_m", "estimate_m"), 3e-9)
         | {"bound_m": 1e-9, "magnification": 0.0, "speed_rpm": 10.0, "modulus_Pa": 1e9}
         for number, (axis, value) in enumerate(places)

@@ -102,11 +102,11 @@ def test_a_table_is_read_as_it_is_meant_or_refused_in_one_line(data, dialect):
     names, units, columns = data.draw(tables(dialect))
     content = written(names, units, columns, dialect)
     note(repr(content))
-    found, message = read(content)
+    contents, message = read(content)
     if message:
         assert re.search(f"{ALWAYS}|{NAMELESS}" if dialect.header == "none" else ALWAYS, message)
     else:
-        same(found, wanted(names, units, columns, dialect))
+        same(contents, wanted(names, units, columns, dialect))
 
 
 @many

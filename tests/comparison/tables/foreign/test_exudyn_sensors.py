@@ -21,9 +21,9 @@ def test_sensors_agree_with_the_closed_form_and_a_longer_rod_differs(longer, ver
     np.savetxt("exact.csv", exact, "%.17g", ",", header="time,position,velocity", comments="")
     # Every step fulfils the constraints of positions: 6e-15 m of 0.2 m measured, round-off.
     # Velocities follow at second order: 2.8e-6 of 1.3 m/s measured.
-    for of, tolerance in (("position", "1e-12"), ("velocity", "1e-5")):
-        rules = (f'[{side}]\nchannel = "slider"\n' for side in ('a."#2"', f"b.{of}"))
+    for quantity, tolerance in (("position", "1e-12"), ("velocity", "1e-5")):
+        rules = (f'[{side}]\nchannel = "slider"\n' for side in ('a."#2"', f"b.{quantity}"))
         put("map.toml", 'compare = ["slider"]\n[channels.slider]\n' + "".join(rules))
-        command = ["compare", f"{of}.txt", "exact.csv", "--mapping", "map.toml", "--json"]
+        command = ["compare", f"{quantity}.txt", "exact.csv", "--mapping", "map.toml", "--json"]
         assert main([*command, "--tolerance", tolerance]) == (verdict == "differ")
         assert json.loads(capsys.readouterr().out)["channels"]["slider"]["verdict"] == verdict

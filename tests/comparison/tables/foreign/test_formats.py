@@ -103,8 +103,8 @@ def test_what_is_no_vector_is_refused_or_listed():
     savemat(MAT, COLUMNS | others)  # a variable may have the name of an argument
     table, _, warnings = read_pair(MAT, None, '[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
     same(table)
-    kinds = "file (objects or cells), m (matrix of 3 x 3), n (single number), t (text), c (complex numbers)"
-    assert warnings[0].endswith(kinds)
+    listed = "file (objects or cells), m (matrix of 3 x 3), n (single number), t (text), c (complex numbers)"
+    assert warnings[0].endswith(listed)
     refused("a.mat: 'file (objects or cells)' is not a channel", MAT)
 
 

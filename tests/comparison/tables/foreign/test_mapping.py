@@ -153,7 +153,7 @@ def test_a_table_of_ours_has_the_motion_that_its_scene_prescribes_where_another_
 ):
     """The other is of another program: an eighth of a turn ahead, and two turns a second back."""
     scene = load_scene("ideal", {"drive.speed_rpm": -120.0, "mechanism.crank_angle_deg": 45.0})
-    ours = make_table(of=scene)
+    ours = make_table(scene=scene)
     other = ours.frame.assign(crank_angle=np.pi / 4 - 4 * np.pi * ours.time, crank_speed=-4 * np.pi)
     paths = Path("ours.csv"), Path("other.csv")
     write(replace(ours, provenance={"scene": scene.data if recorded is True else recorded}), paths[0])

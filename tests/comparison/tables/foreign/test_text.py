@@ -160,7 +160,7 @@ def test_many_lines_without_numbers_are_passed_over_at_once(lines_run):
     """Twice as many take twice as long, not four times."""
     for name, lines in (("a", 2_000), ("b", 4_000)):
         put(f"{name}.txt", "a\n# time b\n" * lines + "time x\n0 1\n1 2\n")
-    small, large = (lines_run(lambda of=name: read_pair(Path(f"{of}.txt"))) for name in "ab")
+    small, large = (lines_run(lambda file=name: read_pair(Path(f"{file}.txt"))) for name in "ab")
     assert large < 2.1 * small
 
 
