@@ -126,7 +126,7 @@ def grazing_runs(count: int, seed: int) -> Iterator[Draw]:
             "initial.slider_offset": float(rng.uniform(-2e-4, 2e-4)),
             "solver.reference.tolerance": 1e-9,
         }
-        yield Draw(number, {"population": "grazing"}, "150rpm-0.2mm", values)
+        yield Draw(number, {}, "150rpm-0.2mm", values)
 
 
 def scipy_runs(count: int, seed: int) -> Iterator[Draw]:
@@ -196,10 +196,9 @@ def tabulated(draw: Draw) -> Found:
     times, events = result.columns["time"], result.events
     worst, violations = Worst(), 0
     for corner, depth in depths(scene, result.columns).items():
-        mine = (
-            [f"{end}{corner[1]}" for end in "lu"] if draw.changes["contact.law"] == "foundation" else [corner]
-        )
-        rows = np.isin(events["corner"], mine)
+        # A side of a foundation has one contact, of both its corners.
+        whole_side = draw.changes["contact.law"] == "foundation"
+        rows = np.isin(events["corner"], [f"{end}{corner[1]}" for end in "lu"] if whole_side else [corner])
         depth[closed(times, events["start"][rows], events["end"][rows])] = 0.0
         violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.changes["solver.reference.tolerance"]))
         if depth.max(initial=0.0) > worst.value:
@@ -245,23 +244,23 @@ def work(what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs:
     return found
 
 
-def report(what: str, draws: Sequence[Draw], found: Sequence[Found]) -> None:
-    """Print what came of a population: runs with such a contact and the largest distance, by each label."""
-    print(f"\n{what}: {len(found)} runs, {sum(one.steps for one in found)} accepted steps")
-    print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in found).items()))
+def report(what: str, draws: Sequence[Draw], results: Sequence[Found]) -> None:
+    """Print a population's runs with each kind of contact and the largest distance: in all, by each label."""
+    print(f"\n{what}: {len(results)} runs, {sum(one.steps for one in results)} accepted steps")
+    print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in results).items()))
     rows: list[dict[str, Any]] = []
-    for draw, one in zip(draws, found, strict=True):
+    for draw, one in zip(draws, results, strict=True):
         if one.status in JUDGED:
-            rows.append(draw.labels | {"runs": 1})
-            for part, of in PARTS.items():
+            rows.append(draw.labels | {"all": what, "runs": 1})
+            for part, heading in PARTS.items():
                 worst: Worst = getattr(one, part)
-                rows[-1] |= {of: worst.steps > 0, f"{of} (m)": worst.value}
+                rows[-1] |= {heading: worst.steps > 0, f"{heading} (m)": worst.value}
     if not rows:
         return
-    frame = pd.DataFrame(rows)
-    how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in draws[0].labels}
-    for label in draws[0].labels:
-        print(f"\n{frame.groupby(label).agg(how).to_string()}")
+    labels = ["all", *draws[0].labels]
+    how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in labels}
+    for label in labels:
+        print(f"\n{pd.DataFrame(rows).groupby(label).agg(how).to_string()}")
 
 
 def main() -> int:

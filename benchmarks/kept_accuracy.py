@@ -151,14 +151,13 @@ def summary(rows: pd.DataFrame) -> str:
         "of these strict reaches it": result & ~kept & (strict >= FLOOR),
         f"kept: error above {MOST:g}": kept & (rows["error"] > MOST),
         "where the judge is sure": kept & (rows["sure_error"] > MOST),
-        "strict reaches it": result & (strict > 0),
+        "strict reaches it in part": result & (strict > 0),
         f"there coverage below {LEAST_COVERAGE:g} of strict's": rows["coverage"] < LEAST_COVERAGE * strict,
     }
-    found = pd.DataFrame(counts).groupby(by).sum()
-    found["largest error, judge sure"] = rows["sure_error"].where(kept).groupby(by).max()
+    numbers = pd.DataFrame(counts).groupby(by).sum()
+    numbers["largest error, judge sure"] = rows["sure_error"].where(kept).groupby(by).max()
     reasons = rows["limit"].where(~kept).groupby(by).value_counts()
-    numbers = found.T.to_string(float_format="{:.3g}".format)
-    return f"{numbers}\n\n{reasons.to_string()}"
+    return f"{numbers.T.to_string(float_format='{:g}'.format)}\n\n{reasons.to_string()}"
 
 
 def main() -> None:

@@ -55,24 +55,24 @@ def test_rates_are_the_derivatives(short) -> None:
 @AUDITED
 @pytest.mark.parametrize("name", ["rattle", "wedge"])
 def test_the_balance_of_energy_closes(run, variant, name) -> None:
-    found = run(variant, name)
-    parts = {key: found.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
+    simulated = run(variant, name)
+    parts = {key: simulated.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
     lost = parts["damping"] + parts["friction"]
     # Integrated with the motion at 1e-12; by the trapezoidal rule over steps of 2e-6 s through hits of
     # 1.5e-4 s, (1/75)^2 of what they take.
     assert lost[-1] > 1e-5
-    residual = np.abs(found.columns["energy_residual"]).max()
-    assert residual <= (1e-8 if found.reference else 1e-3) * lost[-1]
+    residual = np.abs(simulated.columns["energy_residual"]).max()
+    assert residual <= (1e-8 if simulated.reference else 1e-3) * lost[-1]
     assert np.all(np.diff(parts["friction"]) >= 0.0)
     if name == "rattle":
-        power = found.columns["crank_torque"] * found.scene["drive"]["speed_rpm"] * math.pi / 30.0
-        work = cumulative_trapezoid(power, found.columns["time"], initial=0.0)
+        power = simulated.columns["crank_torque"] * simulated.scene["drive"]["speed_rpm"] * math.pi / 30.0
+        work = cumulative_trapezoid(power, simulated.columns["time"], initial=0.0)
         # Samples of 4e-6 s through hits of 2e-4 s: (1/50)^2 / 12 of what the torque does in them.
         assert np.abs(work - parts["drive"]).max() <= 1e-4 * np.ptp(work)
     assert all(values[0] == 0.0 for values in parts.values())  # counted from t = 0
     for part in ("kinetic", "contact"):
-        assert found.result.extrema[f"energy_{part}"]["min"] >= 0.0
-        assert np.all(found.columns[f"energy_{part}"] >= 0.0)
+        assert simulated.result.extrema[f"energy_{part}"]["min"] >= 0.0
+        assert np.all(simulated.columns[f"energy_{part}"] >= 0.0)
 
 
 def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant) -> None:
@@ -80,40 +80,69 @@ def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, 
 
     Where the drive moves C, also of formulations that give no energies.
     """
-    found = run(variant, "rattle", LOSSLESS)
-    time, columns, scene, step = found.columns["time"], found.columns, found.scene, 1e-5
-    rod, slider, g = *(scene["mechanism"][k] for k in ("rod4", "slider")), scene["environment"]["gravity"]
+    simulated = run(variant, "rattle", LOSSLESS)
+    scene, columns, time, step = simulated.scene, simulated.columns, simulated.columns["time"], 1e-5
+    rod, slider, g = scene["mechanism"]["rod4"], scene["mechanism"]["slider"], scene["environment"]["gravity"]
     before, tip, after = (rocker_tip(scene, time + shift) for shift in (-step, 0.0, step))
     tips = tip, (after - before) / (2 * step), (after - 2 * tip + before) / step**2
-    ends = [columns[f"slider_{part}x"] + 1j * columns[f"slider_{part}y"] for part in ("", "v", "a")]
+    pins = [columns[f"slider_{part}x"] + 1j * columns[f"slider_{part}y"] for part in ("", "v", "a")]
     # Place, velocity and acceleration of points of a rigid rod are linear along it.
     share = rod["centroid"] / rod["length"]
-    place, velocity, acceleration = (c + share * (f - c) for c, f in zip(tips, ends, strict=True))
-    spin = ((ends[0] - tip).conjugate() * (ends[1] - tips[1])).imag / rod["length"] ** 2
-    masses = rod["mass"], slider["mass"]
-    kinetic = masses[0] * abs(velocity) ** 2 + rod["inertia"] * spin**2 + masses[1] * abs(ends[1]) ** 2
-    kinetic = (kinetic + slider["inertia"] * columns["slider_omega"] ** 2) / 2
-    height = g * (masses[0] * place.imag + masses[1] * ends[0].imag)
-    pull, stored = masses[0] * (acceleration + 1j * g) + masses[1] * (ends[2] + 1j * g), 0.0
+    place, velocity, acceleration = (c + share * (f - c) for c, f in zip(tips, pins, strict=True))
+    spin = ((pins[0] - tip).conjugate() * (pins[1] - tips[1])).imag / rod["length"] ** 2
+    kinetic = (rod["mass"] * abs(velocity) ** 2 + rod["inertia"] * spin**2) / 2
+    kinetic += (slider["mass"] * abs(pins[1]) ** 2 + slider["inertia"] * columns["slider_omega"] ** 2) / 2
+    potential = g * (rod["mass"] * place.imag + slider["mass"] * pins[0].imag)
+    pull, stored = rod["mass"] * (acceleration + 1j * g) + slider["mass"] * (pins[2] + 1j * g), 0.0
     compliance = 2 * (1 - scene["contact"]["poisson"] ** 2) / scene["contact"]["youngs_modulus"]
-    K = 4 / (3 * compliance) * math.sqrt(scene["contact"]["corner_radius"])
+    stiffness = 4 / (3 * compliance) * math.sqrt(scene["contact"]["corner_radius"])
     for corner in ("ll", "lr", "ul", "ur"):
-        gap, normal, *_ = found.corner(corner)
+        gap, normal, *_ = simulated.corner(corner)
         pull = pull - (1 if corner[1] == "l" else -1) * normal
-        stored = stored + K / 2.5 * np.maximum(-gap, 0.0) ** 2.5
+        stored = stored + stiffness / 2.5 * np.maximum(-gap, 0.0) ** 2.5
     work = cumulative_trapezoid((pull * tips[1].conjugate()).real, time, initial=0.0)
-    total = kinetic + height + stored - work
+    total = kinetic + potential + stored - work
     # The trapezoidal rule through hits of fifty samples: 3e-7 J measured; the walls store 2e-4 J.
     assert np.max(np.abs(total - total[0])) <= 1e-5 * np.ptp(work) <= 1e-2 * np.max(stored)
 
 
+def test_the_slider_rotates_uniformly_between_contacts(run, variant) -> None:
+    result = run(variant, "rattle").result
+    time, omega, events = result.columns["time"], result.columns["slider_omega"], result.events
+    touched = np.zeros(time.size, bool)
+    for start, end in zip(events["start"], events["end"], strict=True):
+        # Generalized-alpha carries an impact's accelerations on by 0.9^k: 200 steps of 2e-6 s are left out.
+        touched |= (start <= time) & (time <= end + 4e-4)
+    flights = np.split(omega, np.flatnonzero(np.diff(touched)) + 1)[::2]  # it starts in flight
+    # 2e-6 rad/s measured of generalized-alpha, 0 of the others.
+    assert max(np.ptp(flight) for flight in flights) < 1e-5 < 0.1 < np.ptp(omega)
+
+
+@AUDITED
+def test_a_cycle_of_the_ideal_mechanism_returns_all_work(run, variant) -> None:
+    cycle = {"output.groups": ["energy"], "drive.cycles": 1.0, "solver.exudyn.step": 2e-5}
+    columns = run(variant, "ideal", cycle).columns
+    for name in ("drive", "gravity"):
+        work = columns[f"energy_{name}"]
+        assert np.ptp(work) > 0.5
+        # The trapezoidal rule over a period is exact to round-off; the Newton iteration leaves 1e-12
+        assert abs(work[-1]) < 1e-10
+    kinetic = columns["energy_kinetic"]
+    assert kinetic[-1] == pytest.approx(kinetic[0], rel=1e-9)
+    # Within the cycle second order in Exudyn's step: 2e-8 J of 1 J measured
+    assert np.max(np.abs(columns["energy_residual"])) < 4e-8
+    for name in ("contact", "damping", "friction"):
+        assert not columns[f"energy_{name}"].any()
+
+
 @AUDITED
 def test_nothing_is_lost_without_damping_and_friction(run, variant) -> None:
-    found = run(variant, "rattle", LOSSLESS)
-    assert found.result.events["start"].size >= 10
-    assert not found.columns["energy_damping"].any()
-    assert not found.columns["energy_friction"].any()
-    stored = found.columns["energy_contact"].max()
+    simulated = run(variant, "rattle", LOSSLESS)
+    assert simulated.result.events["start"].size >= 10
+    assert not simulated.columns["energy_damping"].any()
+    assert not simulated.columns["energy_friction"].any()
+    stored = simulated.columns["energy_contact"].max()
     assert stored > 1e-5
-    # Of what the walls store at most: the solver's own error, by second order in the step for Exudyn.
-    assert np.abs(found.columns["energy_residual"]).max() <= (1e-7 if found.reference else 1e-2) * stored
+    # Of what the walls store at most: the solver's own error, of Exudyn 5e-4 measured.
+    residual = np.abs(simulated.columns["energy_residual"]).max()
+    assert residual <= (1e-7 if simulated.reference else 1e-3) * stored

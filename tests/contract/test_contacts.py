@@ -86,8 +86,8 @@ def test_table_of_contacts_is_that_of_the_samples(short) -> None:
 )  # fmt: skip
 def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, count) -> None:
     """From the first corner's touch, at its speed, to the last one's separation, by the gaps alone."""
-    found = run(variant, "150rpm-0.2mm", changes | {"contact.law": "foundation"})
-    events, columns, time = found.result.events, found.columns, found.columns["time"]
+    simulated = run(variant, "150rpm-0.2mm", changes | {"contact.law": "foundation"})
+    events, columns, time = simulated.result.events, simulated.columns, simulated.columns["time"]
     joined, outlasted = [], []
     for side in (("ll", "ul"), ("lr", "ur")):
         gaps = np.array([columns[f"corner_{corner}_gap"] for corner in side])
@@ -98,12 +98,12 @@ def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, cou
             assert not covered[during].any()
             covered |= during
             assert np.all(gaps[:, during].min(axis=0) < 0.0)
-            of = side.index(events["corner"][row])
-            own, other = gaps[of, during], gaps[1 - of, during]
+            first = side.index(events["corner"][row])
+            own, other = gaps[first, during], gaps[1 - first, during]
             assert own[0] < min(0.0, other[0])
             # By differences over the last interval of flight, in which 500 m/s^2 add 1e-4 m/s.
             last = during.argmax() - 1
-            touch = (gaps[of, last - 1] - gaps[of, last]) / time[1]
+            touch = (gaps[first, last - 1] - gaps[first, last]) / time[1]
             assert touch == pytest.approx(events["normal_speed"][row], abs=2e-4)
             # Forty samples of the shortest contact, its peak within half an interval: (pi / 80)^2 / 2
             assert events["peak_force"][row] == pytest.approx(force[during].max(), rel=2e-3)

@@ -31,17 +31,19 @@ def test_a_small_clearance_at_the_crank_pin_tends_to_the_ideal_pin(run, variant)
     errors = []
     for clearance in (2e-4, 1e-5, 1e-6):  # at the last one its elastic play is of the same size
         changes = {"clearance.crank_pin": clearance, "drive.cycles": 0.1, "output.groups": []}
-        found = run(variant, "crank-pin", changes)
-        angle = crank_angle(found.scene, found.columns["time"])
-        ideal = ideal_y(found.scene, angle)
-        errors.append(np.abs(found.columns["slider_y"] - ideal).max())
-        play = clearance + found.result.events["largest_depth"].max()
+        simulated = run(variant, "crank-pin", changes)
+        angle = crank_angle(simulated.scene, simulated.columns["time"])
+        ideal = ideal_y(simulated.scene, angle)
+        errors.append(np.abs(simulated.columns["slider_y"] - ideal).max())
+        play = clearance + simulated.result.events["largest_depth"].max()
         shifts = play * np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
-        rigid = max(np.abs(ideal_y(found.scene, angle, shift) - ideal).max() for shift in shifts)
-        assert 0.2 * rigid < errors[-1] <= rigid
+        rigid = max(np.abs(ideal_y(simulated.scene, angle, shift) - ideal).max() for shift in shifts)
+        # 0.89 and more of it measured
+        assert 0.8 * rigid < errors[-1] <= rigid
     assert errors[0] > 5 * errors[1] > 10 * errors[2]
-    # With clearance in the guide, too; the journal sinks in by some um under some 10 N.
+    # With clearance in the guide, too: the journal sinks in by some um under some 10 N, and y moves at most
+    # 2.84 times as far as the pin.
     short = {"drive.cycles": 0.05, "output.groups": []}
-    loose = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-6}
-    tight, pinned = (run(variant, "150rpm-0.2mm", short | changes).columns for changes in (loose, {}))
-    assert np.abs(tight["slider_y"] - pinned["slider_y"]).max() < 2.9 * (1e-6 + 3e-6)
+    tight = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-6}
+    played, pinned = (run(variant, "150rpm-0.2mm", short | changes).columns for changes in (tight, {}))
+    assert np.abs(played["slider_y"] - pinned["slider_y"]).max() < 2.9 * (1e-6 + 3e-6)

@@ -9,8 +9,8 @@ from reference_model.parameters import read_parameters
 MODULUS, POISSON = "contact.youngs_modulus", "contact.poisson"
 
 
-def each(slider: float, guide: float, of: str = MODULUS) -> dict[str, float]:
-    return {f"{of}.slider": slider, f"{of}.guide": guide}
+def each(slider: float, guide: float, key: str = MODULUS) -> dict[str, float]:
+    return {f"{key}.slider": slider, f"{key}.guide": guide}
 
 
 def by_reference(scene):
@@ -20,13 +20,13 @@ def by_reference(scene):
 
 
 def by_exudyn(scene):
-    found = read_scene(scene)
-    return found.guide, found.journal
+    parameters = read_scene(scene)
+    return parameters.guide, parameters.journal
 
 
 @pytest.mark.parametrize("read", [by_reference, by_exudyn])
-def test_partners(read) -> None:
-    """To the last bit."""
+def test_contact_constants_follow_from_the_materials_of_both_partners(read) -> None:
+    """Equal to the last bit."""
 
     def constants(*changes):
         return read(load_scene("both-clearances", {k: v for part in changes for k, v in part.items()}).data)

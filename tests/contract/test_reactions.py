@@ -35,12 +35,9 @@ def cross(arm, force):
     return (arm.conjugate() * force).imag
 
 
-def unbalanced(found):
-    """What is left of the balances of all five bodies, over the largest reaction, and of the motor's power.
-
-    That over the torque's range; rows of samples.
-    """
-    scene, columns = found.scene, found.columns
+def unbalanced(simulated):
+    """What all balances leave, of the largest reaction; last that of power, of the torque's range."""
+    scene, columns = simulated.scene, simulated.columns
     (a, b, c, h), (va, vb, vc, _), (aa, ab, ac, _) = derivatives(scene, columns["time"])
     f, vf, af = (columns[f"slider_{p}x"] + 1j * columns[f"slider_{p}y"] for p in ("", "v", "a"))
     # On the higher-numbered body; the other one bears the opposite
@@ -59,7 +56,7 @@ def unbalanced(found):
         # Points of a rigid rod: positions, velocities and accelerations are linear along it
         centre, acceleration = start + fraction * (end - start), a_start + fraction * (a_end - a_start)
         velocity = v_start + fraction * (v_end - v_start)
-        alpha, omega = (cross(end - start, of) / length2 for of in (a_end - a_start, v_end - v_start))
+        alpha, omega = (cross(end - start, rate) / length2 for rate in (a_end - a_start, v_end - v_start))
         inertia = rod["mass"] * (acceleration + weight)
         left[name] = at_start + at_end - inertia
         moment = cross(start - centre, at_start) + cross(end - centre, at_end) - rod["inertia"] * alpha
@@ -86,26 +83,26 @@ def unbalanced(found):
 @pytest.mark.parametrize(("speed_rpm", "step"), [(150.0, 1e-5), (-90.0, 2e-5)])
 def test_an_ideal_slider_balances(run, variant, speed_rpm, step) -> None:
     cycle = {"drive.cycles": 1.0, "drive.speed_rpm": speed_rpm, "solver.exudyn.step": step}
-    found = run(variant, "ideal", GROUPS | cycle)
+    simulated = run(variant, "ideal", GROUPS | cycle)
     # 1.5e-8 measured of Exudyn: the differences above, and what the Newton iteration leaves
-    left = unbalanced(found)
-    assert left.max() < (1e-9 if found.reference else 1e-7)
+    left = unbalanced(simulated)
+    assert left.max() < (1e-9 if simulated.reference else 1e-7)
     # At the start, of exact accelerations: see ``balance.correct_start`` of the Exudyn model. 7e-12 measured
     assert left[:-1, 0].max() < 1e-10
-    assert np.ptp(found.columns["crank_torque"]) > 0.5
-    assert max(found.columns[name].max() for name in NAMES) > 10
+    assert np.ptp(simulated.columns["crank_torque"]) > 0.5
+    assert max(simulated.columns[name].max() for name in NAMES) > 10
 
 
 @pytest.mark.parametrize("name", ["rattle", "wedge"])
 def test_a_slider_with_clearance_balances(run, variant, name) -> None:
     """Through hits: reactions follow the walls' force at each state."""
-    found = run(variant, name)
+    simulated = run(variant, name)
     # 7e-8 measured of Exudyn, of the torque: its power is that of the second-order motion; others 1e-8
-    assert unbalanced(found).max() < (1e-9 if found.reference else 5e-7)
-    assert max(found.columns[f"corner_{k}_normal"].max() for k in ("ll", "lr", "ul", "ur")) > 5
+    assert unbalanced(simulated).max() < (1e-9 if simulated.reference else 5e-7)
+    assert max(simulated.columns[f"corner_{k}_normal"].max() for k in ("ll", "lr", "ul", "ur")) > 5
 
 
-def test_they_grow_with_the_square_of_the_speed(run, variant) -> None:
+def test_reactions_grow_with_the_square_of_the_speed(run, variant) -> None:
     """Without gravity equal steps per cycle give similar motions; their round-off grows with the forces."""
 
     def reactions(rpm):
@@ -123,12 +120,12 @@ def test_they_grow_with_the_square_of_the_speed(run, variant) -> None:
 def test_weights_are_borne_at_creep_speed(run, variant) -> None:
     """Signs by statics: at 1 rpm nothing is accelerated, frame and guide bear the weight."""
     creep = {"drive.speed_rpm": 1.0, "drive.cycles": 0.002, "solver.exudyn.step": 4e-4}
-    found = run(variant, "ideal", GROUPS | creep)
-    columns = {name: values[-1] for name, values in found.columns.items()}
+    simulated = run(variant, "ideal", GROUPS | creep)
+    columns = {name: values[-1] for name, values in simulated.columns.items()}
     crank, rod2, rocker, rod4, slider = (
-        9.81 * found.scene["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")
+        9.81 * simulated.scene["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")
     )
-    # Accelerations are (150)^2 times smaller than some 50 m/s^2: 2e-3 of 9.81
+    # Accelerations are (150)^2 times smaller than some 50 m/s^2: 2e-3 m/s^2 beside 9.81
     frame = columns["reaction_O_y"] + columns["reaction_H_y"]
     assert frame == pytest.approx(crank + rod2 + rocker + rod4 + slider, rel=1e-3)
     # The slider hangs from rod 4

@@ -54,7 +54,7 @@ def sign(name: str, axis: str) -> int:
     return -1 if along_x == (axis == "y") else 1
 
 
-# Of eight contacts, and of five; the stiffer foundation magnifies by six more to 1e-3 what angles round at.
+# Eight contacts, and five: six more on the stiffer foundation would magnify the rounding of angles to 1e-3.
 CYCLES = {"hertz-corners": 0.1, "foundation": 0.05}
 
 

@@ -17,9 +17,8 @@ def make_scene(scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, 
     """Function from changes with dotted keys, and a tree's tolerance (None: five bodies), to a scene."""
 
     def make(*changes: dict[str, Any], tree: float | None = None) -> dict[str, Any]:
-        merged = {f"solver.exudyn.{key}": value for key, value in TREE.items()} if tree else {}
-        if tree:
-            merged["solver.exudyn.tolerance"] = tree
+        solver = TREE | {"tolerance": tree} if tree else {}
+        merged = {f"solver.exudyn.{key}": value for key, value in solver.items()}
         for more in changes:
             merged |= more
         return scene(merged)

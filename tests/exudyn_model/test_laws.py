@@ -174,11 +174,9 @@ def test_exudyn_s_own_contact_object_has_the_same_normal_force():
     integration.verboseMode, integration.numberOfSteps, integration.endTime = 0, 1, 1e-9
     integration.discontinuous.useRecommendedStepSize = integration.adaptiveStep = False
     mbs.SolveDynamic(settings)
-    depth, rate = (
-        read()[0] for read in (mbs.systemData.GetODE2Coordinates, mbs.systemData.GetODE2Coordinates_t)
-    )
+    x, vx = mbs.systemData.GetODE2Coordinates()[0], mbs.systemData.GetODE2Coordinates_t()[0]
     force = np.linalg.norm(mbs.GetObjectOutput(contact, exu.OutputVariableType.Force))
-    own = forces((depth, depth), guide("hertz-corners", **FRICTIONLESS), rates=(rate, rate))[0]
+    own = forces((x, x), guide("hertz-corners", **FRICTIONLESS), rates=(vx, vx))[0]
     # Its impact speed is that of the end of the step, 1e-9 s later; both sphere and triangle are lengths
     # of 1e-4 m and more
     assert force == pytest.approx(own, rel=1e-6)

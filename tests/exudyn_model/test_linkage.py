@@ -44,7 +44,7 @@ def test_velocities_are_the_derivative_of_positions_on_the_branches_asked_for(ma
 def test_the_rocker_s_tip_moves_as_the_assembled_linkage(make_scene, rocker):
     parameters, _ = start(make_scene, 0.0, rocker, -1)
     linkage, dt, at = linkage_array(parameters.mechanism), 1e-5, 0.017
-    # A kernel alone is not called from Python
+    # In plain Python: these kernels are compiled into others alone
     driven = driven_tip.py_func.__globals__ | {"carried_tip": carried_tip.py_func}
     tip = type(driven_tip.py_func)(driven_tip.py_func.__code__, driven)(at, linkage)
     places = []

@@ -108,12 +108,11 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(make_scen
 def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
     contacts = tables.Contacts(CORNERS, shared=False)
     contacts.note(1, np.array([0.1, 0.2, 0.25, 0.3]), np.array([1.0, 2.0, 0.0, np.nan]))
-    corners, starts, ends = (
-        np.array(["ul", "lr", "lr"]),
-        np.array([0.05, 0.1, 0.3]),
-        np.array([0.4, 0.2, 0.4]),
-    )
-    events = {"corner": corners, "start": starts, "end": ends}
+    events = {
+        "corner": np.array(["ul", "lr", "lr"]),
+        "start": np.array([0.05, 0.1, 0.3]),
+        "end": np.array([0.4, 0.2, 0.4]),
+    }
     assert {name: column.tolist() for name, column in contacts.pulses(events).items()} == {
         "row": [1, 1], "time": [0.1, 0.2], "force": [1.0, 2.0]
     }  # fmt: skip

@@ -41,10 +41,10 @@ OPTIONS = {
     "last_end": [True, False],
     "encoding": ["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"],
     "index": [False, False, True],  # a first column without a name counts the rows
-    "trailing": ["", "", "rows", "all"],  # what a separator ends
-    "blank": [None, None, 1, 3],  # these are rows, of which the last ones are those of the table
-    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],
-    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],
+    "trailing": ["", "", "rows", "all"],  # which lines end with a separator
+    "blank": [None, None, 1, 3],  # before which row of the table
+    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],  # before which row
+    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],  # at the end of which row
     "empty_rows": [False, False, True],
 }  # fmt: skip
 """How a table is written."""

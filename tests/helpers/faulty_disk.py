@@ -13,10 +13,12 @@ _CHANGES = ("os.rename", "os.mkdir", "os.link", "os.symlink", "os.truncate")
 _hooks: list[Callable[[str, tuple], None]] = []
 
 
-@sys.addaudithook
 def _audit(event: str, arguments: tuple) -> None:
     for hook in _hooks:
         hook(event, arguments)
+
+
+sys.addaudithook(_audit)
 
 
 def _changed(event: str, arguments: tuple) -> list[str]:

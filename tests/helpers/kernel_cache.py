@@ -82,8 +82,8 @@ def call(
     """Call a kernel in a process; whether it came from the cache, and what stderr says.
 
     The kernel is in a file of ``folder``; ``cache`` is this process's SIXBAR_CACHE_DIR, and more of its
-    environment may be given as ``env`` (None: without this variable). ``scale`` is where it has the function
-    that it calls with 2, which gives ``value``.
+    environment may be given as ``env`` (None: without this variable). ``scale`` is the text that defines or
+    imports the function ``scale``, which the kernel calls with 2; ``value`` is what that returns.
     """
     script, text = folder / "caller.py", IMPORTS[package] + scale + CALLER
     if not script.exists():
@@ -95,8 +95,8 @@ def call(
         env=environment, cwd=folder, capture_output=True, text=True, check=False, **options,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    found, hits = done.stdout.split()
-    assert float(found) == value
+    returned, hits = done.stdout.split()
+    assert float(returned) == value
     return hits == "1", done.stderr
 
 

@@ -1,4 +1,4 @@
-"""The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its depths."""
+"""The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its runs."""
 
 import corner_depth_steps as steps
 import corner_depths as depths
