@@ -205,7 +205,7 @@ def bounds(
         Of the Newton iteration; 0 for a tree.
     """
     fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
-    found = {
+    limits = {
         # The law is clipped at 0: a product and a sum are rounded
         "pull": 1e-13 * force,
         # Against the slip, whose sign is wrong only where it is rounded
@@ -214,7 +214,7 @@ def bounds(
         "overlap": 64 * math.ulp(parameters.duration),
     }
     if step == 0.0:
-        return found | {
+        return limits | {
             # Touches are located until the gap is less than 2e-15 m; what is left is round-off
             "open-depth": 1e-11,
             "start-gap": 1e-11,
@@ -225,7 +225,7 @@ def bounds(
     # Positions are rounded to some 1e-15 m, and a rate to that over the step
     omega, rounded_speed = parameters.mechanism.omega, 1e-13 / step
     squared = (omega * longest) ** 2
-    found |= {
+    limits |= {
         # A corner that touches inside a step is no deeper at its end, where its contact begins
         "open-depth": fastest * step,
         "start-gap": fastest * step,
@@ -240,7 +240,7 @@ def bounds(
         squared_share = float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
         # The friction of a journal reverses within a step: measured 4e-6
         order = 1e-6 if parameters.journal is None else 1e-4
-        return found | {
+        return limits | {
             # The trapezoidal rule's error of second order in the step's share of a contact
             "energy": order + 10 * squared_share + squared,
             # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
@@ -249,7 +249,7 @@ def bounds(
             "constraint-position": 1e-7 + 10 * squared * (1 + parameters.cycles),
         }
     crank_speed = abs(omega) * parameters.mechanism.crank.length
-    return found | {
+    return limits | {
         "constraint-position": 10.0 * max(tolerance, _RELATIVE_END),
         "constraint-velocity": crank_speed * (1e-4 + 10 * squared) + rounded_speed,
     }
@@ -276,19 +276,19 @@ def observed(
     constraints : mapping
         Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
     """
-    found = [
+    worst = [
         Observed(name, value, time, _place(contacts.names[row]) if contacts.names else "")
         for name, (value, time, row) in watch.worst.items()
     ]
-    found.append(_overlap(contacts, events))
-    found += [
+    worst.append(_overlap(contacts, events))
+    worst += [
         Observed(f"constraint-{name}", value, time, "a constraint")
         for name, (value, time) in constraints.items()
     ]
     switches = parameters.guide is not None and parameters.guide.law == "paper-switching"
     if parameters.integration.energy and not switches:
-        found.append(_energy(columns, extrema))
-    return found
+        worst.append(_energy(columns, extrema))
+    return worst
 
 
 def _place(name: str) -> str:

@@ -93,7 +93,7 @@ def _folder() -> Path | None:
     Below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder; if
     that cannot be written, in a temporary folder of this user alone, with what the other one holds.
     """
-    name, found = f"exudyn_model-{source_hash()}", None
+    name, folder = f"exudyn_model-{source_hash()}", None
     first = _usual_folder()
     if first is not None:
         with suppress(OSError):
@@ -102,15 +102,15 @@ def _folder() -> Path | None:
         place = _temporary_folder() / name
         if first is not None and (first / name).is_dir() and not place.is_dir():
             shutil.copytree(first / name, place, copy_function=shutil.copyfile)
-        found = _prepare(place)
-    where = "nowhere, and every process compiles them" if found is None else f"in {found}"
+        folder = _prepare(place)
+    where = "nowhere, and every process compiles them" if folder is None else f"in {folder}"
     warnings.warn(
         f"the Exudyn model's kernels cannot be stored in {first or 'the home folder, which is unknown'}; "
         f"they are stored {where}",
         RuntimeWarning,
         stacklevel=2,
     )
-    return found
+    return folder
 
 
 FOLDER = _folder()

@@ -100,10 +100,10 @@ class Extrema:
         ):
             looked = values if outside is None else np.where(outside, worst, values)
             at = find(looked, axis=1)
-            found = looked[rows, at]
-            improved = better(found, self.values[cycle, channels, part])
+            turning = looked[rows, at]
+            improved = better(turning, self.values[cycle, channels, part])
             where = channels[improved]
-            self.values[cycle, where, part] = found[improved]
+            self.values[cycle, where, part] = turning[improved]
             self.values[cycle, where, part + 1] = times[rows, at][improved]
 
 
@@ -186,7 +186,7 @@ class Contacts:
 
         Of the corners. A contact that was going on when the room of its notes was full has no pulse.
         """
-        found: list[Array] = [np.zeros((3, 0))]
+        pulses: list[Array] = [np.zeros((3, 0))]
         for number, noted in enumerate(self._pulses):
             rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
             if not noted or not len(rows) or self.names[number].startswith(PIN):
@@ -197,8 +197,8 @@ class Contacts:
             kept = (time <= table["end"][row]) & np.isfinite(force)
             if self._noted[number] == _NOTES:
                 kept &= row != row[-1]
-            found.append(np.stack([row[kept], time[kept], force[kept]]))
-        row, time, force = np.concatenate(found, axis=1)
+            pulses.append(np.stack([row[kept], time[kept], force[kept]]))
+        row, time, force = np.concatenate(pulses, axis=1)
         order = np.argsort(row, kind="stable")
         return {"row": row[order].astype(int), "time": time[order], "force": force[order]}
 
@@ -239,10 +239,10 @@ def by_cycle(extrema: Extrema, channels: tuple[str, ...], names: tuple[str, ...]
 
 def whole(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Return the extrema of named channels over the whole run, from those of its cycles."""
-    found = {}
+    extrema = {}
     for name in names:
         low, high = int(np.argmin(by_cycle[f"{name}_min"])), int(np.argmax(by_cycle[f"{name}_max"]))
-        found[name] = {
+        extrema[name] = {
             part: float(by_cycle[f"{name}_{part}"][high if part.endswith("max") else low]) for part in _PARTS
         }
-    return found
+    return extrema

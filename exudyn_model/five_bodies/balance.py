@@ -89,7 +89,7 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
     return Constraints(rows, wanted, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
 
 
-def accelerations(system: System, found: Constraints, force: Array) -> tuple[Array, Array]:
+def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Array, Array]:
     """Solve M a + G^T l = f, G a = wanted for a, shape (3 bodies, n); m/s^2, rad/s^2; and l, shape (rows, n).
 
     By Cholesky's factor of G M^-1 G^T, row by row: a loop over its few elements, not over the states.
@@ -97,7 +97,7 @@ def accelerations(system: System, found: Constraints, force: Array) -> tuple[Arr
     Parameters
     ----------
     system : System
-    found : Constraints
+    joints : Constraints
     force : ndarray, shape (3 bodies, n)
         N, N m.
     """
@@ -105,25 +105,25 @@ def accelerations(system: System, found: Constraints, force: Array) -> tuple[Arr
     result = force / masses[:, None]
     factor: list[dict[int, Any]] = []
     right: list[Any] = []
-    for i, row in enumerate(found.rows):
+    for i, row in enumerate(joints.rows):
         weighted = {k: value / masses[k] for k, value in row.items()}
         own: dict[int, Any] = {}
         for j in range(i + 1):
-            shared = [weighted[k] * found.rows[j][k] for k in weighted.keys() & found.rows[j].keys()]
+            shared = [weighted[k] * joints.rows[j][k] for k in weighted.keys() & joints.rows[j].keys()]
             other = factor[j] if j < i else own
             filled = [own[k] * other[k] for k in own.keys() & other.keys() if k < j]
             if shared or filled:
                 total = sum(shared) - sum(filled)
                 own[j] = np.sqrt(total) if j == i else total / factor[j][j]
         factor.append(own)
-        value = sum(coefficient * result[k] for k, coefficient in row.items()) - found.wanted[i]
+        value = sum(coefficient * result[k] for k, coefficient in row.items()) - joints.wanted[i]
         right.append((value - sum(own[k] * right[k] for k in own if k < i)) / own[i])
     for i in range(len(factor) - 1, -1, -1):
         right[i] = right[i] / factor[i][i]
         for k in factor[i]:
             if k < i:
                 right[k] = right[k] - factor[i][k] * right[i]
-    for row, multiplier in zip(found.rows, right, strict=True):
+    for row, multiplier in zip(joints.rows, right, strict=True):
         for k, coefficient in row.items():
             result[k] -= coefficient / masses[k] * multiplier
     return result, np.array(right)
@@ -143,7 +143,7 @@ def correct_start(system: System, q: Array, v: Array, acceleration: Array, multi
     q, v, acceleration : ndarray, shape (3 bodies,)
     multipliers : ndarray, shape (rows,)
     """
-    found = constraints(system, np.zeros(1), q[:, None], v[:, None])
-    corrected, change = accelerations(system, found, (system.masses * acceleration)[:, None])
+    joints = constraints(system, np.zeros(1), q[:, None], v[:, None])
+    corrected, change = accelerations(system, joints, (system.masses * acceleration)[:, None])
     acceleration[:] = corrected[:, 0]
     multipliers += change[:, 0]

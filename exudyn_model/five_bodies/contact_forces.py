@@ -113,18 +113,18 @@ def side_change(
     fraction, speed : float
         Of the step; impact speed, m/s.
     """
-    found, found_at, found_speed, leaves = 0, 0.0, 0.0, low[IMPACT_SPEED] > 0.0
+    first, first_at, first_speed, leaves = 0, 0.0, 0.0, low[IMPACT_SPEED] > 0.0
     for end in range(2):
         corner, contact = (lower, low) if end == 0 else (upper, up)
         if (corner.gap < 0.0) == (contact[CLOSED] > 0.0):
             continue
         at, speed = touch(contact, corner.gap, corner.rate, step, law)
-        lead = (found_at - at) * step
-        if found_speed == 0.0 or (at > found_at if leaves else lead * speed > ROUNDED):
-            found, found_at, found_speed = end, at, speed
-        elif -lead * found_speed <= ROUNDED:
-            found_speed = max(found_speed, speed)
-    return found, found_at, found_speed
+        lead = (first_at - at) * step
+        if first_speed == 0.0 or (at > first_at if leaves else lead * speed > ROUNDED):
+            first, first_at, first_speed = end, at, speed
+        elif -lead * first_speed <= ROUNDED:
+            first_speed = max(first_speed, speed)
+    return first, first_at, first_speed
 
 
 @kernel

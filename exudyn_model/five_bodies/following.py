@@ -257,11 +257,11 @@ def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) 
 
     ``q`` and ``v`` are those at the step's end, ``contacts`` is the memory at its start.
     """
-    motion, found = in_guide(q, v, law), _NEVER
+    motion, earliest = in_guide(q, v, law), _NEVER
     for number in range(CORNER_COUNT):
         corner = corner_motion(number, *motion, law)
-        found = min(found, zero_within(contacts[number], corner.gap, corner.rate, step[LENGTH]))
-    return found
+        earliest = min(earliest, zero_within(contacts[number], corner.gap, corner.rate, step[LENGTH]))
+    return earliest
 
 
 @entry

@@ -195,14 +195,14 @@ class JournalPart:
 
     def _eccentricity(self, q: Array, v: Array) -> Array:
         """Return e (m), its rate (m/s) and both angular speeds (rad/s)."""
-        ends, found = self._ends, []
+        ends, motions = self._ends, []
         for end, body in enumerate(self.bodies):
             own = slice(PER_BODY * body, PER_BODY * body + PER_BODY)
             (x, y, angle), (vx, vy, w) = q[own], v[own]
             # Points of the plane as complex numbers
             arm = complex(ends[3 * end + 1], ends[3 * end + 2]) * np.exp(1j * angle)
-            found.append((x + 1j * y + arm, vx + 1j * vy + 1j * w * arm, w))
-        (place1, rate1, w1), (place2, rate2, w2) = found
+            motions.append((x + 1j * y + arm, vx + 1j * vy + 1j * w * arm, w))
+        (place1, rate1, w1), (place2, rate2, w2) = motions
         apart, rate = place1 - place2 + complex(ends[6], ends[7]), rate1 - rate2
         return np.array([apart.real, apart.imag, rate.real, rate.imag, w1, w2])
 

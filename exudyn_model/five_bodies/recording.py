@@ -174,9 +174,9 @@ class BodiesRecorder(Recorder):
             for number, body in enumerate(part.bodies):
                 own = slice(PER_BODY * body, PER_BODY * (body + 1))
                 force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
-        found = constraints(system, times, q, v)
-        self._take_drift(times, required, found)
-        acceleration, _ = accelerations(system, found, force)
+        joints = constraints(system, times, q, v)
+        self._take_drift(times, required, joints)
+        acceleration, _ = accelerations(system, joints, force)
         values = np.empty((len(self.channels), len(times)))
         own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
         values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
@@ -192,9 +192,9 @@ class BodiesRecorder(Recorder):
         values[end:] = np.concatenate(rest)
         return values
 
-    def _take_drift(self, times: Array, required: NDArray[Any], found: Constraints) -> None:
+    def _take_drift(self, times: Array, required: NDArray[Any], joints: Constraints) -> None:
         """Take the violation of the constraints, in the required states."""
-        for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
+        for name, amounts in zip(CONSTRAINTS, (joints.position, joints.velocity), strict=True):
             if len(required):
                 most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
                 if not amounts[most] <= self.drift[name][0]:

@@ -152,9 +152,9 @@ class Solution:
         self._dynamic, self._vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
         q, v, multipliers = self._vectors
         with np.errstate(over="ignore"):
-            found = constraints(system, np.zeros(1), q[:, None], v[:, None])
+            start = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
-        if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
+        if not (start.position[0] <= 1e-13 and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
         if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
             correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)

@@ -49,32 +49,32 @@ def bernstein(first: Array, last: Array, sign: float, step: float, coefficients:
 
 
 @kernel
-def part(coefficients: Array, low: float, high: float, found: Array) -> float:
+def part(coefficients: Array, low: float, high: float, inner: Array) -> float:
     """Fill the coefficients of the part from ``low`` to ``high`` of a step; return the least of them.
 
     By de Casteljau's algorithm: of the part up to ``high``, then of that from ``low`` on.
     """
     for k in range(_DEGREE + 1):
-        found[k] = coefficients[k]
+        inner[k] = coefficients[k]
     for level in range(1, _DEGREE + 1):
         for k in range(_DEGREE, level - 1, -1):
-            found[k] = (1.0 - high) * found[k - 1] + high * found[k]
+            inner[k] = (1.0 - high) * inner[k - 1] + high * inner[k]
     share, least = low / high, np.inf
     for level in range(1, _DEGREE + 1):
         for k in range(_DEGREE + 1 - level):
-            found[k] = (1.0 - share) * found[k] + share * found[k + 1]
+            inner[k] = (1.0 - share) * inner[k] + share * inner[k + 1]
     for k in range(_DEGREE + 1):
-        least = min(least, found[k])
+        least = min(least, inner[k])
     return least
 
 
 @kernel
-def first_change(coefficients: Array, found: Array) -> float:
+def first_change(coefficients: Array, inner: Array) -> float:
     """Return the fraction of a step at which a distance falls below zero, or ``NEVER``.
 
     Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
     the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
-    ``coefficients``, shape (6,), are of the distance, ``found`` is room for those of a part.
+    ``coefficients``, shape (6,), are of the distance, ``inner`` is room for those of a part.
     """
     low, width, high = 0.0, 1.0, 1.0
     passed = coefficients[_DEGREE] < -ROUNDED
@@ -84,19 +84,19 @@ def first_change(coefficients: Array, found: Array) -> float:
         if count > _SEARCH_LIMIT:
             return np.nan
         high = min(low + width, 1.0)
-        if part(coefficients, low, high, found) >= -ROUNDED:
+        if part(coefficients, low, high, inner) >= -ROUNDED:
             if high >= 1.0:
                 return NEVER
             low, width = high, 2.0 * width
-        elif found[_DEGREE] < -ROUNDED:
+        elif inner[_DEGREE] < -ROUNDED:
             passed = True
         else:
             width *= 0.5
     # Newton's method, safeguarded by bisection; what is at the wall at the start has to separate before
     low, separated, fraction = 0.0, coefficients[0] > ROUNDED, 0.5 * high
     for _ in range(200):
-        part(coefficients, fraction, 1.0, found)
-        value, slope = found[0], _DEGREE * (found[1] - found[0]) / (1.0 - fraction)
+        part(coefficients, fraction, 1.0, inner)
+        value, slope = inner[0], _DEGREE * (inner[1] - inner[0]) / (1.0 - fraction)
         if not separated and value <= ROUNDED:
             high, fraction = fraction, 0.5 * fraction
             if fraction < 1e-16:

@@ -107,24 +107,24 @@ class Engine:
     def contacts(self, q, v):
         """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
         motion = q[12], q[14], *v[12:]
-        found = [None if self.ideal_slider else self.numbers.corner(k, *motion) for k in range(4)] + [None]
+        motions = [None if self.ideal_slider else self.numbers.corner(k, *motion) for k in range(4)] + [None]
         if not self.ideal_pin:
             arm1, arm2 = self.to_tip[0] * direction(q[2]), -self.Ls[1] * direction(q[5])
             A, A_ = q[0:2] + arm1, q[3:5] + arm2
             vA, vA_ = v[0:2] + v[2] * across(arm1), v[3:5] + v[5] * across(arm2)
             R_b = self.numbers.R_j + self.numbers.c
-            found[4] = journal_motion(A, A_, vA - vA_, self.numbers.c, R_b, v[2], v[5])
-        return found
+            motions[4] = journal_motion(A, A_, vA - vA_, self.numbers.c, R_b, v[2], v[5])
+        return motions
 
     def forces(self, q, v):
         """Q, and F_n, F_t and the elastic force of each contact."""
-        Q, found, numbers = np.zeros(15), self.contacts(q, v), self.numbers
+        Q, motions, numbers = np.zeros(15), self.contacts(q, v), self.numbers
         Q[1::3] = -self.masses * self.g
         states = np.zeros((5, 3))
         for k in np.flatnonzero(self.v_i):
-            δ, dδ, v_t, *place = found[k]
+            δ, dδ, v_t, *place = motions[k]
             if k < 4:
-                other = found[k ^ 2][0] if self.v_i[k ^ 2] > 0.0 else 0.0
+                other = motions[k ^ 2][0] if self.v_i[k ^ 2] > 0.0 else 0.0
                 f, F_n = numbers.elastic(δ, other), numbers.normal(δ, other, dδ, self.v_i[k])
             else:
                 f = point_elastic(numbers.K_j, δ, numbers.n)
@@ -138,39 +138,39 @@ class Engine:
                 G = journal_load(F_n, F_t, n, t)
                 Q[3:6] += [*G, cross(P - q[3:5], G)]
                 Q[0:3] -= [*G, cross(P - q[0:2], G)]
-        return Q, states, found
+        return Q, states, motions
 
     def solve(self, y):
         """Accelerations and λ of Eq. 20."""
         q, v = y[:15], y[15:30]
         Φ_q, γ = self.constraints(q, v)
-        Q, states, found = self.forces(q, v)
+        Q, states, motions = self.forces(q, v)
         size = 15 + len(γ)
         matrix = np.zeros((size, size))
         matrix[:15, :15], matrix[:15, 15:], matrix[15:, :15] = np.diag(self.M), Φ_q.T, Φ_q
         solution = np.linalg.solve(matrix, np.concatenate([Q, γ]))
-        return solution[:15], solution[15:], states, found
+        return solution[:15], solution[15:], states, motions
 
     def rates(self, _, y):
-        a, λ, states, found = self.solve(y)
-        damping = sum((states[k][0] - states[k][2]) * found[k][1] for k in np.flatnonzero(self.v_i))
-        rubbing = -sum(states[k][1] * found[k][2] for k in np.flatnonzero(self.v_i))
+        a, λ, states, motions = self.solve(y)
+        damping = sum((states[k][0] - states[k][2]) * motions[k][1] for k in np.flatnonzero(self.v_i))
+        rubbing = -sum(states[k][1] * motions[k][2] for k in np.flatnonzero(self.v_i))
         return np.concatenate([y[15:30], a, [-λ[2 * len(self.joints)] * self.ω, damping, rubbing]])
 
     def gap(self, k, y):
         return -self.contacts(y[:15], y[15:30])[k][0]
 
-    def energies(self, y, found):
+    def energies(self, y, motions):
         """Stored energies of section 8, kinetic and in the contacts, and that of height."""
         q, v, numbers = y[:15], y[15:30], self.numbers
         stored = 0.0
         for k in np.flatnonzero(self.v_i):
             K = numbers.K if k < 4 else numbers.K_j
-            stored += K / (numbers.n + 1) * max(found[k][0], 0.0) ** (numbers.n + 1)
+            stored += K / (numbers.n + 1) * max(motions[k][0], 0.0) ** (numbers.n + 1)
         return 0.5 * self.M @ v**2, stored, self.g * self.masses @ q[1::3]
 
     def channels(self, y, start):
-        a, λ, states, found = self.solve(y)
+        a, λ, states, motions = self.solve(y)
         q, v = y[:15], y[15:30]
         names = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
         out = {f"slider_{n}": value for n, value in zip(names, [*q[12:], *v[12:], *a[12:]], strict=True)}
@@ -178,17 +178,17 @@ class Engine:
             out |= {"guide_force": -λ[-2], "guide_moment": -λ[-1]}
         else:
             for k, name in enumerate(CORNERS):
-                out[f"corner_{name}_gap"] = -found[k][0]
+                out[f"corner_{name}_gap"] = -motions[k][0]
                 out[f"corner_{name}_normal"], out[f"corner_{name}_friction"] = states[k][:2]
         for joint, name in enumerate(self.joints):
             out[f"reaction_{name}_x"], out[f"reaction_{name}_y"] = -λ[2 * joint], -λ[2 * joint + 1]
         if not self.ideal_pin:
             arms = self.to_tip[0] * direction(q[2]) + self.Ls[1] * direction(q[5])
             out["journal_x"], out["journal_y"] = q[0:2] - q[3:5] + arms
-            n, t = found[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
+            n, t = motions[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
             out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
         out["crank_torque"] = -λ[2 * len(self.joints)]
-        kinetic, contact, height = self.energies(y, found)
+        kinetic, contact, height = self.energies(y, motions)
         parts = y[30], start[2] - height, kinetic, contact, y[31], y[32]
         names = ("drive", "gravity", "kinetic", "contact", "damping", "friction")
         return out | {f"energy_{name}": part for name, part in zip(names, parts, strict=True)}
@@ -197,7 +197,7 @@ class Engine:
         """Channels at these times, s, and the contacts' table: corner, start, end, impact speed."""
         y, t, table, begun = self.start(), 0.0, [], {}
         start = self.energies(y, self.contacts(y[:15], y[15:30]))
-        samples, there = [], [k for k, found in enumerate(self.contacts(y[:15], y[15:30])) if found]
+        samples, there = [], [k for k, motions in enumerate(self.contacts(y[:15], y[15:30])) if motions]
         while t < times[-1]:
             events = []
             for k in there:

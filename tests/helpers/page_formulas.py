@@ -12,8 +12,8 @@ import numpy as np
 
 PAGE = (Path(__file__).parents[2] / "docs" / "model.md").read_text("utf-8")
 MATH = [
-    " ".join(re.sub(r"```math|```|\$", "", found).split())
-    for found in re.findall(r"```math\n.*?```|\$[^$]+\$", PAGE, re.DOTALL)
+    " ".join(re.sub(r"```math|```|\$", "", formula).split())
+    for formula in re.findall(r"```math\n.*?```|\$[^$]+\$", PAGE, re.DOTALL)
 ]
 CORNERS = ("ll", "lr", "ul", "ur")
 STATED = []

@@ -48,8 +48,8 @@ def _slider_forces(law, pose, modes, contacts):
 def slider_forces(p: Parameters, pose: tuple[float, ...], modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return force and moment on the slider (3,), and the states of the contacts."""
     contacts = no_contacts()
-    found = _slider_forces(p.law, tuple(map(float, pose)), all_modes(modes), contacts)
-    return np.array(found[:3]), contacts.reshape(-1, CONTACTS)
+    forces = _slider_forces(p.law, tuple(map(float, pose)), all_modes(modes), contacts)
+    return np.array(forces[:3]), contacts.reshape(-1, CONTACTS)
 
 
 @kernel

@@ -128,7 +128,7 @@ def judge(runs_a: dict, runs_b: dict, scene: dict, tier: str, levels: tuple) -> 
 
     ``levels`` holds factor and order of either model's refinement.
     """
-    period, found = 60 / abs(scene["drive"]["speed_rpm"]), {}
+    period, judged = 60 / abs(scene["drive"]["speed_rpm"]), {}
     base_a, base_b = runs_a["base"], runs_b["base"]
     names = [name for name in base_a if name != "time"]
     for name in sorted(names, key=lambda name: "follows" in rules(name)):
@@ -139,17 +139,17 @@ def judge(runs_a: dict, runs_b: dict, scene: dict, tier: str, levels: tuple) -> 
         u = np.sqrt(sum(own**2 for own in each))
         scale = scale_of(name, scene, min(a.min(), b.min()), max(a.max(), b.max()))
         known = u <= ALPHA[tier] * scale
-        if (before := rules(name).get("follows")) in found:
-            known &= found[before].predictable
+        if (before := rules(name).get("follows")) in judged:
+            known &= judged[before].predictable
         time = base_a["time"].to_numpy()
-        found[name] = judge_channel(name, time, a, b, scale, K * u, SHARE, known, COVERAGE[tier])
-    excited = [of for of in found.values() if of.verdict != "unexcited"]
+        judged[name] = judge_channel(name, time, a, b, scale, K * u, SHARE, known, COVERAGE[tier])
+    excited = [channel for channel in judged.values() if channel.verdict != "unexcited"]
     covered = [0.0 if math.isnan(of.explained) else of.coverage for of in excited]
     coverage = sum(covered) / len(covered) if covered else math.nan
     verdicts = {of.verdict for of in excited}
     agree = "agree" in verdicts and coverage >= COVERAGE[tier]
     verdict = "differ" if "differ" in verdicts else "agree" if agree else "indeterminate"
-    return SimpleNamespace(channels=found, verdict=verdict, coverage=coverage)
+    return SimpleNamespace(channels=judged, verdict=verdict, coverage=coverage)
 
 
 # Impacts
@@ -208,9 +208,9 @@ def impacts(a, b, window: float, within_a=None, within_b=None) -> dict[str, floa
 
 def begins_in(events, time, mask_of_corner: dict) -> list[bool]:
     """Of each contact, whether the samples on both sides of its start are in its corner's mask."""
-    found = []
+    inside = []
     for corner, start in zip(events["corner"], events["start"], strict=True):
         after = min(max(int(np.sum(time < start)), 1), len(time) - 1)
         mask = mask_of_corner.get(corner)
-        found.append(mask is not None and bool(mask[after - 1] and mask[after]))
-    return found
+        inside.append(mask is not None and bool(mask[after - 1] and mask[after]))
+    return inside

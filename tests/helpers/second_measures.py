@@ -59,13 +59,13 @@ def shift_between(time, a: dict, b: dict, rates: dict, reach: float) -> float:
 def between_events(time, values, at, edges) -> np.ndarray:
     """Linear within each piece between events; nan where a piece has no two samples."""
     edges = np.unique([e for e in edges if time[0] < e <= time[-1]])
-    pieces, found = np.searchsorted(edges, time, side="right"), np.full(len(at), np.nan)
+    pieces, values_at = np.searchsorted(edges, time, side="right"), np.full(len(at), np.nan)
     for k, t in enumerate(at):
         own = np.flatnonzero(pieces == np.searchsorted(edges, t, side="right"))
         if t in time:
-            found[k] = values[time == t][0]
+            values_at[k] = values[time == t][0]
         elif own.size >= 2:
             after = np.clip(np.sum(time[own] <= t), 1, own.size - 1)
             i, j = own[after - 1], own[after]
-            found[k] = values[i] + (values[j] - values[i]) * (t - time[i]) / (time[j] - time[i])
-    return found
+            values_at[k] = values[i] + (values[j] - values[i]) * (t - time[i]) / (time[j] - time[i])
+    return values_at
