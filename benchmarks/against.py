@@ -101,14 +101,14 @@ def ratios(measured: pd.DataFrame, *beside: str) -> pd.DataFrame:
     """Return, for each case, medians of either checkout, and the quartiles of here / there in time."""
     seconds = measured.pivot_table("seconds", ["case", "round"], "which", sort=False)
     by_case = (seconds["here"] / seconds["there"]).groupby("case", sort=False)
-    found = {
+    result = {
         f"{which} (s)": seconds[which].groupby("case", sort=False).median() for which in ("there", "here")
     }
-    found |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
+    result |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
     for what in beside:
         of = measured.pivot_table(what, "case", "which", aggfunc="median", sort=False)
-        found |= {f"{what} {which}": of[which] for which in ("there", "here")}
-    return pd.DataFrame(found)
+        result |= {f"{what} {which}": of[which] for which in ("there", "here")}
+    return pd.DataFrame(result)
 
 
 COMMANDS = {
@@ -135,8 +135,8 @@ def commands(checkouts: dict[str, Path], rounds: int, names: list[str]) -> pd.Da
                         called(checkout, arguments, Path(folder, which))
                     elif state == "cold":
                         shutil.rmtree(Path(folder, which), ignore_errors=True)
-                    found = called(checkout, arguments, Path(folder, which))
-                    rows.append({"case": name, "round": number, "which": which} | found)
+                    result = called(checkout, arguments, Path(folder, which))
+                    rows.append({"case": name, "round": number, "which": which} | result)
     return pd.DataFrame(rows)
 
 
@@ -176,10 +176,10 @@ def main() -> None:
     checkouts = {"there": asked.checkout.resolve(), "here": HERE}
     if asked.what == "commands":
         names = asked.names or [name for name in COMMANDS if name not in LONG]
-        found = ratios(commands(checkouts, asked.rounds, names), "wall", "GB")
+        result = ratios(commands(checkouts, asked.rounds, names), "wall", "GB")
     else:
-        found = ratios(interleaved(checkouts, RUNS[asked.what], asked.rounds), "steps")
-    print(found.to_string(float_format="{:.4g}".format))
+        result = ratios(interleaved(checkouts, RUNS[asked.what], asked.rounds), "steps")
+    print(result.to_string(float_format="{:.4g}".format))
 
 
 if __name__ == "__main__":

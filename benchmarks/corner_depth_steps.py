@@ -134,7 +134,7 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
 @kernel
 def follow(
     model: Model, law: Law, g: Geometry, run: Run, work: Work, again: Run, f: np.ndarray, period: float,
-    t_end: float, tolerance: float, max_step: float, limit: int, bound: float, found: np.ndarray,
+    t_end: float, tolerance: float, max_step: float, limit: int, bound: float, depths: np.ndarray,
 ) -> int:  # fmt: skip
     """Integrate to `t_end` one attempt at a time, and look at POINTS points of every step that is accepted.
 
@@ -147,7 +147,7 @@ def follow(
     gap, broken = np.empty(CONTACTS), np.zeros(3)
     modes = run.modes.copy()
     switched = run.counters[SWITCHES]
-    found[:] = 0.0
+    depths[:] = 0.0
     while True:
         # In the multiplier form the crank's angle is a coordinate, and time is that of the run.
         passed = 0.0 if g.formulation == 3 else math.floor(run.clock[0] / period) * period
@@ -207,10 +207,10 @@ def follow(
                         row = TOUCHING
                     if wrong > bound + slack:
                         broken[row] = 1.0
-                    if wrong > found[row, WORST]:
-                        found[row, WORST], found[row, CONTACT] = wrong, j
-                        found[row, TIME] = cycle + t + share * h
-            found[:, VIOLATIONS] += broken
+                    if wrong > depths[row, WORST]:
+                        depths[row, WORST], depths[row, CONTACT] = wrong, j
+                        depths[row, TIME] = cycle + t + share * h
+            depths[:, VIOLATIONS] += broken
         if status not in (REACHED, STEP_LIMIT):
             return status
 
@@ -220,7 +220,7 @@ class Followed(NamedTuple):
 
     status: int
     steps: int
-    found: np.ndarray
+    depths: np.ndarray
     run: Run
 
 
@@ -234,9 +234,9 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
     y0, largest = running.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
     never = np.array([[np.inf], [0.0]])
     (run, work), (again, other) = (new_run(y0, 1e-3 * largest, never, 200) for _ in range(2))
-    found = np.zeros((3, 4))
+    depths = np.zeros((3, 4))
     status = follow(
         model, p.law, geometry(judged or scene), run, work, again, other.f, p.period, p.period * p.cycles,
-        p.tolerance, largest, limit, bound, found,
+        p.tolerance, largest, limit, bound, depths,
     )  # fmt: skip
-    return Followed(status, int(run.counters[STEPS]), found, run)
+    return Followed(status, int(run.counters[STEPS]), depths, run)

@@ -180,7 +180,7 @@ def followed(draw: Draw, limit: int = LIMIT) -> Found:
     run = check(load_scene(draw.scene, draw.changes), BOUND, limit)
     if run.status == NOT_REPRODUCED:
         raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.changes}")
-    rows = (run.found[row] for row in (OUTSIDE, TOUCHING, CLOSED))
+    rows = (run.depths[row] for row in (OUTSIDE, TOUCHING, CLOSED))
     worst = (Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
     return Found(STATUS[run.status], run.steps, *worst)
 
@@ -231,17 +231,17 @@ def closed(times: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 def work(what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs: int) -> list[Found]:
     """Check all runs of a population."""
-    begun, found = time.monotonic(), []
+    begun, results = time.monotonic(), []
     with ProcessPoolExecutor(jobs) as pool:
         for draw, one in zip(draws, pool.map(judge, draws), strict=True):
-            found.append(one)
-            said = f"{what}: {len(found)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
+            results.append(one)
+            said = f"{what}: {len(results)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
             if one.too_deep:
                 deepest = max(one.missed, one.late, key=lambda worst: worst.value)
                 said += f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
-            if one.too_deep or len(found) % max(1, len(draws) // 20) == 0:
+            if one.too_deep or len(results) % max(1, len(draws) // 20) == 0:
                 print(said, file=sys.stderr, flush=True)
-    return found
+    return results
 
 
 def report(what: str, draws: Sequence[Draw], results: Sequence[Found]) -> None:
@@ -277,9 +277,9 @@ def main() -> int:
         ("scipy", tabulated, scipy_runs(options.scipy, options.seed)),
     ):
         if drawn := list(draws):
-            found = work(what, judge, drawn, options.jobs)
-            report(what, drawn, found)
-            wrong += sum(one.too_deep for one in found)
+            results = work(what, judge, drawn, options.jobs)
+            report(what, drawn, results)
+            wrong += sum(one.too_deep for one in results)
     print(f"\n{time.monotonic() - begun:.0f} s")
     return 1 if wrong else 0
 

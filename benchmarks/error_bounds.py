@@ -104,13 +104,13 @@ def errors(scene: Scene, formulation: str, number: int) -> Found:
         return run_one(at(scene, formulation, setting), model_of(formulation)).values("slider_x")
 
     exact = x("minimal", EXACT)
-    found: Found = {"errors": {}, "failed": {}}
+    result: Found = {"errors": {}, "failed": {}}
     for setting in SETTINGS[formulation]:
         try:
-            found["errors"][f"{setting:g}"] = float(np.abs(x(formulation, setting) - exact).max())
+            result["errors"][f"{setting:g}"] = float(np.abs(x(formulation, setting) - exact).max())
         except RunError as failure:
-            found["failed"][f"{setting:g}"] = str(failure)
-    return found
+            result["failed"][f"{setting:g}"] = str(failure)
+    return result
 
 
 def measure_errors() -> None:
@@ -118,20 +118,20 @@ def measure_errors() -> None:
     for (name, formulation, _), row in finished("error-bounds", STARTS, errors):
         table.setdefault(name, {}).setdefault(formulation, []).append(row)
     old = tables()
-    for name, found in table.items():
+    for name, result in table.items():
         finest = f"{SETTINGS['tree'][-1]:g}"
-        unsure = rounded_up(max((row["errors"][finest] for row in found.get("tree", ())), default=ROUND_OFF))
+        unsure = rounded_up(max((row["errors"][finest] for row in result.get("tree", ())), default=ROUND_OFF))
         scene = first_cycle(load_scene(name))
         head = {"physics": physics(scene), "cycles": scene.data["drive"]["cycles"], "unsure": unsure}
         old[name] = old.get(name, {}) | head
-        for formulation, rows in found.items():
+        for formulation, rows in result.items():
             entry = old[name].setdefault(model_of(formulation), {}).setdefault(formulation, {})
             entry["unit"] = "step" if stepped(formulation) else "cycle"
             entry["rows"] = bounded(formulation, rows, unsure, entry.get("rows", []))
     write(old)
 
 
-def bounded(formulation: str, found: list[Found], unsure: float, old: list[Found]) -> list[Found]:
+def bounded(formulation: str, results: list[Found], unsure: float, old: list[Found]) -> list[Found]:
     """Return a formulation's settings with the largest errors and the error bounds; the times stay."""
     times = {row["setting"]: {"seconds": row["seconds"]} for row in old if "seconds" in row}
     rows: list[Found] = []
@@ -139,10 +139,10 @@ def bounded(formulation: str, found: list[Found], unsure: float, old: list[Found
     for setting in reversed(SETTINGS[formulation]):
         key = f"{setting:g}"
         row: Found = {"setting": setting}
-        if failed := [of["failed"][key] for of in found if key in of["failed"]]:
+        if failed := [result["failed"][key] for result in results if key in result["failed"]]:
             row["failed"] = failed[0]
         else:
-            row["measured"] = two_digits(max(of["errors"][key] for of in found))
+            row["measured"] = two_digits(max(result["errors"][key] for result in results))
             # Where a coarser run happened to be closer, its error bound is not below that of the finer one.
             finer = max(finer, rounded_up(max(SAFETY * max(row["measured"], unsure), ROUND_OFF)))
             row["error"] = finer
@@ -176,15 +176,15 @@ def seconds(scene: Scene, formulation: str, rounds: int) -> Found:
                 before = time.process_time()
                 run_one(job, model)
                 best[name] = min(best.get(name, inf), time.process_time() - before)
-    found: Found = {"start": best["start"], "seconds": {}}
+    result: Found = {"start": best["start"], "seconds": {}}
     for setting in SETTINGS[formulation]:
         if (name := f"{setting:g}") in best:
             count = scene.duration / (setting if of_steps else scene.period)
             rate = max(best[name] - best["start"], CLOCK_TICK) / count
         elif name in timed:
             continue
-        found["seconds"][name] = rate
-    return found
+        result["seconds"][name] = rate
+    return result
 
 
 def measure_seconds(of: list[str], rounds: int) -> None:
@@ -194,11 +194,11 @@ def measure_seconds(of: list[str], rounds: int) -> None:
         return seconds(scene, formulation, rounds)
 
     ledger, old = f"error-bounds-seconds-{rounds}", tables()
-    for (name, formulation, _), found in finished(ledger, dict.fromkeys(of, 1), work):
+    for (name, formulation, _), result in finished(ledger, dict.fromkeys(of, 1), work):
         entry = old[name][model_of(formulation)][formulation]
-        entry["start"] = two_digits(found["start"])
+        entry["start"] = two_digits(result["start"])
         for row in entry["rows"]:
-            if (rate := found["seconds"].get(f"{row['setting']:g}")) is not None:
+            if (rate := result["seconds"].get(f"{row['setting']:g}")) is not None:
                 row["seconds"] = float(f"{rate:.3g}")
     write(old)
     (cache_folder() / f"{ledger}.jsonl").unlink()  # the next pass measures again

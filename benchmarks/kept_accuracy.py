@@ -99,16 +99,16 @@ def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
         for model, scene in scenes.items()
     }
     rows = []
-    for (model, accuracy), found in ran.items():
+    for (model, accuracy), result in ran.items():
         row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
-        if isinstance(found, str):
-            row |= {"kept": False, "limit": found, "result": False}
+        if isinstance(result, str):
+            row |= {"kept": False, "limit": result, "result": False}
         else:
             (other,) = MODELS.keys() - {model}
-            row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
-            row |= {"runs": found.runs, "levels": len(found.tried)}
+            row |= {"kept": result.kept, "limit": result.limit, "result": True, "coverage": result.coverage}
+            row |= {"runs": result.runs, "levels": len(result.tried)}
             row["strict"] = 0.0 if (best := strict[model].estimate) is None else best.coverage(accuracy)
-            row |= judged(found, strict[other], strict[model])
+            row |= judged(result, strict[other], strict[model])
         rows.append(row)
     return rows
 
@@ -123,14 +123,14 @@ def attempt(scene: Scene, model: str, accuracy: float, run: Any) -> AccurateRun 
         return "bad input"
 
 
-def judged(found: AccurateRun, other: Level, own: Level) -> Found:
+def judged(result: AccurateRun, other: Level, own: Level) -> Found:
     """Return the largest error on the predictable part over the wanted one, and by whom it is judged."""
     judge = other if other.table is not None else own
-    if judge.table is None or found.estimate is None or found.wanted is None:
+    if judge.table is None or result.estimate is None or result.wanted is None:
         return {"judge": "", "error": nan, "sure_error": nan}
-    error = np.abs(found.table.values(CHANNEL) - judge.table.values(CHANNEL)) / found.wanted
-    predictable = found.estimate.u <= found.wanted
-    sure = predictable & (judge.estimate is not None and judge.estimate.u <= found.wanted)
+    error = np.abs(result.table.values(CHANNEL) - judge.table.values(CHANNEL)) / result.wanted
+    predictable = result.estimate.u <= result.wanted
+    sure = predictable & (judge.estimate is not None and judge.estimate.u <= result.wanted)
     return {
         "judge": "other" if judge is other else "own",
         "error": float(error[predictable].max(initial=0.0)),
@@ -179,10 +179,10 @@ def main() -> None:
         if key not in cached:
             try:
                 drawn = population(number, asked.seed, campaign=asked.campaign)
-                found = measure(drawn, asked.cycles, asked.limit)
+                result = measure(drawn, asked.cycles, asked.limit)
             except SceneError:
-                found = []  # there is no such scene
-            cached[key] = append_row(ledger, key, {"rows": found})
+                result = []  # there is no such scene
+            cached[key] = append_row(ledger, key, {"rows": result})
             print(f"{number}: {time.process_time():.0f} s", file=sys.stderr, flush=True)
         rows += [{"scene": number, **row} for row in cached[key]["rows"]]
     frame = pd.DataFrame(rows)

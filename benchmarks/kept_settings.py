@@ -25,17 +25,17 @@ MOST = 3.0
 """Times its error that a recommended setting may err by."""
 
 
-def judged(scene: Scene, found: WorkPrecision, jobs: int) -> tuple[int, int, float]:
+def judged(scene: Scene, result: WorkPrecision, jobs: int) -> tuple[int, int, float]:
     """Return the numbers of judges and of recommendations, and the largest error over the recommended one."""
     asked = [Job(at(scene, name, setting), model_of(name)) for name, setting in JUDGES.items()]
     tables = [outcome.table for outcome in run_all(asked, jobs) if outcome.table is not None]
     worst, count = 0.0, 0
     for error in DECADES:
-        row = found.cheapest(error)
+        row = result.cheapest(error)
         if row is None or row.x is None:
             continue
         count += 1
-        known = found.known <= error
+        known = result.known <= error
         for judge in tables:
             distance = np.abs(row.x - judge.values(CHANNEL))
             worst = max(worst, float(distance[known].max(initial=0.0)) / error)
@@ -59,11 +59,11 @@ def main() -> None:
             continue
         scene = drawn.with_values({"drive.cycles": 1.0})
         begun = time.monotonic()
-        found = work_precision(scene, asked.seconds, n_jobs=asked.jobs)
+        result = work_precision(scene, asked.seconds, n_jobs=asked.jobs)
         took = time.monotonic() - begun
-        judges, count, worst = judged(scene, found, asked.jobs)
+        judges, count, worst = judged(scene, result, asked.jobs)
         outside += worst > MOST
-        confirmed = "yes" if found.confirmed else "no"
+        confirmed = "yes" if result.confirmed else "no"
         row = [number, scene.data["contact"]["law"], f"{took:.0f}", confirmed, count, judges, f"{worst:.2g}"]
         rows.append([str(cell) for cell in row])
         print(rows[-1], flush=True)

@@ -30,19 +30,19 @@ class FolderError(ValueError):
 def contents(path: Path, most: int = LARGEST_TEXT) -> str:
     """Read a text in UTF-8; an `OSError` if it cannot be read or has more bytes than ``most``."""
     with path.open("rb") as file:
-        found = file.read(most + 1)  # a pipe has no size to ask for
-    if len(found) > most:
+        content = file.read(most + 1)  # a pipe has no size to ask for
+    if len(content) > most:
         raise _too_large(path, most)
-    return found.decode("utf-8")
+    return content.decode("utf-8")
 
 
 def check_size(path: Path, most: int) -> None:
     """Reject what is no regular file of at most so many bytes by an `OSError`, before it is read."""
-    found = path.stat()
-    if not stat.S_ISREG(found.st_mode):
-        kind = "is a folder" if stat.S_ISDIR(found.st_mode) else "is not a file"
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
+        kind = "is a folder" if stat.S_ISDIR(status.st_mode) else "is not a file"
         raise OSError(errno.EINVAL, kind, str(path))
-    if found.st_size > most:
+    if status.st_size > most:
         raise _too_large(path, most)
 
 

@@ -227,11 +227,11 @@ def draw_work_precision(measured: "WorkPrecision", path: Path) -> Path:
             axes.plot(*zip(*front, strict=True), color=svg.SHADE, lw=5, label="Pareto front")
         for formulation, mark in {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}.items():
             rows = [row for row in measured.rows if row.candidate.formulation == formulation]
-            if found := sorted(points(rows), key=lambda point: point[1]):
+            if shown := sorted(points(rows), key=lambda point: point[1]):
                 model = rows[0].candidate.model
                 colour = svg.FIRST if model == MODELS[0] else svg.SECOND
                 style: dict[str, Any] = {"color": colour, "marker": mark, "mfc": "none", "ms": 4}
-                axes.plot(*zip(*found, strict=True), label=f"{model}, {formulation}", **style)
+                axes.plot(*zip(*shown, strict=True), label=f"{model}, {formulation}", **style)
         axes.margins(0.04)  # the outermost marks whole
         axes.xaxis.set_major_locator(LogLocator(numticks=6))
         axes.invert_xaxis()

@@ -109,7 +109,7 @@ def standalone(svg: str) -> str:
     """Return an inline figure as a file on white; only browsers know the variables that stand for colours."""
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
     text = str(svg).replace("<svg ", f'{head}style="background:#fff" ', 1) + "\n"
-    return re.sub(r"var\(--([\w-]+)\)", lambda found: _ROLES[found[1]], text)
+    return re.sub(r"var\(--([\w-]+)\)", lambda match: _ROLES[match[1]], text)
 
 
 def write_svg(figure: Figure, path: Path) -> None:

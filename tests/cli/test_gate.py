@@ -29,15 +29,15 @@ def baseline(recorded, sixbar):
 @pytest.mark.usefixtures("baseline")
 def test_what_is_unchanged_passes_and_a_scene_that_changed_is_a_regression(sixbar):
     assert sixbar(*GATE).lines[-1] == "g/summary.md"
-    found = sixbar.json("g/gate.json")
-    assert (found["exit_code"], {check["status"] for check in found["checks"]}) == (0, {"passed"})
-    assert found["command"] == "sixbar gate --baseline b.toml"
-    suites = {(check["suite"], check["group"]) for check in found["checks"]}
+    result = sixbar.json("g/gate.json")
+    assert (result["exit_code"], {check["status"] for check in result["checks"]}) == (0, {"passed"})
+    assert result["command"] == "sixbar gate --baseline b.toml"
+    suites = {(check["suite"], check["group"]) for check in result["checks"]}
     runs = {("tiny", "reference tight"), ("tiny", "exudyn standard")}
     assert suites == {("thresholds", "comparison"), *runs}
-    assert {"settings", "counters", "slider_y", "slider_x"} < {check["name"] for check in found["checks"]}
-    assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(found["checks"])
-    assert str(len(found["checks"])) in sixbar.text("g/summary.md")
+    assert {"settings", "counters", "slider_y", "slider_x"} < {check["name"] for check in result["checks"]}
+    assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(result["checks"])
+    assert str(len(result["checks"])) in sixbar.text("g/summary.md")
     sixbar.write("tiny.toml", SCENE + "[mechanism.rod4]\nlength = 0.2400001\n")
     ended = sixbar(*GATE, code=1)
     assert "REGRESSION" in ended.out

@@ -40,19 +40,19 @@ def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant)
     assert [later for earlier, later in pairwise(groups) if earlier != later] == list(GROUPS)
     names = run(variant, "150rpm-0.2mm", SHORT).variant.groups
     for groups in ([], *([group] for group in names), list(names), list(reversed(names))):
-        found = run(variant, "150rpm-0.2mm", {**SHORT, "output.groups": groups})
-        assert sorted(found.columns) == sorted(["time", *expected(found.scene)]), groups
-        assert list(found.columns) == [name for name in everything if name in found.columns]
-        assert set(found.result.extrema) == set(found.columns) - {"time"}
+        simulated = run(variant, "150rpm-0.2mm", {**SHORT, "output.groups": groups})
+        assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)]), groups
+        assert list(simulated.columns) == [name for name in everything if name in simulated.columns]
+        assert set(simulated.result.extrema) == set(simulated.columns) - {"time"}
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant) -> None:
     changes = {**SHORT, "joints.slider": "ideal", "output.groups": list(GROUPS)}
-    found = run(variant, "150rpm-0.2mm", changes)
-    assert sorted(found.columns) == sorted(["time", *expected(found.scene)])
-    assert {"guide_force", "guide_moment"} < set(found.columns)
-    assert not [name for name in found.columns if name.startswith("corner")]
+    simulated = run(variant, "150rpm-0.2mm", changes)
+    assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)])
+    assert {"guide_force", "guide_moment"} < set(simulated.columns)
+    assert not [name for name in simulated.columns if name.startswith("corner")]
 
 
 @pytest.mark.parametrize(("rpm", "per_cycle"), [(150.0, 1000), (90.0, 700), (-150.0, 1000)])
@@ -81,8 +81,8 @@ def test_more_samples_are_samples_of_the_same_motion(run, variant) -> None:
 
 def test_extrema_enclose_all_samples_and_lie_within_the_run(short) -> None:
     end = short.columns["time"][-1]
-    for name, found in short.result.extrema.items():
-        values, least, most = short.columns[name], found["min"], found["max"]
+    for name, simulated in short.result.extrema.items():
+        values, least, most = short.columns[name], simulated["min"], simulated["max"]
         # The samples are others than the states that extrema are taken from. These are a thousandth of a
         # cycle apart, in a contact a sixteenth of its half wave: 1 - cos(pi / 32) = 5e-3. The residual has no
         # range, it is an error.
@@ -91,7 +91,7 @@ def test_extrema_enclose_all_samples_and_lie_within_the_run(short) -> None:
         assert most >= values.max() - reach, name
         # The last state of a run may lie a rounding of the sum of its steps beyond the last sample.
         for at in ("min", "max"):
-            assert 0.0 <= found[f"time_of_{at}"] <= end * (1 + 1e-12), name
+            assert 0.0 <= simulated[f"time_of_{at}"] <= end * (1 + 1e-12), name
         # A motion cannot leave its samples by more than its rate lets it within one interval: an extremum
         # is one of this run, not of another. Forces in hits of steel may.
         if channels()[name].rate is not None:
@@ -158,22 +158,22 @@ def turning(run, variant):
 
 
 def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(turning) -> None:
-    found, period = turning(1000), 0.04
-    time, by_cycle = found.columns["time"], found.result.cycle_extrema
+    simulated, period = turning(1000), 0.04
+    time, by_cycle = simulated.columns["time"], simulated.result.cycle_extrema
     parts = ("min", "time_of_min", "max", "time_of_max")
-    assert set(by_cycle) == {f"{name}_{part}" for name in found.result.extrema for part in parts}
-    for name, whole in found.result.extrema.items():
+    assert set(by_cycle) == {f"{name}_{part}" for name in simulated.result.extrema for part in parts}
+    for name, whole in simulated.result.extrema.items():
         least, at_least, most, at_most = (by_cycle[f"{name}_{part}"] for part in parts)
         assert least.shape == at_least.shape == most.shape == at_most.shape == (3,)
         assert (whole["min"], whole["time_of_min"]) == (least.min(), at_least[least.argmin()])
         assert (whole["max"], whole["time_of_max"]) == (most.max(), at_most[most.argmax()])
         # As above; both ends of a cycle belong to it.
-        reach = np.inf if name == "energy_residual" else 5e-3 * np.ptp(found.columns[name])
+        reach = np.inf if name == "energy_residual" else 5e-3 * np.ptp(simulated.columns[name])
         for cycle in range(3):
             within = (time >= period * cycle * (1 - 1e-9)) & (time <= period * (cycle + 1) * (1 + 1e-9))
             for at in (at_least[cycle], at_most[cycle]):
                 assert period * cycle * (1 - 1e-9) <= at <= time[within][-1] * (1 + 1e-9), (name, cycle)
-            values = found.columns[name][within]
+            values = simulated.columns[name][within]
             assert least[cycle] <= values.min() + reach, (name, cycle)
             assert most[cycle] >= values.max() - reach, (name, cycle)
 

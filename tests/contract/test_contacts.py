@@ -122,13 +122,13 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
     run, variant, vx, speed
 ) -> None:
     changes = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": vx, "drive.cycles": 0.002}
-    found = run(variant, "150rpm-0.2mm", changes)
+    simulated = run(variant, "150rpm-0.2mm", changes)
     for corner in ("lr", "ur"):
-        first = found.contacts(corner)[0]
+        first = simulated.contacts(corner)[0]
         assert first["start"] == 0.0
         assert first["normal_speed"] == pytest.approx(speed, rel=1e-9)
         assert first["largest_depth"] >= 2e-6 * (1 - 1e-9)
-    assert not found.contacts("ll") + found.contacts("ul")
+    assert not simulated.contacts("ll") + simulated.contacts("ul")
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-tree"])
@@ -140,12 +140,12 @@ def test_what_starts_far_inside_its_wall_leaves_where_damping_has_taken_the_forc
     """
     changes = {"initial.slider_offset": 0.01, "initial.slider_vx": 0.0, "friction.coefficient": 0.0}
     dense = {"drive.cycles": 1e-7, "output.samples_per_cycle": 100_000_000}
-    found = run(variant, "150rpm-0.2mm", changes | dense)
-    contact, pressed = found.scene["contact"], ("lr", "ur")
-    force = sum(found.columns[f"corner_{corner}_normal"][0] for corner in pressed)
-    mass = -force / found.columns["slider_ax"][0]
+    simulated = run(variant, "150rpm-0.2mm", changes | dense)
+    contact, pressed = simulated.scene["contact"], ("lr", "ur")
+    force = sum(simulated.columns[f"corner_{corner}_normal"][0] for corner in pressed)
+    mass = -force / simulated.columns["slider_ax"][0]
     speed = contact["impact_speed_floor"] / (0.75 * (1.0 - contact["restitution"] ** 2))
     # The linkage's own 3 m/s^2 give 1e-6 of v / C until the force is gone; measured 1.1e-6 and 1.6e-6.
-    impulse = sum(found.contacts(corner)[0]["impulse"] for corner in pressed)
+    impulse = sum(simulated.contacts(corner)[0]["impulse"] for corner in pressed)
     assert impulse == pytest.approx(mass * speed, rel=1e-5)
-    assert np.all(found.columns["corner_lr_normal"][1:] == 0.0)
+    assert np.all(simulated.columns["corner_lr_normal"][1:] == 0.0)

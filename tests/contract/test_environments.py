@@ -72,8 +72,8 @@ def foreign(tmp_path) -> dict[str, object]:
     for name in ("tmp", "home"):
         (tmp_path / name).mkdir()
     (tmp_path / "tmp").chmod(0o777)
-    found = os.pathsep.join([str(tmp_path / "package"), *path.split(os.pathsep)[1:]])
-    return {"program": program, "path": found}
+    simulated = os.pathsep.join([str(tmp_path / "package"), *path.split(os.pathsep)[1:]])
+    return {"program": program, "path": simulated}
 
 
 def test_a_foreign_user_with_read_only_home_and_package(foreign, sixbar, tmp_path):

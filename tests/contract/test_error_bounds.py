@@ -50,8 +50,8 @@ def assert_kept(name: str, model: str, formulation: str, accuracy: str, moved: f
     chosen = solver_values(model, accuracy, shipped)
     bound = expected(shipped.with_values(chosen), model)
     assert not any("measured on" in caution for caution in bound.cautions)
-    found = slider_x(started(name, moved).with_values(values).with_values(chosen), model)
-    assert np.abs(found - exact(name, moved)).max() <= bound.error
+    simulated = slider_x(started(name, moved).with_values(values).with_values(chosen), model)
+    assert np.abs(simulated - exact(name, moved)).max() <= bound.error
 
 
 @pytest.mark.parametrize("moved", FRESH)

@@ -23,9 +23,9 @@ LOOSE = pytest.mark.parametrize(
 @LOOSE
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances", "150rpm-0.2mm"])
 def test_a_journal_has_channels_where_it_has_clearance(run, variant, name) -> None:
-    found = run(variant, name, {"drive.cycles": 0.005})
-    assert sorted(found.columns) == sorted(["time", *expected(found.scene)])
-    names = [channel for channel in found.columns if channel.startswith(("corner", "journal"))]
+    simulated = run(variant, name, {"drive.cycles": 0.005})
+    assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)])
+    names = [channel for channel in simulated.columns if channel.startswith(("corner", "journal"))]
     corners = 12 if name != "crank-pin" else 0
     assert names[corners:] == (["journal_x", "journal_y"] if name != "150rpm-0.2mm" else [])
 
@@ -33,11 +33,11 @@ def test_a_journal_has_channels_where_it_has_clearance(run, variant, name) -> No
 @LOOSE
 def test_it_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant) -> None:
     """On rod 2 acts G = K d^n e / |e| with R = R_j R_b / (R_b - R_j), where reactions are given."""
-    found = run(variant, "crank-pin", BOUNCES)
-    columns, time = found.columns, found.columns["time"]
+    simulated = run(variant, "crank-pin", BOUNCES)
+    columns, time = simulated.columns, simulated.columns["time"]
     e = columns["journal_x"] + 1j * columns["journal_y"]
-    c, R_j = (found.scene["clearance"][key] for key in ("crank_pin", "journal_radius"))
-    depth, contacts = np.abs(e) - c, found.contacts("pin")
+    c, R_j = (simulated.scene["clearance"][key] for key in ("crank_pin", "journal_radius"))
+    depth, contacts = np.abs(e) - c, simulated.contacts("pin")
     assert len(contacts) == 3
     assert abs(e[0]) < 1e-15  # a difference of coordinates of 0.3 m
     near, touching = np.zeros(time.size, bool), np.zeros(time.size, bool)
@@ -50,7 +50,7 @@ def test_it_starts_centred_and_touches_where_its_distance_is_the_clearance(run, 
             near |= np.abs(time - edge) < 1e-8  # as for corners, see test_contacts.py
     assert np.array_equal((depth > 0.0)[~near], touching[~near])
     if "reaction_A_x" in columns:
-        contact = found.scene["contact"]
+        contact = simulated.scene["contact"]
         compliance = 2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"]
         K = 4 / (3 * compliance) * math.sqrt(R_j * (R_j + c) / c)
         G = columns["reaction_A_x"] + 1j * columns["reaction_A_y"]

@@ -93,8 +93,8 @@ def test_a_cache_below_a_file_is_replaced_by_a_temporary_one_with_one_warning(pa
     temporary.mkdir()
     env = {"TMPDIR": str(temporary)}
     for stored in (False, True):
-        found, err = call(package, tmp_path, tmp_path / "file", env=env)
-        assert found == stored
+        output, err = call(package, tmp_path, tmp_path / "file", env=env)
+        assert output == stored
         assert err.count("RuntimeWarning") == 1
         assert str(tmp_path / "file") in err
         assert f"in {temporary}" in err
@@ -115,8 +115,8 @@ def test_a_temporary_folder_that_another_user_could_have_filled_is_not_used(pack
     else:
         own.mkdir()
         own.chmod(0o777)
-    found, err = call(package, tmp_path, tmp_path / "file", env={"TMPDIR": str(temporary)})
-    assert not found
+    output, err = call(package, tmp_path, tmp_path / "file", env={"TMPDIR": str(temporary)})
+    assert not output
     assert "process" in err
     assert not files(tmp_path)
 
@@ -133,8 +133,8 @@ def test_a_read_only_cache_and_no_home(package, populated, opened, foreign):
         call(package, opened, cache, env=here, program=options["program"])
         for path in (cache, *cache.rglob("*")):
             path.chmod(0o755 if path.is_dir() else 0o644)
-    found, err = call(package, opened, cache, env=environment | {"TMPDIR": str(opened / "tmp")}, **options)
-    assert found == populated
+    output, err = call(package, opened, cache, env=environment | {"TMPDIR": str(opened / "tmp")}, **options)
+    assert output == populated
     # Both models take a copy of what the cache holds; the Exudyn model says so
     assert files(opened / "tmp")
     assert err.count("RuntimeWarning") == (not populated or package == "exudyn_model")
@@ -158,6 +158,6 @@ def test_without_any_folder_it_compiles_and_says_so(package, tmp_path):
     code = "import tempfile; tempfile.tempdir = " + repr(str(place)) + "\n"
     (tmp_path / "sitecustomize.py").write_text(code)
     env["PYTHONPATH"] = os.pathsep.join([str(tmp_path), PATH])
-    found, err = call(package, tmp_path, tmp_path / "file", env=env)
-    assert not found
+    output, err = call(package, tmp_path, tmp_path / "file", env=env)
+    assert not output
     assert "process" in err

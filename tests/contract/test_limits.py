@@ -15,8 +15,8 @@ def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, varian
     common = {**CENTRED, "drive.cycles": 0.2, "output.groups": []}
     ideal, deviations = run("reference-minimal", "ideal", common).columns, []
     for clearance in (4e-5, 1e-5):
-        found = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance}).columns
-        across, along = (np.abs(found[name] - ideal[name]).max() for name in ("slider_x", "slider_y"))
+        columns = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance}).columns
+        across, along = (np.abs(columns[name] - ideal[name]).max() for name in ("slider_x", "slider_y"))
         # The walls give way by up to a micrometre or two.
         assert 0.99 * clearance <= across <= clearance + 2e-6
         assert along <= 0.2093 * 1.02 * across

@@ -58,8 +58,8 @@ VARIANTS = ("reference-minimal", "exudyn-tree")
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, variant, case) -> None:
-    found = run(variant, *CASES[case])
-    numbers, columns = Numbers(found.scene), found.columns
+    simulated = run(variant, *CASES[case])
+    numbers, columns = Numbers(simulated.scene), simulated.columns
     motion = [columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
     corners = [numbers.corner(k, *motion) for k in range(4)]
     _, v_0, v_1 = numbers.rub
@@ -71,7 +71,7 @@ def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, 
         assert np.abs(columns[f"corner_{name}_gap"] + δ_1).max() <= 5e-16
         if δ_1[0] <= 0.0:
             continue
-        contact = found.contacts(name)[0]
+        contact = simulated.contacts(name)[0]
         v_i = impact_speed(dδ[0], numbers.v_min)
         assert contact["start"] == 0.0
         assert contact["normal_speed"] == pytest.approx(v_i, rel=1e-14)
@@ -106,8 +106,8 @@ SURFACES = {
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, variant, case) -> None:
     """Under the law foundation: shares of both corners, one impact speed, the energy stored."""
-    found = run(variant, "150rpm-0.2mm", {**SURFACES[case], "contact.law": "foundation"})
-    numbers, columns, events = Numbers(found.scene), found.columns, found.result.events
+    simulated = run(variant, "150rpm-0.2mm", {**SURFACES[case], "contact.law": "foundation"})
+    numbers, columns, events = Numbers(simulated.scene), simulated.columns, simulated.result.events
     motion = [columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
     lower, upper = numbers.corner(1, *motion), numbers.corner(3, *motion)
     assert events["start"][0] == 0.0
@@ -158,13 +158,13 @@ def solution():
 def test_an_engine_made_from_the_page_gives_what_the_models_give(run, solution, variant, name) -> None:
     """From t = 0 through the first contacts: all channels, impact speeds, starts and ends of contacts."""
     changes = {"drive.cycles": MOTIONS[name], "output.samples_per_cycle": 20_000}
-    found = run(variant, name, changes)
-    columns, table = solution(name, found.scene, found.columns["time"])
-    for channel in found.columns.keys() - {"time", "energy_residual"}:
-        values, own = found.columns[channel], columns[channel]
+    simulated = run(variant, name, changes)
+    columns, table = solution(name, simulated.scene, simulated.columns["time"])
+    for channel in simulated.columns.keys() - {"time", "energy_residual"}:
+        values, own = simulated.columns[channel], columns[channel]
         bound = LARGEST * np.ptp(own) + channels()[channel].floor  # below it nothing happens
         assert np.abs(own - values).max() <= bound, channel
-    events = found.result.events
+    events = simulated.result.events
     assert events["start"].size == len(table) == 2
     for contact, start, end, speed in table:
         at = np.argmin(np.abs(events["start"] - start) + (events["corner"] != contact))

@@ -58,7 +58,7 @@ def by_hand(law, times):
 
     events = [lambda t, y, k=k: corner(k, t, y)[0] for k in range(4)]
     (_, (_, _, phi), (_, _, theta)), (_, (_, _, w), (_, _, spin)) = start()
-    t, y, found = 0.0, [phi, theta, w, spin], []
+    t, y, simulated = 0.0, [phi, theta, w, spin], []
     while t < times[-1]:
         for k, event in enumerate(events):
             event.terminal, event.direction = True, 1.0 if speeds[k] else -1.0
@@ -67,12 +67,12 @@ def by_hand(law, times):
             dense_output=True,
         )  # fmt: skip
         inside = (times >= t) & (times < run.t[-1])
-        found.append(run.sol(times[inside])[:2] if inside.any() else np.empty((2, 0)))
+        simulated.append(run.sol(times[inside])[:2] if inside.any() else np.empty((2, 0)))
         t, y = run.t[-1] + (1e-13 if run.status == 1 else 0.0), run.y[:, -1]
         for k in range(4):
             if run.t_events[k].size:
                 speeds[k] = 0.0 if speeds[k] else max(-corner(k, t, y)[1], law.speed_floor)
-    phi, theta = np.concatenate(found, axis=1)
+    phi, theta = np.concatenate(simulated, axis=1)
     return np.stack([CRANK * np.cos(ANGLE + OMEGA * times[: phi.size]) + ROD * np.cos(phi), theta])
 
 
@@ -111,18 +111,18 @@ def by_exudyn(law, times, step):
     )
     recorder, _, outcome = run_system(system, settings)
     assert outcome.status == "success", outcome.remedy
-    found = recorder.columns(("slider_x", "slider_angle"))
-    return np.stack([found["slider_x"], found["slider_angle"]]), len(recorder.event_table()["corner"])
+    simulated = recorder.columns(("slider_x", "slider_angle"))
+    return np.stack([simulated["slider_x"], simulated["slider_angle"]]), len(recorder.event_table()["corner"])
 
 
 def test_the_reference_s_lists_are_the_linkage(scene) -> None:
     """Over some contacts without friction, against the solution by hand."""
     law, times = read_parameters(scene({"friction.coefficient": 0.0})).law, np.linspace(0.0, 0.12, 601)
-    found, contacts = by_reference(law, times, 1e-12, baumgarte=(10.0, 10.0))
+    simulated, contacts = by_reference(law, times, 1e-12, baumgarte=(10.0, 10.0))
     exact = by_hand(by_lists(law)[1], times)
     assert contacts >= 4
     # Two solutions at 1e-12 and 1e-14, whose difference ten contacts magnify to 4e-12 m and 3e-10 rad.
-    x, angle = np.abs(found[:, : exact.shape[1]] - exact).max(axis=1)
+    x, angle = np.abs(simulated[:, : exact.shape[1]] - exact).max(axis=1)
     assert x < 1e-10
     assert angle < 1e-8
 

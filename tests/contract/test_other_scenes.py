@@ -39,28 +39,28 @@ def compared(name: str, changes: dict) -> SceneComparison:
 )
 def test_models_agree_within_their_uncertainty(name, changes) -> None:
     """At the standard settings no predictable sample differs, in any channel."""
-    found = compared(name, changes)
-    for channel in found.channels.values():
+    result = compared(name, changes)
+    for channel in result.channels.values():
         # The balance's residual is error alone: nothing of it is predictable.
         if channel.verdict != "unexcited" and channel.channel != "energy_residual":
             # Not a number where nothing happens while it is predictable: omega before the first hit.
             assert not channel.explained < 0.99, channel.channel
             # The journal's first bounce makes Exudyn's step of 2e-6 s uncertain: 7 % of the samples are left.
             assert channel.coverage >= (0.95 if name == "wedge" else 0.05), channel.channel
-    assert found.channels["slider_y"].explained >= 0.99
+    assert result.channels["slider_y"].explained >= 0.99
     if name == "wedge":
-        assert found.verdict == "agree", scene_reason(found)
+        assert result.verdict == "agree", scene_reason(result)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
 def test_models_agree_with_clearance_at_the_crank_pin_at_shorter_steps(name) -> None:
     """A sixteenth of the step leaves enough predictable samples for a verdict, and it is agreement."""
-    found = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
-    assert found.verdict == "agree", scene_reason(found)
+    result = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
+    assert result.verdict == "agree", scene_reason(result)
     for name in ("slider_y", "slider_ay"):
-        assert found.channels[name].coverage >= 0.5
-        assert found.channels[name].explained >= 0.99
+        assert result.channels[name].coverage >= 0.5
+        assert result.channels[name].explained >= 0.99
 
 
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
@@ -68,14 +68,14 @@ def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> No
     """Exudyn's tree ends its steps at the bounces: nearly all of the scene is predictable, to 1e-9 m."""
     settings = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     changes = {f"solver.exudyn.{key}": value for key, value in settings.items()}
-    found = compared(name, changes | {"solver.reference.tolerance": 1e-12})
-    assert found.verdict == "agree", scene_reason(found)
-    for channel in found.channels.values():
+    result = compared(name, changes | {"solver.reference.tolerance": 1e-12})
+    assert result.verdict == "agree", scene_reason(result)
+    for channel in result.channels.values():
         if channel.verdict != "unexcited":
             assert channel.explained >= 0.99, channel.channel
             assert channel.coverage >= 0.95, channel.channel
     # Measured 5e-11 and 2e-11 m; the tree's own error is 8e-11 m at most.
-    assert found.channels["slider_y"].max_difference < 1e-9
+    assert result.channels["slider_y"].max_difference < 1e-9
 
 
 @pytest.mark.parametrize(("name", "cycles"), [("150rpm-0.2mm", 0.4), ("surface", 0.3)])

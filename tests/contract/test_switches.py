@@ -88,9 +88,9 @@ def test_a_corner_that_starts_on_its_wall_has_its_own_speed(
         "initial.slider_omega": spin,
         "initial.slider_vx": wall * 0.05,
     }
-    found = run(variant, "150rpm-0.2mm", FOUNDATION | changes | {"contact.law": law, "drive.cycles": 0.001})
+    result = run(variant, "150rpm-0.2mm", FOUNDATION | changes | {"contact.law": law, "drive.cycles": 0.001})
     touching = ("u" if wall * spin < 0.0 else "l") + ("r" if wall > 0 else "l")
-    first = found.contacts(touching)[0]
+    first = result.contacts(touching)[0]
     # What rounds to a gap of 1e-16 m is passed in 1e-16 s; five bodies interpolate the speed within a step.
     assert first["start"] == pytest.approx(0.0, abs=1e-14)
     assert first["normal_speed"] == pytest.approx(0.75, rel=1e-6)
@@ -104,10 +104,10 @@ def test_of_two_corners_that_touch_at_once_the_faster_has_the_side_s_speed(run, 
         "initial.slider_omega": spin,
         "initial.slider_vx": wall * 0.05,
     }
-    found = run(variant, "150rpm-0.2mm", FOUNDATION | changes)
+    result = run(variant, "150rpm-0.2mm", FOUNDATION | changes)
     # Its one contact, of whichever corner.
-    assert found.result.events["start"][0] == pytest.approx(0.0, abs=1e-14)
-    assert found.result.events["normal_speed"][0] == pytest.approx(0.085, rel=1e-6)
+    assert result.result.events["start"][0] == pytest.approx(0.0, abs=1e-14)
+    assert result.result.events["normal_speed"][0] == pytest.approx(0.085, rel=1e-6)
 
 
 def test_friction_without_a_static_speed() -> None:

@@ -29,7 +29,9 @@ APPLIES = {"tree": CONTACT, "full": FIXED_STEPS, "index 2": FIXED_STEPS | {"ener
 
 def broken(result):
     return {
-        name for name, found in result.provenance["invariants"].items() if found["value"] > found["bound"]
+        name
+        for name, computed in result.provenance["invariants"].items()
+        if computed["value"] > computed["bound"]
     }
 
 
@@ -40,9 +42,9 @@ def test_each_run_is_checked_and_a_healthy_one_passes(run, formulation):
     assert len(result.events["start"]) > 0
     invariants = result.provenance["invariants"]
     assert set(invariants) == APPLIES[formulation]
-    for found in invariants.values():
-        assert 0.0 <= found["value"] <= found["bound"]
-        assert 0.0 <= found["time_s"] <= result.columns["time"][-1]
+    for computed in invariants.values():
+        assert 0.0 <= computed["value"] <= computed["bound"]
+        assert 0.0 <= computed["time_s"] <= result.columns["time"][-1]
 
 
 def test_a_law_without_a_potential_owes_no_energy(run):

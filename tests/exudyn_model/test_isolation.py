@@ -35,10 +35,10 @@ def first_stop(polynomial):
     until = 1.0
     for _ in range(60):
         part = polynomial(np.polynomial.Polynomial([0.0, until]))
-        found, _ = search(*ends(part), 1.0)
-        if found == NEVER or found * until >= until * (1 - 1e-9):
+        computed, _ = search(*ends(part), 1.0)
+        if computed == NEVER or computed * until >= until * (1 - 1e-9):
             return until
-        until *= found
+        until *= computed
     raise AssertionError(until)
 
 

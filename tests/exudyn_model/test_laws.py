@@ -77,9 +77,9 @@ def test_elastic_forces_are_the_derivatives_of_the_page_s_potential(law, depths)
 
     h, at = 1e-11, np.array(depths)
     exact = [(stored(*(at + side)) - stored(*(at - side))) / (2 * h) for side in h * np.eye(2)]
-    found = forces(depths, guide(law, **FRICTIONLESS, damping=0.0))
+    computed = forces(depths, guide(law, **FRICTIONLESS, damping=0.0))
     # Differences of 1e-11 m of terms that round at 1e-16 of them
-    np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-5 * max(exact))
+    np.testing.assert_allclose(computed, exact, rtol=1e-5, atol=1e-5 * max(exact))
 
 
 @given(deeper=st.floats(1e-8, 1e-5), other=st.floats(-1e-5, 1e-5))
@@ -91,9 +91,9 @@ def test_the_foundation_s_forces_are_its_pressure_and_continuous(deeper, other):
     place, weight = inside * (nodes + 1) / 2, inside * weights / 2
     pressure = KS * (deeper + (other - deeper) * place)
     exact = (weight @ (pressure * (1 - place)), weight @ (pressure * place))
-    found = forces((deeper, other), guide("foundation", damping=0.0, **FRICTIONLESS))
+    computed = forces((deeper, other), guide("foundation", damping=0.0, **FRICTIONLESS))
     # Depths are differences of 2e-4 m and of 1e-5 m: 1e-19 m; moments of arms of 0.04 m
-    np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-8 * exact[0])
+    np.testing.assert_allclose(computed, exact, rtol=1e-8, atol=1e-8 * exact[0])
 
 
 @pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
@@ -101,16 +101,16 @@ def test_damping_follows_the_frozen_speed_and_never_pulls(law):
     depths = (1e-6, 1e-6)
     still = forces(depths, guide(law, **FRICTIONLESS))
     for rate, speed in ((0.02, 0.05), (-0.02, 0.05), (0.02, 0.5), (-0.3, 0.05), (-0.4, 0.05)):
-        found = forces(depths, guide(law, **FRICTIONLESS), rates=(rate, rate), speed=speed)
+        computed = forces(depths, guide(law, **FRICTIONLESS), rates=(rate, rate), speed=speed)
         factor = max(0.0, 1 + C * rate / speed)
-        np.testing.assert_allclose(found, np.multiply(still, factor), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(computed, np.multiply(still, factor), rtol=1e-9, atol=1e-9)
     assert forces(depths, guide(law), rates=(-0.4, -0.4)) == (0.0, 0.0)
     # Without memory the damping refers to the present speed and never takes the whole force
     current = guide(law, impact_speed="current", **FRICTIONLESS)
     for rate in (3e-4, -3e-4, -1.0):
-        found = forces(depths, current, rates=(rate, rate))
+        computed = forces(depths, current, rates=(rate, rate))
         factor = 1 + C * rate / math.hypot(rate, 1e-4)
-        np.testing.assert_allclose(found, np.multiply(still, factor), rtol=1e-9)
+        np.testing.assert_allclose(computed, np.multiply(still, factor), rtol=1e-9)
 
 
 @given(

@@ -59,31 +59,33 @@ def run(system, method="trapezoidal-index2", samples=200, energy=True):
 
 
 def test_ideal_it_follows_the_closed_form():
-    found = run(slider_crank()).columns(("slider_x", "slider_y", "slider_vx", "reaction_B_y", "guide_force"))
+    computed = run(slider_crank()).columns(
+        ("slider_x", "slider_y", "slider_vx", "reaction_B_y", "guide_force")
+    )
     angle = START + OMEGA * np.linspace(0.0, 0.2, 201)
     x, v, _ = along_guide(angle)
     # Second order: (omega h)^2 / 12 = 8e-11 of a path of 0.2 m
-    np.testing.assert_allclose(found["slider_x"], x, atol=1e-9)
-    np.testing.assert_allclose(found["slider_vx"], v, atol=1e-8)
-    np.testing.assert_allclose(found["slider_y"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(computed["slider_x"], x, atol=1e-9)
+    np.testing.assert_allclose(computed["slider_vx"], v, atol=1e-8)
+    np.testing.assert_allclose(computed["slider_y"], 0.0, atol=1e-9)
     # Only the rod and the guide press the slider, which does not move across
-    np.testing.assert_allclose(found["reaction_B_y"], -found["guide_force"], atol=1e-6)
+    np.testing.assert_allclose(computed["reaction_B_y"], -computed["guide_force"], atol=1e-6)
 
 
 def test_with_clearance_it_lies_on_one_wall_and_then_on_the_other_and_the_energy_balances():
     recorder = run(slider_crank(clearance=True, gravity=9.81))
     names = ("slider_x", "slider_y", "energy_residual", "energy_kinetic", "energy_damping", "energy_friction")
-    found, events = recorder.columns(names), recorder.event_table()
+    computed, events = recorder.columns(names), recorder.event_table()
     x, _, rod = along_guide(START + OMEGA * np.linspace(0.0, 0.2, 201))
     # The rod turns by y / (L cos): to first order x follows by y tan
-    np.testing.assert_allclose(found["slider_x"] - x, found["slider_y"] * np.tan(-rod), atol=1e-6)
+    np.testing.assert_allclose(computed["slider_x"] - x, computed["slider_y"] * np.tan(-rod), atol=1e-6)
     # Gravity holds it at the lower wall; 1.3e-6 m deep at most
-    assert np.min(found["slider_y"]) == pytest.approx(-2e-4, abs=2e-6)
-    assert np.max(found["slider_y"]) <= 0.0
+    assert np.min(computed["slider_y"]) == pytest.approx(-2e-4, abs=2e-6)
+    assert np.max(computed["slider_y"]) <= 0.0
     assert set(events["corner"]) == {"ll", "ul"}
-    lost = found["energy_damping"][-1] + found["energy_friction"][-1]
+    lost = computed["energy_damping"][-1] + computed["energy_friction"][-1]
     assert lost > 1e-5
-    assert np.max(np.abs(found["energy_residual"])) <= 1e-3 * lost
+    assert np.max(np.abs(computed["energy_residual"])) <= 1e-3 * lost
     position, velocity = recorder.drift.values()
     assert position[0] <= 1e-7
     assert velocity[0] <= 1e-9

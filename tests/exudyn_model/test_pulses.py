@@ -36,9 +36,9 @@ def test_every_contact_has_a_pulse_whose_peak_and_impulse_are_those_of_its_row(r
     changes, tree = RUNS[name]
     result = run(changes, {"drive.cycles": 0.15}, tree=tree)
     assert result.status == "success"
-    found = by_contact(result)
-    assert len(found) >= 5
-    for row, (time, force) in found.items():
+    computed = by_contact(result)
+    assert len(computed) >= 5
+    for row, (time, force) in computed.items():
         event = {name: column[row] for name, column in result.events.items()}
         start, end = event["start"], event["end"]
         assert np.all(np.diff(time) > 0.0)

@@ -37,12 +37,12 @@ def cases() -> list[Judged]:
 
 
 def assert_equal(
-    found: SceneComparison, other: SceneComparison, *, rel: float = 0.0, besides: str = ""
+    result: SceneComparison, other: SceneComparison, *, rel: float = 0.0, besides: str = ""
 ) -> None:
     """All numbers of two comparisons, but for rounding of a relative size."""
-    assert (found.verdict, set(found.channels)) == (other.verdict, set(other.channels))
-    assert found.coverage == pytest.approx(other.coverage, rel=rel, nan_ok=True)
-    for name, channel in found.channels.items():
+    assert (result.verdict, set(result.channels)) == (other.verdict, set(other.channels))
+    assert result.coverage == pytest.approx(other.coverage, rel=rel, nan_ok=True)
+    for name, channel in result.channels.items():
         second = other.channels[name]
         assert channel.verdict == second.verdict, name
         for key in NUMBERS:
@@ -52,24 +52,24 @@ def assert_equal(
 
 def test_exchanging_the_models_changes_the_sign_and_no_number():
     for judged in cases():
-        found = compared(judged)
+        result = compared(judged)
         other = compared(judged._replace(a=judged.b, b=judged.a), labels=MODELS[::-1])
         # Squares and sums of two in the other order.
-        assert_equal(found, other, rel=1e-14)
-        for name, channel in found.channels.items():
+        assert_equal(result, other, rel=1e-14)
+        for name, channel in result.channels.items():
             np.testing.assert_array_equal(channel.difference, -other.channels[name].difference)
-        if found.impacts is None:
+        if result.impacts is None:
             continue
-        assert found.shift is not None
+        assert result.shift is not None
         # The other table is interpolated between its samples.
-        assert other.shift.value == pytest.approx(-found.shift.value, abs=1e-2 * found.shift.uncertainty)
+        assert other.shift.value == pytest.approx(-result.shift.value, abs=1e-2 * result.shift.uncertainty)
         swapped = {"count_a": "count_b", "count_b": "count_a", "precision": "recall", "recall": "precision"}
-        for part, impacts in found.impacts.items():
+        for part, impacts in result.impacts.items():
             for key, value in vars(impacts).items():
                 if key != "pairs":
                     back = getattr(other.impacts[part], swapped.get(key, key))
                     assert back == pytest.approx(value, rel=1e-12, abs=1e-14), key
-        y, back = found.channels["slider_y"].metrics, other.channels["slider_y"].metrics
+        y, back = result.channels["slider_y"].metrics, other.channels["slider_y"].metrics
         magnitude = 1 / (1 + y["sprague_geers_magnitude"]) - 1
         assert back["sprague_geers_magnitude"] == pytest.approx(magnitude, abs=1e-14)
         assert back["sprague_geers_phase"] == pytest.approx(y["sprague_geers_phase"], rel=1e-6, abs=1e-15)
@@ -83,10 +83,10 @@ def test_the_order_of_columns_does_not_matter():
             return replace(table, frame=table.frame[rng.permutation(list(table.frame))])
 
         other = judged._replace(a=each(judged.a, shuffled), b=each(judged.b, shuffled))
-        found, second = compared(judged), compared(other, only=judged.a.base.channels)
-        assert_equal(found, second)
-        assert scene_reason(found) == scene_reason(second)
-        assert str(found.shift) == str(second.shift)  # bit for bit, also where it is nan
+        result, second = compared(judged), compared(other, only=judged.a.base.channels)
+        assert_equal(result, second)
+        assert scene_reason(result) == scene_reason(second)
+        assert str(result.shift) == str(second.shift)  # bit for bit, also where it is nan
 
 
 @pytest.mark.parametrize("offset", [0.25, 64.0, 4096.0])
@@ -101,20 +101,20 @@ def test_the_origin_of_time_does_not_matter(offset):
 
     for judged in cases():
         without = {"scene": None, "period": judged.scene.period}
-        found = compared(judged, **without)
+        result = compared(judged, **without)
         other = compared(judged._replace(a=each(judged.a, late), b=each(judged.b, late)), **without)
-        assert_equal(found, other, rel=1e-7, besides="worst_time")
+        assert_equal(result, other, rel=1e-7, besides="worst_time")
         for name, channel in other.channels.items():
-            expected = pytest.approx(found.channels[name].worst_time + offset, abs=1e-9, nan_ok=True)
+            expected = pytest.approx(result.channels[name].worst_time + offset, abs=1e-9, nan_ok=True)
             assert channel.worst_time == expected
-        if found.shift is not None and not found.shift.reason:
+        if result.shift is not None and not result.shift.reason:
             digits = 4 * np.spacing(offset + 2.0)
             assert other.shift.value == pytest.approx(
-                found.shift.value, abs=1e-3 * found.shift.uncertainty + digits
+                result.shift.value, abs=1e-3 * result.shift.uncertainty + digits
             )
-        assert (found.impacts is None) == (other.impacts is None)
-        if found.impacts is not None:
-            assert other.impacts["all"].recall == found.impacts["all"].recall
+        assert (result.impacts is None) == (other.impacts is None)
+        if result.impacts is not None:
+            assert other.impacts["all"].recall == result.impacts["all"].recall
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e4, 1.7e9])
@@ -174,10 +174,10 @@ def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
         )
         return compare_recorded(a, b, scene=None, labels=("a", "b"), period=0.1)
 
-    found, plain = result(told), result("as it is")
+    computed, plain = result(told), result("as it is")
     assert plain.verdict == ("agree" if size == 1e-6 else "indeterminate")
-    assert found.verdict == plain.verdict
-    channel, other = found.channels["crank_angle"], plain.channels["crank_angle"]
+    assert computed.verdict == plain.verdict
+    channel, other = computed.channels["crank_angle"], plain.channels["crank_angle"]
     # Angles up to 45 rad round at 7e-15, of differences of 1e-6.
     np.testing.assert_allclose(channel.difference, other.difference, rtol=0, atol=5e-14)
     np.testing.assert_allclose(channel.u, other.u, rtol=1e-6)
@@ -216,9 +216,9 @@ def test_units_and_formats_do_not_matter(tmp_path, ending, seed, fault):
         Runs(refinement=runs.refinement, **dict(zip(KINDS, part, strict=True)))
         for part, runs in zip((tables[:5], tables[5:]), judged[2:], strict=True)
     )
-    found, plain = compared(judged._replace(a=a, b=b)), compared(judged)
-    assert found.verdict == plain.verdict
-    for name, channel in found.channels.items():
+    result, plain = compared(judged._replace(a=a, b=b)), compared(judged)
+    assert result.verdict == plain.verdict
+    for name, channel in result.channels.items():
         other = plain.channels[name]
         # Two conversions round each number at 2.2e-16 of its size, the differences of two at twice that, and
         # what u makes of them at six times.
@@ -246,9 +246,9 @@ def every(judged: Judged, n: int) -> Judged:
     return judged._replace(a=each(judged.a, thinned), b=each(judged.b, thinned))
 
 
-def changed(found: SceneComparison, fine: SceneComparison) -> Iterator[tuple[float, float, float]]:
+def changed(result: SceneComparison, fine: SceneComparison) -> Iterator[tuple[float, float, float]]:
     """Change, stated error and size of coverage and RMS of the channels that both samplings excite."""
-    for name, channel in found.channels.items():
+    for name, channel in result.channels.items():
         other = fine.channels[name]
         if "unexcited" in {channel.verdict, other.verdict}:
             continue  # of a corner that touches once no sample may be left
@@ -256,14 +256,16 @@ def changed(found: SceneComparison, fine: SceneComparison) -> Iterator[tuple[flo
         yield abs(channel.rms_difference - other.rms_difference), channel.rms_error, other.rms_difference
 
 
-def lost(found: SceneComparison, other: SceneComparison) -> float:
+def lost(result: SceneComparison, other: SceneComparison) -> float:
     """Share of the channels that only one sampling has a judged sample of: a scene's coverage counts them.
 
     Forces of corners that touch a few times. One that is excited without such a sample covers nothing.
     """
-    having = [{name for name, c in of.channels.items() if c.judged.any()} for of in (found, other)]
-    excited = [{name for name, c in of.channels.items() if c.verdict != "unexcited"} for of in (found, other)]
-    return len((having[0] ^ having[1]) | (excited[0] ^ excited[1])) / len(found.channels)
+    having = [{name for name, c in of.channels.items() if c.judged.any()} for of in (result, other)]
+    excited = [
+        {name for name, c in of.channels.items() if c.verdict != "unexcited"} for of in (result, other)
+    ]
+    return len((having[0] ^ having[1]) | (excited[0] ^ excited[1])) / len(result.channels)
 
 
 def assert_no_flip(
@@ -279,38 +281,40 @@ def assert_no_flip(
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_third_of_the_samples_gives_the_verdict_of_all_and_their_numbers_within_the_stated_error(seed):
     judged = random_scene(seed, FINE)
-    fine, found = compared(judged), compared(every(judged, 3))
-    assert_no_flip(found, fine)
-    assert abs(found.coverage - fine.coverage) <= found.coverage_error + lost(found, fine) + 1e-3
-    pairs = list(changed(found, fine))
+    fine, result = compared(judged), compared(every(judged, 3))
+    assert_no_flip(result, fine)
+    assert abs(result.coverage - fine.coverage) <= result.coverage_error + lost(result, fine) + 1e-3
+    pairs = list(changed(result, fine))
     # Measured on 60 scenes from 6000 samples a cycle to 1000: 86 % of coverages, 87 % of RMS of motion and
     # 79 % of forces; the rest are channels of which coarser samples miss the same contacts.
     assert np.mean([change <= error + 1e-3 * size for change, error, size in pairs]) >= 0.75
-    assert found.shift is not None
+    assert result.shift is not None
     assert fine.shift is not None
-    assert abs(found.shift.value - fine.shift.value) <= found.shift.uncertainty
+    assert abs(result.shift.value - fine.shift.value) <= result.shift.uncertainty
     # From the events, which no sampling thins.
-    assert vars(found.impacts["all"]).pop("pairs").tolist() == vars(fine.impacts["all"]).pop("pairs").tolist()
-    assert str(vars(found.impacts["all"])) == str(vars(fine.impacts["all"]))
+    assert (
+        vars(result.impacts["all"]).pop("pairs").tolist() == vars(fine.impacts["all"]).pop("pairs").tolist()
+    )
+    assert str(vars(result.impacts["all"])) == str(vars(fine.impacts["all"]))
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
     """On every second and every fourth row of the files themselves."""
     judged = random_tables(seed) if seed else random_scene(2)
-    found, half, quarter = (
+    result, half, quarter = (
         compared(every(judged, n), scene=None, period=judged.scene.period) for n in (1, 2, 4)
     )
 
     def error(name: str, key: str) -> float:
-        fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (found, half, quarter))
+        fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (result, half, quarter))
         return 3 * max(abs(two - fine), abs(four - fine) / 2)
 
-    for name, channel in found.channels.items():
+    for name, channel in result.channels.items():
         assert channel.coverage_error == pytest.approx(error(name, "coverage"), rel=1e-12, abs=1e-15)
         assert channel.rms_error == pytest.approx(error(name, "rms_difference"), rel=1e-12, abs=1e-18)
     expected = pytest.approx(error("", "coverage"), rel=1e-12, abs=1e-15, nan_ok=True)
-    assert found.coverage_error == expected
+    assert result.coverage_error == expected
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -331,7 +335,7 @@ def test_a_resampled_table_is_compared_alike(seed, counts):
         return Table(pd.DataFrame({"time": time} | columns))
 
     first, second = table(counts[0], 0.0, 1.0), table(counts[1], late, larger)
-    found = compare(Runs(first), Runs(second), tolerance=1e-2)
+    result = compare(Runs(first), Runs(second), tolerance=1e-2)
     aligned = align(first, second, ["slider_x", "slider_vx", "slider_ax"])
     fine = np.linspace(0, 1, 20_001)
     h = 1 / max(counts)
@@ -339,7 +343,7 @@ def test_a_resampled_table_is_compared_alike(seed, counts):
         most = sum(abs(s) * w ** (order + power) for s, w, _ in waves)
         allowed = (1e-13 if counts[0] == counts[1] else h**power / {4: 384, 2: 8}[power]) * most * 1.01
         exact = wave(aligned.time, order) - larger * wave(aligned.time - late, order)
-        channel = found.channels[name]
+        channel = result.channels[name]
         np.testing.assert_allclose(channel.difference, exact, rtol=0, atol=allowed + 1e-12 * most)
         everywhere = wave(fine, order) - larger * wave(fine - late, order)
         # Sums of five hundred samples or more of waves of whole periods; the ends count twice.

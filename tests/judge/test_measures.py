@@ -59,18 +59,18 @@ def test_interpolation_between_events(seed):
         name: rng.normal(size=40)
         for name in ("slider_x", "slider_vx", "slider_ax", "corner_ll_normal", "corner_ll_gap")
     }
-    found, unknown = resample(time, columns, at, events)
+    result, unknown = resample(time, columns, at, events)
     curve = CubicHermiteSpline(time, columns["slider_x"], columns["slider_vx"])
-    np.testing.assert_allclose(found["slider_x"], curve(at), atol=1e-13)
+    np.testing.assert_allclose(result["slider_x"], curve(at), atol=1e-13)
     for name in ("slider_vx", "corner_ll_gap"):  # continuous
         expected = second_measures.between_events(time, columns[name], at, [])
-        np.testing.assert_allclose(found[name], expected, atol=1e-13)
+        np.testing.assert_allclose(result[name], expected, atol=1e-13)
     own = events[events["corner"] == "ll"]
     for name, of in (("slider_ax", events), ("corner_ll_normal", own)):
         expected = second_measures.between_events(time, columns[name], at, [*of["start"], *of["end"]])
         known = ~unknown.get(name, np.zeros(at.size, bool))
         np.testing.assert_array_equal(known, np.isfinite(expected))
-        np.testing.assert_allclose(found[name][known], expected[known], atol=1e-12)
+        np.testing.assert_allclose(result[name][known], expected[known], atol=1e-12)
 
 
 RATES = {"slider_x": "slider_vx", "slider_y": "slider_vy", "slider_angle": "slider_omega"}
@@ -89,12 +89,12 @@ def test_the_shift_of_random_signals():
                 wave = sum(s * np.sin(w * t + p) for s, w, p in parts)
                 side[position] = wave + noise * rng.normal(size=t.size) + rng.normal()  # whatever its zero
                 side[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
-        found = estimate(time, *sides)
-        shares.append(abs(found.value - late) / found.uncertainty)
+        result = estimate(time, *sides)
+        shares.append(abs(result.value - late) / result.uncertainty)
         if seed < 10:
             other = second_measures.shift_between(time, *sides, RATES, 0.04)
             # A minimum is found to the root of the rounding of what is least: 1e-8 of the step searched.
-            assert found.value == pytest.approx(other, abs=3 * found.uncertainty + 1e-10)
+            assert result.value == pytest.approx(other, abs=3 * result.uncertainty + 1e-10)
     # Of 60 draws of a normal error over two of its deviations: all but 2.7 +- 1.6, a median of 0.34 +- 0.05
     # (of a thousand such draws 0.32 was measured).
     assert np.sum(np.array(shares) <= 1) >= 53

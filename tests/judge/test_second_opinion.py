@@ -27,10 +27,10 @@ ROUNDED = (
 )  # fmt: skip
 
 
-def assert_same(found: SceneComparison, channels: dict[str, SimpleNamespace]) -> None:
-    assert set(found.channels) == set(channels)
+def assert_same(result: SceneComparison, channels: dict[str, SimpleNamespace]) -> None:
+    assert set(result.channels) == set(channels)
     for name, second in channels.items():
-        channel = found.channels[name]
+        channel = result.channels[name]
         for key in EXACT:
             assert getattr(channel, key) == getattr(second, key), (name, key)
         for key in ROUNDED:
@@ -54,12 +54,12 @@ def test_random_tables_are_judged_alike_in_every_branch():
     verdicts: Counter[str] = Counter()
     for seed in range(100):
         judged = random_tables(seed)
-        found, other = compared(judged), second(judged)
-        assert_same(found, other.channels)
-        assert found.verdict == other.verdict, seed
-        assert found.coverage == pytest.approx(other.coverage, rel=1e-12)
-        verdicts[f"scene {found.verdict}"] += 1
-        for channel in found.channels.values():
+        result, other = compared(judged), second(judged)
+        assert_same(result, other.channels)
+        assert result.verdict == other.verdict, seed
+        assert result.coverage == pytest.approx(other.coverage, rel=1e-12)
+        verdicts[f"scene {result.verdict}"] += 1
+        for channel in result.channels.values():
             verdicts[channel.verdict] += 1
             verdicts[f"little {channel.verdict}"] += channel.coverage < channel.limits.coverage
             verdicts["agree with some outside"] += channel.verdict == "agree" and channel.outside > 0
@@ -76,7 +76,7 @@ def test_random_tables_are_judged_alike_by_a_tolerance(share):
         a, b = judged.a.base, judged.b.base
         tolerance = 10 ** np.random.default_rng(seed).uniform(-5, 0)
         pair = (Runs(a), Runs(b))
-        found = compare(*pair, scene=judged.scene, tolerance=tolerance, share=share, only=a.channels)
+        result = compare(*pair, scene=judged.scene, tolerance=tolerance, share=share, only=a.channels)
         other = {}
         for name in a.channels:
             values = a.values(name)
@@ -85,43 +85,43 @@ def test_random_tables_are_judged_alike_by_a_tolerance(share):
             other[name] = second_judge.judge_channel(
                 name, a.time, values, b.values(name), scale, allowed, share
             )
-        assert_same(found, other)
-        verdicts += Counter(channel.verdict for channel in found.channels.values())
+        assert_same(result, other)
+        verdicts += Counter(channel.verdict for channel in result.channels.values())
     assert min(verdicts["agree"], verdicts["differ"]) >= 20
 
 
 @pytest.mark.parametrize(("seed", "fault"), CASES)
 def test_random_scenes_are_judged_alike(seed, fault):
     judged = random_scene(seed, fault=fault)
-    found, other = compared(judged), second(judged)
-    assert_same(found, other.channels)
-    assert (found.verdict, found.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
-    assert (found.verdict == "differ") == bool(fault)
+    result, other = compared(judged), second(judged)
+    assert_same(result, other.channels)
+    assert (result.verdict, result.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
+    assert (result.verdict == "differ") == bool(fault)
 
 
 # Impacts
 
 
-def assert_same_impacts(found, expected) -> None:
-    assert [tuple(pair) for pair in found.pairs] == expected.pop("pairs")
+def assert_same_impacts(result, expected) -> None:
+    assert [tuple(pair) for pair in result.pairs] == expected.pop("pairs")
     for name, value in expected.items():
         # Sums of hundreds of terms.
-        assert getattr(found, name) == pytest.approx(value, rel=1e-12, abs=1e-14, nan_ok=True), name
+        assert getattr(result, name) == pytest.approx(value, rel=1e-12, abs=1e-14, nan_ok=True), name
 
 
 @pytest.mark.parametrize(("seed", "fault"), CASES)
 def test_the_impacts_of_random_scenes_are_compared_alike(seed, fault):
     judged = random_scene(seed, fault=fault)
-    found = compared(judged)
-    assert found.impacts is not None
-    a, b = found.events
-    window, time = WINDOW * judged.scene.period, found.time
+    result = compared(judged)
+    assert result.impacts is not None
+    a, b = result.events
+    window, time = WINDOW * judged.scene.period, result.time
     assert WINDOW == 1 / 5000
-    masks = {place: found.channels[f"corner_{place}_gap"].predictable for place in ("ll", "lr", "ul", "ur")}
+    masks = {place: result.channels[f"corner_{place}_gap"].predictable for place in ("ll", "lr", "ul", "ur")}
     within = [second_judge.begins_in(events, time, masks) for events in (a, b)]
     for part, of in (("all", (None, None)), ("predictable", within)):
-        assert len(found.impacts[part].pairs) >= 5
-        assert_same_impacts(found.impacts[part], second_judge.impacts(a, b, window, *of))
+        assert len(result.impacts[part].pairs) >= 5
+        assert_same_impacts(result.impacts[part], second_judge.impacts(a, b, window, *of))
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -157,12 +157,12 @@ def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
     b = a - 10 * digit
     b[:beyond] -= digit
     u = np.where(np.arange(200) < predictable, digit, 1.0)
-    found = compare_channel(
+    result = compare_channel(
         channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), tolerance=None, limits=thresholds()
     )
-    assert (found.verdict, found.coverage, found.outside) == (verdict, predictable / 200, beyond)
-    assert found.worst_threshold == 10 * digit
-    assert scene_verdict({"slider_ax": found}, thresholds().coverage) == verdict
+    assert (result.verdict, result.coverage, result.outside) == (verdict, predictable / 200, beyond)
+    assert result.worst_threshold == 10 * digit
+    assert scene_verdict({"slider_ax": result}, thresholds().coverage) == verdict
     by_tolerance = compare_channel(
         channels()["slider_ax"],
         time,

@@ -65,9 +65,9 @@ def test_forces_of_the_corners_agree(law) -> None:
             own = press.corner(state, number)
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
-        found = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
-        np.testing.assert_allclose(found[:2], force[:2], rtol=0, atol=bound)
-        assert abs(found[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
+        computed = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
+        np.testing.assert_allclose(computed[:2], force[:2], rtol=0, atol=bound)
+        assert abs(computed[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
         if not state.speeds.any():
             assert not force.any()
         regimes |= {friction_regime(press.numbers, s) for s in contacts[SLIP, state.speeds.nonzero()].ravel()}
@@ -115,7 +115,7 @@ def test_forces_of_a_side_agree(impact_speed) -> None:
         modes[REGIME, first] = friction_regime(press.numbers, slip)
         pulls = impact_speed == "frozen" and 1.0 - c.C * rate / speed < 0.0
         modes[CLIPPED, first] = float(pulls)
-        found, _ = slider_forces(press.reference, state.slider, modes)
+        computed, _ = slider_forces(press.reference, state.slider, modes)
         # K_s is the slope of the force by either depth, at most. Gaps round as above, slips on their ramp;
         # the shares, of slope 1 / (|d1| + |d2|), weigh the rates of two corners that may be 10 m/s apart.
         apart, elastic = (
@@ -128,8 +128,8 @@ def test_forces_of_a_side_agree(impact_speed) -> None:
         bound = 1e-15 * (damping * c.Ks + elastic * c.C / speeds * (apart + 4.0))
         bound += elastic * damping * (1e-12 + 4e-15 / (c.v1 - c.v0))
         other = np.array(slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, memory))
-        np.testing.assert_allclose(other[:2], found[:2], rtol=0, atol=bound)
-        assert abs(other[2] - found[2]) <= 0.05 * bound
+        np.testing.assert_allclose(other[:2], computed[:2], rtol=0, atol=bound)
+        assert abs(other[2] - computed[2]) <= 0.05 * bound
         regimes.add(int(modes[REGIME, first]))
         clipped += pulls
         partial += min(d1, d2) < 0.0
@@ -170,11 +170,11 @@ def test_forces_of_the_journal_agree() -> None:
         rate = rng.normal(0.0, 0.1)
         along = slip + w2 * c.bearing_radius - c.omega * (c.bearing_radius - abs(tip - bearing))
         velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
-        found = Bearing(press.reference, time, complex(bearing), complex(velocity), w2)
+        computed = Bearing(press.reference, time, complex(bearing), complex(velocity), w2)
         speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
-        modes, pulls = np.zeros((4, 5)), 1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0
-        modes[:, JOURNAL] = speed, friction_regime(c, found.slip), pulls, depth > 0.0
-        G, normal_force = found.force(modes)
+        modes, pulls = np.zeros((4, 5)), 1.0 - c.C * computed.rate / max(speed, 1e-9) < 0.0
+        modes[:, JOURNAL] = speed, friction_regime(c, computed.slip), pulls, depth > 0.0
+        G, normal_force = computed.force(modes)
         crank, arm2 = c.Ls1 * np.exp(1j * theta1), c.Ls2 * np.exp(1j * theta2)
         rod2, vrod2, vcrank = bearing + arm2, velocity + 1j * w2 * arm2, 1j * c.omega * crank
         q1, q2 = (crank.real, crank.imag, theta1), (rod2.real, rod2.imag, theta2)
@@ -184,15 +184,15 @@ def test_forces_of_the_journal_agree() -> None:
         gap, gap_rate, material_slip, *_ = own_motion
         # Differences of coordinates below 0.2 m; of velocities of some m/s over a distance of 2e-4 m, whose
         # direction is rounded at 1e-16 / 2e-4.
-        assert abs(gap - found.gap) <= 1e-15
+        assert abs(gap - computed.gap) <= 1e-15
         direction = 1e-15 / c.pin_clearance
-        assert abs(gap_rate - found.rate) <= direction * 3.0
-        assert abs(material_slip - found.slip) <= direction * 3.0
+        assert abs(gap_rate - computed.rate) <= direction * 3.0
+        assert abs(material_slip - computed.slip) <= direction * 3.0
         memory = new_contacts(1)[0]
         memory[IMPACT_SPEED] = speed
         memory[columns.REGIME] = slip_regime.py_func(material_slip, law)
         force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, law, memory))
-        damping = max(1.0, 1.0 - c.C * found.rate / speed) if speed else 1.0
+        damping = max(1.0, 1.0 - c.C * computed.rate / speed) if speed else 1.0
         size = abs(G)
         slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping
         bound = slope * 1e-15 + size * (1e-12 + direction + direction * 3.0 / (c.v1 - c.v0))
@@ -200,11 +200,11 @@ def test_forces_of_the_journal_agree() -> None:
         np.testing.assert_allclose(force[:2], -force[3:5], rtol=0, atol=0)
         # Both act in one point of the bearing's surface: moments about the bodies' centres.
         for moment, centre, sign in ((force[2], crank, -1.0), (force[5], rod2, 1.0)):
-            arm = found.point - centre
+            arm = computed.point - centre
             assert abs(moment - sign * (arm.conjugate() * G).imag) <= abs(arm) * bound + size * 1e-15
         if depth > 0.0:
             closed += 1
-            regimes.add(friction_regime(c, found.slip))
+            regimes.add(friction_regime(c, computed.slip))
             clipped += normal_force == 0.0
     assert closed == 270
     assert regimes == {-2, -1, 0, 1, 2}

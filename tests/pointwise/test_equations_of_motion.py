@@ -64,10 +64,10 @@ def balanced(press, q, v, loads):
     """Slider's accelerations by the Exudyn model's own balance, with loads on the bodies (15,)."""
     system = as_lists(press.exudyn, InitialState(q.reshape(5, 3), v.reshape(5, 3)))
     q = (q - system.reference)[:, None]
-    found = balance.constraints(system, np.zeros(1), q, v[:, None])
+    computed = balance.constraints(system, np.zeros(1), q, v[:, None])
     force = np.array(loads, dtype=float)
     force[1::3] -= system.gravity * system.masses[1::3]
-    return balance.accelerations(system, found, force[:, None])[0][12:, 0]
+    return balance.accelerations(system, computed, force[:, None])[0][12:, 0]
 
 
 def rows_of(press, state):
@@ -131,7 +131,7 @@ def test_accelerations_agree(law) -> None:
         contacts, few = by_reference(press, state, "slider", minimal_head(state))
         force = contact_force(press, state, contacts)
         touched += force.any()
-        found = {
+        computed = {
             "multiplier": by_reference(press, state, "multiplier", [*state.q, *state.v])[1][4, 6:],
             "balance": balanced(press, state.q, state.v, [*np.zeros(12), *force]),
             "five bodies": saddle_point(press, state)[12:15],
@@ -140,7 +140,7 @@ def test_accelerations_agree(law) -> None:
         bound = press.force_bound(state)
         scale = np.abs(few[4, 6:8]).max() + 50.0  # of C, 50 m/s^2 and more
         turning = arm * 1.3 * bound / inertia + 1e-11 * (abs(few[4, 8]) + scale / arm)
-        for name, value in found.items():
+        for name, value in computed.items():
             error = np.abs(np.asarray(value) - few[4, 6:])
             assert error[:2].max() <= bound / 0.0195 + 1e-11 * scale, name
             assert error[2] <= turning, name
@@ -214,9 +214,9 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
         arm = (pin[2] - bodies[1, 0], pin[3] - bodies[1, 1])
         moment = arm[0] * pin[1] - arm[1] * pin[0]
         q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
-        found = balanced(press, q, v, [0.0, 0.0, 0.0, pin[0], pin[1], moment, *np.zeros(9)])
+        computed = balanced(press, q, v, [0.0, 0.0, 0.0, pin[0], pin[1], moment, *np.zeros(9)])
         scale = np.abs(bodies[:, 6:8]).max() + 50.0
-        assert np.abs(np.array(found[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
-        assert abs(found[2]) <= 1e-11 * scale / 0.04  # of rounding
+        assert np.abs(np.array(computed[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
+        assert abs(computed[2]) <= 1e-11 * scale / 0.04  # of rounding
         assert bodies[4, 8] == 0.0
     assert pressed >= 30

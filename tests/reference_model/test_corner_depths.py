@@ -47,15 +47,15 @@ def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_see
     whole, followed = simulate(scene.data), steps.check(scene, 1e-11, 10**6)
     assert depths.STATUS[followed.status] == depths.FINISHED
     assert followed.steps == pytest.approx(whole.provenance["counters"]["steps"], rel=0.05)
-    assert followed.found[steps.CLOSED, steps.VIOLATIONS] == 0
+    assert followed.depths[steps.CLOSED, steps.VIOLATIONS] == 0
     assert whole.events["start"].size > 0
     closed = int((followed.run.modes[MEMORY : MEMORY + CONTACTS] > 0.0).sum())
     assert int((whole.events["end"] >= whole.columns["time"][-1]).sum()) == closed
     # Judged by a guide, or a bearing, that is narrower than the one of the run by a micrometre.
     clearance = scene.data["clearance"]
     narrow = {f"clearance.{joint}": clearance[joint] - 1e-6 for joint in ("slider", "crank_pin")}
-    found = steps.check(scene, 1e-11, 10**6, judged=load_scene("paper", values | narrow)).found
-    seen = found[[steps.OUTSIDE, steps.TOUCHING]]
+    computed = steps.check(scene, 1e-11, 10**6, judged=load_scene("paper", values | narrow)).depths
+    seen = computed[[steps.OUTSIDE, steps.TOUCHING]]
     assert seen[:, steps.VIOLATIONS].sum() > 0
     assert seen[:, steps.WORST].max() == pytest.approx(1e-6, abs=1e-9)
 
@@ -65,8 +65,8 @@ def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_see
     [([], [], []), ([1.0], [2.0], [1, 2]), ([1.0, 3.0], [1.5, 4.0], [1, 3, 4])],
 )
 def test_samples_within_a_contact(starts, ends, expected) -> None:
-    found = depths.closed(np.arange(5.0), np.array(starts), np.array(ends))
-    assert np.flatnonzero(found).tolist() == expected
+    computed = depths.closed(np.arange(5.0), np.array(starts), np.array(ends))
+    assert np.flatnonzero(computed).tolist() == expected
 
 
 @pytest.mark.slow
@@ -80,4 +80,4 @@ def test_samples_within_a_contact(starts, ends, expected) -> None:
     ids=["grazing", "random", "scipy"],
 )
 def test_no_contact_is_missed(draws, judge) -> None:
-    assert {draw.number: found for draw in draws if (found := judge(draw)).too_deep} == {}
+    assert {draw.number: computed for draw in draws if (computed := judge(draw)).too_deep} == {}

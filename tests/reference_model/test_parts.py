@@ -59,9 +59,9 @@ def stepped(model, law, t, h, modes, nodes, f):
 
 
 @kernel
-def turned(angles, found):
+def turned(angles, computed):
     for i in range(angles.size):
-        found[0, i], found[1, i] = cos_sin(angles[i])
+        computed[0, i], computed[1, i] = cos_sin(angles[i])
 
 
 @kernel
@@ -78,13 +78,13 @@ def law_of(scene, **contact):
 def test_forces_are_the_slope_of_the_potential(scene, name, d1, d2) -> None:
     """Central differences of 1e-10 m: (1e-10 / 1e-6)^2 of the third derivative, rounding of U over 1e-10."""
     law, both, h = law_of(scene, law=name), d1 > 0.0 and d2 > 0.0, 1e-10
-    *found, energy = forces(law, d1, d2, both)
+    *computed, energy = forces(law, d1, d2, both)
     slopes = [
         (forces(law, d1 + a, d2 + b, both)[2] - forces(law, d1 - a, d2 - b, both)[2]) / (2.0 * h)
         for a, b in ((h, 0.0), (0.0, h))
     ]
     assert energy > 0.0
-    np.testing.assert_allclose(found, slopes, rtol=1e-6, atol=1e-6 * max(found))
+    np.testing.assert_allclose(computed, slopes, rtol=1e-6, atol=1e-6 * max(computed))
 
 
 @pytest.mark.parametrize(("d1", "d2"), [(3e-6, 1e-6), (2e-6, -5e-6), (-1e-4, 4e-7), (1e-7, -1e-7)])
@@ -96,8 +96,8 @@ def test_forces_of_a_foundation_are_those_of_the_pressure(scene, d1, d2) -> None
         quad(lambda x, n=n: x**n * law.Ks * max(0.0, d1 + (d2 - d1) * x), 0, 1, points=edge, epsrel=1e-12)[0]
         for n in (0, 1)
     ]
-    found = forces(law, d1, d2, True)[:2]
-    assert found == pytest.approx((moments[0] - moments[1], moments[1]), rel=1e-10)
+    computed = forces(law, d1, d2, True)[:2]
+    assert computed == pytest.approx((moments[0] - moments[1], moments[1]), rel=1e-10)
     touching = [np.array(forces(law, max(d1, d2), depth, True)) for depth in (-1e-13, 1e-13)]
     assert np.abs(touching[1] - touching[0]).max() <= law.Ks * 1e-13
 
@@ -140,9 +140,9 @@ def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, sc
     def gap(x):
         return scale * np.sin(frequency * (root - x)) * (1.0 + x)
 
-    found = gap(NODES)
-    assume(classified(found, False) == CROSSES)  # else not resolved by nine points, or too flat
-    assert abs(gap(crossed(found))) <= 2.0 * RESOLUTION
+    computed = gap(NODES)
+    assume(classified(computed, False) == CROSSES)  # else not resolved by nine points, or too flat
+    assert abs(gap(crossed(computed))) <= 2.0 * RESOLUTION
 
 
 def test_coefficients_are_scipys_to_the_last_bit() -> None:
@@ -170,11 +170,11 @@ def test_order_on_a_stretch_without_contacts(scene) -> None:
 
     def flight(steps):
         nodes, h = dop853.new_nodes(start(p, model)), 0.2 / steps
-        f, found = np.empty((7, nodes.y.shape[1])), np.empty((2, steps, 4))
+        f, computed = np.empty((7, nodes.y.shape[1])), np.empty((2, steps, 4))
         for i in range(steps):
             stepped(model, p.law, i * h, h, np.zeros(MODES), nodes, f)
-            nodes.y[START], found[:, i] = nodes.y[END], nodes.y[[END, dop853.POINT], :4]
-        return found
+            nodes.y[START], computed[:, i] = nodes.y[END], nodes.y[[END, dop853.POINT], :4]
+        return computed
 
     exact = flight(400)[0]
 
@@ -188,9 +188,9 @@ def test_order_on_a_stretch_without_contacts(scene) -> None:
 
 
 def at_all(angles):
-    found = np.empty((2, angles.size))
-    turned(angles, found)
-    return found
+    computed = np.empty((2, angles.size))
+    turned(angles, computed)
+    return computed
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="numpy has no longer floats here")
@@ -218,10 +218,10 @@ def test_a_definite_system_is_solved_within_its_rounding() -> None:
     for _ in range(50):
         factor, expected = rng.normal(size=(13, 13)), rng.normal(size=13)
         matrix = factor @ factor.T
-        found = matrix @ expected
-        solved(matrix.copy(), found)
-        error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
+        computed = matrix @ expected
+        solved(matrix.copy(), computed)
+        error = np.linalg.norm(computed - expected) / np.linalg.norm(expected)
         assert error <= 13**2 * EPS * np.linalg.cond(matrix)
-    found = np.ones(2)
-    solved(np.array([[4.0, 4.0], [4.0, 4.0]]), found)  # dependent rows: the last pivot is exactly zero
-    assert not np.isfinite(found).any()
+    computed = np.ones(2)
+    solved(np.array([[4.0, 4.0], [4.0, 4.0]]), computed)  # dependent rows: the last pivot is exactly zero
+    assert not np.isfinite(computed).any()

@@ -162,13 +162,13 @@ def test_peaks_and_impulses_of_the_event_table_are_those_between_the_steps(
 def test_other_formulations_and_solvers_find_a_foundation_s_run(run, other) -> None:
     """Over the first contacts; the solvers' own errors, 1e-10 m, are not yet magnified much."""
     short = FOUNDATION | {"drive.cycles": 0.05, TOLERANCE: 1e-10}
-    usual, found = run(short), run(short, other)
-    np.testing.assert_allclose(found.columns["slider_x"], usual.columns["slider_x"], rtol=0, atol=1e-8)
-    assert found.events["corner"].tolist() == usual.events["corner"].tolist()
+    usual, computed = run(short), run(short, other)
+    np.testing.assert_allclose(computed.columns["slider_x"], usual.columns["slider_x"], rtol=0, atol=1e-8)
+    assert computed.events["corner"].tolist() == usual.events["corner"].tolist()
     for what in ("start", "end"):
-        np.testing.assert_allclose(found.events[what], usual.events[what], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(computed.events[what], usual.events[what], rtol=0, atol=1e-6)
     for what in ("normal_speed", "impulse", "peak_force", "largest_depth"):
-        np.testing.assert_allclose(found.events[what], usual.events[what], rtol=1e-2)
+        np.testing.assert_allclose(computed.events[what], usual.events[what], rtol=1e-2)
 
 
 def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run) -> None:

@@ -149,10 +149,10 @@ def shown_peak(frame: pd.DataFrame, name: str, where: str) -> dict[str, str]:
     line = {"largest error": f"{name}, {where}", "published": quantity(abs(printed.value), printed.unit, 4)}
     for model in MODELS:
         case = pd.MultiIndex.from_tuples([(RADIUS, SHOWN, model, name, where)])
-        found = frame.reindex(case).iloc[0]
-        low, middle, high = (quantity(found[part], printed.unit, 4) for part in ("min", "median", "max"))
-        line[model] = f"{middle} ({low} … {high})" if found["count"] > 1 else middle
-        line[f"{model} / published"] = number(found["ratio"])
+        statistics = frame.reindex(case).iloc[0]
+        low, middle, high = (quantity(statistics[part], printed.unit, 4) for part in ("min", "median", "max"))
+        line[model] = f"{middle} ({low} … {high})" if statistics["count"] > 1 else middle
+        line[f"{model} / published"] = number(statistics["ratio"])
     return line
 
 
@@ -160,14 +160,16 @@ def draw(peaks: pd.DataFrame, folder: Path) -> None:
     """Draw the peaks over the modulus; write all ensembles as a table."""
     frame = cases(peaks)
     frame.to_csv(folder / "peaks.csv", float_format="%.6g")
-    found = over_modulus(frame, "acceleration")
-    moduli = found.index.to_numpy(float) / 1e9
+    statistics = over_modulus(frame, "acceleration")
+    moduli = statistics.index.to_numpy(float) / 1e9
     with svg.panels(folder / "stiffness.svg") as (axes,):
         axes.set(xscale="log", yscale="log", xlabel="Young's modulus (GPa)")
         axes.set_ylabel("peak of the acceleration's\nerror (m/s²)")
-        axes.vlines(moduli, found["min"], found["max"], color=svg.FIRST, lw=0.9)
-        axes.plot(moduli, found["median"], "o-", ms=4, color=svg.FIRST, label="reference: median and range")
-        slope = found["median"].iloc[0] * (moduli / moduli[0]) ** 0.4
+        axes.vlines(moduli, statistics["min"], statistics["max"], color=svg.FIRST, lw=0.9)
+        axes.plot(
+            moduli, statistics["median"], "o-", ms=4, color=svg.FIRST, label="reference: median and range"
+        )
+        slope = statistics["median"].iloc[0] * (moduli / moduli[0]) ** 0.4
         axes.plot(moduli, slope, color=svg.LIMIT, dashes=(1, 2), label="modulus to the power 0.4")
         size = abs(PRINTED["acceleration"].value)
         axes.axhline(size, color=svg.OUTSIDE, lw=1.2, dashes=(3.5, 1.8), label="published")

@@ -133,7 +133,10 @@ class Limit:
         taken, variable = frame.query(data.get("asymptotic", _ALL)), data["variable"]
         rows = [
             {"case": key, "quantity": name, "expected": order if key in data["known"] else nan}
-            | {model: rate(of[variable].tolist(), of[name].tolist()) for model, of in group.groupby("model")}
+            | {
+                model: rate(runs[variable].tolist(), runs[name].tolist())
+                for model, runs in group.groupby("model")
+            }
             for key, group in taken.groupby(data["by"], sort=False)
             for name, order in data["orders"].items()
         ]

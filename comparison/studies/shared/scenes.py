@@ -13,10 +13,10 @@ from comparison.scene.schema import MATERIALS, PARTNERS
 
 def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     """Return the values of a nested mapping by their dotted keys."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for key, value in data.items():
-        found |= leaves(value, f"{above}{key}.") if isinstance(value, dict) else {f"{above}{key}": value}
-    return found
+        result |= leaves(value, f"{above}{key}.") if isinstance(value, dict) else {f"{above}{key}": value}
+    return result
 
 
 def settable(data: Mapping[str, Any]) -> dict[str, Any]:

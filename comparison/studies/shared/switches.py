@@ -40,20 +40,20 @@ def switches(events: pd.DataFrame) -> pd.DataFrame:
     return frame.sort_values("time", kind="stable", ignore_index=True)
 
 
-def created(found: pd.DataFrame, table: Table) -> Array:
+def created(changes: pd.DataFrame, table: Table) -> Array:
     """Return the energy that each of `switches` created, J: minus the jump of the residual across it.
 
     Raises ValueError if two switches lie between the same two samples: their jumps cannot be separated.
     """
-    after = np.searchsorted(table.time, found["time"])
+    after = np.searchsorted(table.time, changes["time"])
     if np.unique(after).size < after.size:
-        closest, apart = np.diff(found["time"]).min(), table.time[1]
+        closest, apart = np.diff(changes["time"]).min(), table.time[1]
         raise ValueError(f"samples {apart:.2g} s apart do not separate switches {closest:.2g} s apart")
     residual = table.values("energy_residual")
     return np.asarray(residual[after - 1] - residual[after])
 
 
-def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
+def depths(changes: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
     """Return the depth (m) of the touching corner at each switch, shape (n,).
 
     The parabola through the three samples on the side of the switch where that corner touches alone: there
@@ -62,9 +62,9 @@ def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
     angle, x = table.values("slider_angle"), table.values("slider_x")
     slider, guide = scene["mechanism"]["slider"], scene["mechanism"]["guide_x"]
     half = slider["width"] / 2
-    after = np.searchsorted(table.time, found["time"])
-    result = np.empty(len(found))
-    for n, (time, to_surface, corner) in enumerate(found.itertuples(index=False, name=None)):
+    after = np.searchsorted(table.time, changes["time"])
+    result = np.empty(len(changes))
+    for n, (time, to_surface, corner) in enumerate(changes.itertuples(index=False, name=None)):
         first = max(0, after[n] - 3) if to_surface else min(after[n], angle.size - 3)
         part = slice(first, first + 3)
         right, up = (1.0 if corner[1] == "r" else -1.0), (1.0 if corner[0] == "u" else -1.0)

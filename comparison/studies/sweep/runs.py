@@ -65,8 +65,8 @@ def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float
         return float(run.extrema[part][what])
     if what in OF_CHANNELS:
         values = run.values(part)
-        found = {"min": values.min(), "max": values.max(), "end": values[-1], "rms": rms(run.time, values)}
-        return float(found[what])
+        summary = {"min": values.min(), "max": values.max(), "end": values[-1], "rms": rms(run.time, values)}
+        return float(summary[what])
     if what == "steps":
         steps = run.provenance.get("counters", {}).get("steps")
         return None if steps is None else float(steps)

@@ -101,7 +101,7 @@ def measure(task: Timed, progress: Progress) -> Row:
             times.append(time.process_time() - before)
             if times[0] > LONG:
                 break
-        found = errors(table, task.exact) if task.exact else {}
+        errors_by_quantity = errors(table, task.exact) if task.exact else {}
     except (RunError, SceneError, TableError) as error:
         return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
     counters = table.provenance["counters"]
@@ -109,7 +109,7 @@ def measure(task: Timed, progress: Progress) -> Row:
         "seconds": min(times),
         "evaluations": counters.get("rhs", counters.get("newton_iterations")),
         "contacts": 0 if table.events is None else len(table.events),
-        "errors": found,
+        "errors": errors_by_quantity,
     }
 
 

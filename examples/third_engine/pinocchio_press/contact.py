@@ -65,13 +65,13 @@ class Guide:
 
     def locate(self, centre: complex, velocity: complex, angle: float, rate: float) -> list[Corner]:
         """Return the corners at a state of the slider."""
-        found = []
+        result = []
         for place, sign in zip(self.corners, self.normals, strict=True):
             arm = place * exp(1j * angle)
             gap = sign * (centre.real + arm.real - self.x) + self.half_width
             depth_rate, slip = -sign * (velocity.real - rate * arm.imag), velocity.imag + rate * arm.real
-            found.append(Corner(arm, gap, depth_rate, slip))
-        return found
+            result.append(Corner(arm, gap, depth_rate, slip))
+        return result
 
     def point(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> Point:
         """Return where the force of a closed contact acts."""

@@ -91,6 +91,6 @@ def _first_switch(system: System, dense: Dense, times: list[float]) -> tuple[flo
                 at = brentq(value, left, until, args=(which,), xtol=TINY) if low > 0.0 else left
                 passed.append((at, which))
         if passed:
-            return min(passed, key=lambda found: found[0])
+            return min(passed, key=lambda root: root[0])
         before = after
     return None

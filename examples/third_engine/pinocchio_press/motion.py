@@ -99,30 +99,30 @@ class Motion:
         """Right-hand side of the differential equations."""
         now = self.at(t, y)
         balance = self.press.balance(now.angles, now.rates, now.load)
-        found = np.zeros(FREE + INTEGRALS)
+        result = np.zeros(FREE + INTEGRALS)
         if not self.ideal:
             # From the rates of the joints' angles back to those of rod 4 and slider.
             rod4 = balance.joint_rates[2] + balance.joint_rates[3]
-            found[:FREE] = y[2], y[3], rod4, balance.slider[2]
-        found[DRIVE] = balance.torque * self.linkage.omega
+            result[:FREE] = y[2], y[3], rod4, balance.slider[2]
+        result[DRIVE] = balance.torque * self.linkage.omega
         for c, point in now.points.items():
             force = now.contacts[c]
-            found[DAMPING] += (force.normal - point.elastic) * point.depth_rate
-            found[FRICTION] -= force.friction * point.slip
-            found[IMPULSE + c] = force.normal
-        return found
+            result[DAMPING] += (force.normal - point.elastic) * point.depth_rate
+            result[FRICTION] -= force.friction * point.slip
+            result[IMPULSE + c] = force.normal
+        return result
 
     def surfaces(self, t: float, y: Vector) -> dict[tuple[str, int], tuple[float, float]]:
         """Return what is positive until the next switch, with its rate (nan where that is not needed)."""
-        found: dict[tuple[str, int], tuple[float, float]] = {}
+        result: dict[tuple[str, int], tuple[float, float]] = {}
         corners = [] if self.ideal else self.locate(t, y)
         for k, corner in enumerate(corners):
             sign = -1.0 if self.inside[k] else 1.0
-            found["gap", k] = sign * corner.gap, -sign * corner.depth_rate
+            result["gap", k] = sign * corner.gap, -sign * corner.depth_rate
         for c in (c for c, speed in enumerate(self.impact_speeds) if speed):
             for kink, value in self._kinks(c, corners).items():
-                found[kink, c] = self.sides[kink, c] * value, np.nan
-        return found
+                result[kink, c] = self.sides[kink, c] * value, np.nan
+        return result
 
     def switch(self, surface: tuple[str, int], t: float, y: Vector) -> None:
         """Pass a surface: a corner goes in or comes out, or a contact's force passes a kink."""

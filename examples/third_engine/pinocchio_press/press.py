@@ -113,10 +113,10 @@ class Press:
             turned = self.data.oMi[joint].rotation.T @ [*force, 0.0]
             outside[joint] = place.act(pin.Force(turned, np.array([0.0, 0.0, moment])))
         pin.rnea(self.model, self.data, q, v, at.joint_rates, outside)
-        found = {
+        result = {
             joint: (self.data.oMi[i].rotation @ self.data.f[i].linear)[:2] for joint, i in self.ids.items()
         }
-        return found | {"B": at.on_rocker}
+        return result | {"B": at.on_rocker}
 
     def energies(self, angles: Vector, rates: Vector) -> tuple[float, float]:
         """Return kinetic and potential energy, J."""

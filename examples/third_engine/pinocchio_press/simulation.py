@@ -139,30 +139,30 @@ class Recording:
     def sample(self, t: float, y: Vector) -> None:
         """Record the channels at a time."""
         now, press = self.motion.at(t, y), self.motion.press
-        found = {"time": t, "slider_x": now.centre.real, "slider_y": now.centre.imag}
-        found |= {"slider_angle": now.angles[4], "slider_omega": now.rates[4]}
-        found |= {"slider_vx": now.velocity.real, "slider_vy": now.velocity.imag}
+        result = {"time": t, "slider_x": now.centre.real, "slider_y": now.centre.imag}
+        result |= {"slider_angle": now.angles[4], "slider_omega": now.rates[4]}
+        result |= {"slider_vx": now.velocity.real, "slider_vy": now.velocity.imag}
         balance = press.balance(now.angles, now.rates, now.load)
         if "accelerations" in self.groups:
-            found |= zip(("slider_ax", "slider_ay", "slider_alpha"), balance.slider, strict=True)
+            result |= zip(("slider_ax", "slider_ay", "slider_alpha"), balance.slider, strict=True)
         if "corners" in self.groups and not self.motion.ideal:
             for name, corner, force in zip(CORNERS, now.corners, now.forces, strict=True):
-                found |= {f"corner_{name}_gap": corner.gap, f"corner_{name}_normal": force.normal}
-                found[f"corner_{name}_friction"] = force.friction
+                result |= {f"corner_{name}_gap": corner.gap, f"corner_{name}_normal": force.normal}
+                result[f"corner_{name}_friction"] = force.friction
         if "joints" in self.groups:
             reactions = press.reactions(now.angles, now.rates, now.load, balance)
             for joint, (fx, fy) in reactions.items():
-                found |= {f"reaction_{joint}_x": fx, f"reaction_{joint}_y": fy}
-            found["crank_torque"] = balance.torque
+                result |= {f"reaction_{joint}_x": fx, f"reaction_{joint}_y": fy}
+            result["crank_torque"] = balance.torque
             if self.motion.ideal:
-                found["guide_force"], found["guide_moment"] = balance.guide
+                result["guide_force"], result["guide_moment"] = balance.guide
         if "energy" in self.groups:
             kinetic, stored, potential = self.energies(now)
             gravity, gained = self.at_start[2] - potential, kinetic + stored - sum(self.at_start[:2])
-            found |= {"energy_kinetic": kinetic, "energy_contact": stored, "energy_gravity": gravity}
-            found |= {"energy_drive": y[DRIVE], "energy_damping": y[DAMPING], "energy_friction": y[FRICTION]}
-            found["energy_residual"] = y[DRIVE] + gravity - gained - y[DAMPING] - y[FRICTION]
-        for name, value in found.items():
+            result |= {"energy_kinetic": kinetic, "energy_contact": stored, "energy_gravity": gravity}
+            result |= {"energy_drive": y[DRIVE], "energy_damping": y[DAMPING], "energy_friction": y[FRICTION]}
+            result["energy_residual"] = y[DRIVE] + gravity - gained - y[DAMPING] - y[FRICTION]
+        for name, value in result.items():
             self.columns.setdefault(name, []).append(float(value))
         self.samples += 1
 

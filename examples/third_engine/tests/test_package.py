@@ -59,9 +59,9 @@ def test_a_run_of_too_many_steps_is_a_status_with_what_it_has(monkeypatch):
 def test_ideal_press_of_three_models_on_one_page():
     models = "reference,exudyn,pinocchio"
     main(["validate", str(SCENES / "ideal.toml"), "--models", models, "--out", "all"])
-    (found,) = json.loads(Path("all/summary.json").read_text("utf-8"))["scenes"]
-    assert found["verdicts"]["reference and pinocchio"] == "agree"
+    (result,) = json.loads(Path("all/summary.json").read_text("utf-8"))["scenes"]
+    assert result["verdicts"]["reference and pinocchio"] == "agree"
     # Measured: two of Exudyn's joint forces are 1.6 times their threshold away from both others: their own
     # uncertainty is too small by as much. Whatever becomes of that, no other model may be the outlier.
-    assert found["outlier"] in ("exudyn", "")
-    assert found["sentence"] in Path("all/report.html").read_text("utf-8")
+    assert result["outlier"] in ("exudyn", "")
+    assert result["sentence"] in Path("all/report.html").read_text("utf-8")

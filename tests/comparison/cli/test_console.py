@@ -114,15 +114,15 @@ def lines(capsys, reports) -> list[str]:
 
 def test_progress_in_a_log_is_few_lines(capsys):
     # Half a percent a second: a line for every tenth.
-    found = lines(capsys, [(1.0, (step + 1) / 200, "") for step in range(200)])
-    assert found[0] == "sixbar: campaign: 10%, about 3 min left"
-    assert found[-1] == "sixbar: campaign: 90%, less than a minute left"
-    assert len(found) == 9
+    result = lines(capsys, [(1.0, (step + 1) / 200, "") for step in range(200)])
+    assert result[0] == "sixbar: campaign: 10%, about 3 min left"
+    assert result[-1] == "sixbar: campaign: 90%, less than a minute left"
+    assert len(result) == 9
     # Ten minutes for 6 %: neither silent nor loud.
     assert len(lines(capsys, [(1.0, step / 10_000, "") for step in range(600)])) == 600 / SILENCE
     # What was finished is a line, at most one in the interval, and none at the end.
-    found = lines(capsys, [(11.0, 0.25, "s1"), (1.0, 0.5, "s2"), (11.0, 0.75, "s3"), (11.0, 1.0, "s4")])
-    assert [line.partition("; ")[2] for line in found] == ["s1", "s3"]
+    result = lines(capsys, [(11.0, 0.25, "s1"), (1.0, 0.5, "s2"), (11.0, 0.75, "s3"), (11.0, 1.0, "s4")])
+    assert [line.partition("; ")[2] for line in result] == ["s1", "s3"]
     # Cached runs are there at once: 0.1 a minute, four more.
     assert "60%, about 4 min left" in lines(capsys, [(0.0, 0.5, ""), (60.0, 0.6, "")])[0]
 

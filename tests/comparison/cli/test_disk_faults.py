@@ -118,12 +118,12 @@ def test_a_cache_holds_a_run_as_it_is_or_not_at_all(code, make_table, monkeypatc
         folder.mkdir()
         with failing(number, code, folder) as seen:
             keep("key", table)
-        found = fetch("key", table.channels, (table.time[0], table.time[-1]))
-        assert found is None or found.frame.equals(table.frame), seen[number - 1 :]
+        result = fetch("key", table.channels, (table.time[0], table.time[-1]))
+        assert result is None or result.frame.equals(table.frame), seen[number - 1 :]
         assert not list(folder.rglob(".part-*"))
         if len(seen) < number:
             break
         FAULTS["cache"] += 1
         shutil.rmtree(folder)
-    assert found is not None
+    assert result is not None
     assert number > 4  # of the files of a run, and of their folder

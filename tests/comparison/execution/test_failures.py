@@ -43,9 +43,9 @@ def test_an_exception_inside_exudyns_user_function_is_one_line_and_spoils_no_lat
         Job(load_scene("150rpm-0.2mm", {"drive.cycles": cycles}), model)
         for model, cycles in (("faulty", 0.1), ("exudyn", 0.04))
     ]
-    found, sound = run_all(jobs, 1)
-    assert (found.status, found.message) == ("crashed", "ArithmeticError: the wall is gone")
-    assert found.traceback.startswith("Traceback")
+    result, sound = run_all(jobs, 1)
+    assert (result.status, result.message) == ("crashed", "ArithmeticError: the wall is gone")
+    assert result.traceback.startswith("Traceback")
     assert sound.table.frame.equals(run_uncached(jobs[1]).table.frame)
 
 

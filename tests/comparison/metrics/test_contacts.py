@@ -96,13 +96,13 @@ def test_a_count_over_fine_samples_comes_to_the_same():
 
 
 def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opposite_corners():
-    found = {}
+    result = {}
     for name in ("wedge", "150rpm-0.2mm"):
         scene = load_scene(name)
-        found[name] = time_shares(run_one(scene, "reference").events, (0.0, scene.duration))
-    assert min(found["wedge"].values()) > 0.02
-    assert found["150rpm-0.2mm"].pop("opposite") == 0.0
-    assert min(found["150rpm-0.2mm"].values()) > 0.0
+        result[name] = time_shares(run_one(scene, "reference").events, (0.0, scene.duration))
+    assert min(result["wedge"].values()) > 0.02
+    assert result["150rpm-0.2mm"].pop("opposite") == 0.0
+    assert min(result["150rpm-0.2mm"].values()) > 0.0
 
 
 @pytest.mark.parametrize(

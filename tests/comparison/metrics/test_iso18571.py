@@ -54,10 +54,10 @@ def test_a_shift_is_found_and_costs_its_share_of_a_fifth_of_the_duration(late):
     long = wave(3, 500)
     reference, other = long[100:400], long[100 - late : 400 - late]
     assert best_shift(reference, other) == late
-    found = rating(reference, other)
-    assert found.phase == pytest.approx(1 - abs(late) / (0.2 * 300), abs=1e-15)
+    result = rating(reference, other)
+    assert result.phase == pytest.approx(1 - abs(late) / (0.2 * 300), abs=1e-15)
     # The common parts are equal.
-    assert (found.magnitude, found.slope) == (1.0, 1.0)
+    assert (result.magnitude, result.slope) == (1.0, 1.0)
 
 
 def test_of_equal_shifts_the_smallest_counts():

@@ -124,25 +124,25 @@ def test_the_tube_passes_a_contact_force_that_is_missing_altogether():
 
 def test_a_position_is_measured_from_its_mean_lest_a_large_constant_hides_the_difference():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
-    found, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
+    result, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
     for name in ("sprague_geers_phase", "russell_phase"):
-        assert found[name] == pytest.approx(1 / np.pi, rel=1e-6)
+        assert result[name] == pytest.approx(1 / np.pi, rel=1e-6)
         assert hidden[name] < 1e-3
-    assert found["iso18571"] < 0.9
+    assert result["iso18571"] < 0.9
     assert hidden["iso18571_corridor"] == 1.0
-    assert found["correlation"] == pytest.approx(np.cos(1.0), abs=1e-6)
+    assert result["correlation"] == pytest.approx(np.cos(1.0), abs=1e-6)
     # The peak has its own value, and its delay is that of the wave, to half a sample.
-    assert found["peak_a"] == pytest.approx(-0.5498, abs=1e-9)
-    assert found["peak_time_difference"] == pytest.approx(0.4 / 2 / np.pi, abs=0.0002)
+    assert result["peak_a"] == pytest.approx(-0.5498, abs=1e-9)
+    assert result["peak_time_difference"] == pytest.approx(0.4 / 2 / np.pi, abs=0.0002)
 
 
 def test_a_long_table_is_measured_on_five_thousand_points_and_its_peaks_on_all():
     time, grid = np.linspace(0, 1, 200_001), np.linspace(0, 1, MOST_POINTS)
     a, b = 2 + np.sin(9 * time), 2.2 + 1.1 * np.sin(9 * time - 0.1)
     short = information(grid, np.interp(grid, time, a), np.interp(grid, time, b), position=False)
-    found = information(time, a, b, position=False)
-    assert all(found[name] == short[name] for name in found if not name.startswith("peak"))
+    result = information(time, a, b, position=False)
+    assert all(result[name] == short[name] for name in result if not name.startswith("peak"))
     # A sample is within half an interval, 2.5e-6 s, of the crest; it is lower by (9 * 2.5e-6)^2 / 2.
-    assert found["peak_difference"] == pytest.approx(0.3, abs=1e-9)
-    assert found["peak_time_difference"] == pytest.approx(0.1 / 9, abs=5e-6)
+    assert result["peak_difference"] == pytest.approx(0.3, abs=1e-9)
+    assert result["peak_time_difference"] == pytest.approx(0.1 / 9, abs=5e-6)

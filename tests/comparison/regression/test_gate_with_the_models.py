@@ -45,13 +45,13 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
     changed = scene.variant({key: scene.data[section][name] * factor})  # under the baseline's name
     result = gate(baseline, [changed], n_jobs=2)
     assert result.exit_code == 1
-    found = [case for case in cases(result) if "checkpoints" in case.message]
+    computed = [case for case in cases(result) if "checkpoints" in case.message]
     for run in RUNS:
         # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
         # five bodies at their usual step in a few.
-        assert sum(case.group == run for case in found) > (3 if run == "exudyn standard" else 14), run
+        assert sum(case.group == run for case in computed) > (3 if run == "exudyn standard" else 14), run
     number = r"-?[\d.e-]+"
     said = (
         rf"scene '{re.escape(scene.name)}': \w+ at t = {number} s is {number} \S+, in the baseline {number} "
     )
-    assert all(re.match(f"{case.group}, {said}", case.message) for case in found)
+    assert all(re.match(f"{case.group}, {said}", case.message) for case in computed)

@@ -116,10 +116,10 @@ def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(assessed):
 def test_known_signals_have_their_exact_moments(per_cycle, assessed):
     """A ramp in every part of the cycle, and a sine over all of it."""
     phase = np.arange(2 * per_cycle + 1) / per_cycle % 1.0
-    found = assessed(30.0 * np.sin(2 * np.pi * phase) + 5.0, per_cycle, bins=1, errors="signed")
+    result = assessed(30.0 * np.sin(2 * np.pi * phase) + 5.0, per_cycle, bins=1, errors="signed")
     # The trapezoidal rule over whole periods is exact.
-    assert found.mean == pytest.approx([5.0], rel=1e-12)
-    assert found.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
+    assert result.mean == pytest.approx([5.0], rel=1e-12)
+    assert result.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
     of = assessed(10.0 + np.append(phase[:-1], 1.0), per_cycle)
     # In a part it rises by a tenth; where it falls back to zero, between two samples, the last one errs.
     assert of.mean[1:-1] == pytest.approx(10.15 + 0.1 * np.arange(8), rel=1e-12)

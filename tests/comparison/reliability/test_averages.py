@@ -141,10 +141,10 @@ def test_what_is_linear_between_samples_is_integrated_exactly_wherever_the_edges
     # Gauss's rule of two points in every interval between samples and edges: exact for straight lines.
     every = np.unique(np.concatenate([time, edges]))
     nodes = 0.5 * (every[1:] + every[:-1]) + 0.5 * np.diff(every) * np.array([[-1], [1]]) / np.sqrt(3.0)
-    for row, found in zip(values, integrals(time, values, edges), strict=True):
+    for row, result in zip(values, integrals(time, values, edges), strict=True):
         pieces = np.diff(every) * np.interp(nodes, time, row).mean(0)
         exact = np.add.reduceat(pieces, np.searchsorted(every, edges[:-1]))
-        assert found == pytest.approx(exact, abs=1e-14)
+        assert result == pytest.approx(exact, abs=1e-14)
 
 
 def error_of(time, values, edges):
@@ -189,8 +189,8 @@ def test_the_integral_tells_of_pulses_between_all_samples():
     time, edges = np.linspace(0.0, 1.0, 101), np.linspace(0.0, 1.0, 5)
     values = np.zeros(101)
     primitive = np.where(time > 0.304, 2.0, 0.0) - np.where(time > 0.605, 0.5, 0.0)
-    found = mismatch(time, values, primitive, edges)
-    assert found.sum(1) == pytest.approx([0.0, 2.0, 0.5, 0.0], abs=1e-15)
+    result = mismatch(time, values, primitive, edges)
+    assert result.sum(1) == pytest.approx([0.0, 2.0, 0.5, 0.0], abs=1e-15)
     # One that is hit and lasts a tenth of an interval: nine tenths are too much.
     values[40], primitive = 10.0, np.where(time >= 0.40, 0.01, 0.0)
     assert mismatch(time, values, primitive, edges).sum(1) == pytest.approx([0, 0.01 - 0.1, 0, 0], abs=1e-15)

@@ -57,10 +57,10 @@ def test_equal_results_agree_and_a_difference_that_neither_numerics_nor_cycles_e
     assert same.numerical < 1e-14
     assert not same.curve.any()
     for per_cycle, rel in ((1000, 1e-9), (333, 1e-6)):  # on its own grid and on another
-        found = compared(press(8.0), press(8.1, per_cycle=per_cycle), press())
-        assert found.curve == pytest.approx(np.full(10, exact(8.0) - exact(8.1)), rel=rel)
-        assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=rel)
-        assert found.verdict == "differ"
+        result = compared(press(8.0), press(8.1, per_cycle=per_cycle), press())
+        assert result.curve == pytest.approx(np.full(10, exact(8.0) - exact(8.1)), rel=rel)
+        assert result.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=rel)
+        assert result.verdict == "differ"
     with pytest.raises(TableError, match="other parts of the cycles"):
         compared(press(), press(cycles=3), press(cycles=3))
 
@@ -101,9 +101,9 @@ def test_results_that_follow_one_course_are_distinguished_better_than_their_cycl
     """The pairing: cycles that scatter by 2 m/s^2 in both alike leave a difference of 0.1 m/s^2 visible."""
     scatter = np.repeat(np.random.default_rng(1).normal(0.0, 2.0, 5), 1000)
     a, b = (press(8.0 + offset + np.append(0.0, scatter), cycles=5) for offset in (0.0, 0.1))
-    found = compared(a, b, press(cycles=5))
-    assert found.sampling < 0.05 * 0.5 * (found.a.high - found.a.low)[found.a.worst]
-    assert found.verdict == "differ"
+    result = compared(a, b, press(cycles=5))
+    assert result.sampling < 0.05 * 0.5 * (result.a.high - result.a.low)[result.a.worst]
+    assert result.verdict == "differ"
 
 
 def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(press):
@@ -194,9 +194,9 @@ def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error(
     right = known.values("slider_vy")[::every]
     size = [np.abs(v - right).max() for v in (coarse.values("slider_vy"), fine.values("slider_vy")[::every])]
     assert size[0] / size[1] == pytest.approx(4.0, rel=0.05)
-    found = assess(slider_errors(fine, known, scene.period), scene.reliability)
-    assert list(found) == list(QUANTITIES)
-    for quantity in found.values():
+    result = assess(slider_errors(fine, known, scene.period), scene.reliability)
+    assert list(result) == list(QUANTITIES)
+    for quantity in result.values():
         # 1e-7 m/s of 0.02 m/s are 3e-5 of beta, 1.3e-7 of R = Phi(beta) there.
         assert quantity.reliability == pytest.approx(np.full(5, 0.9986501020), abs=2e-7)
         assert quantity.capped.all()
@@ -239,9 +239,9 @@ def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(t
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
     closest = [tight(load_scene(name), MODELS) for name in STUDY.full.cases]
     for result in validate(closest, n_jobs=2, tiers=("standard",)):
-        found = result.comparison.reliability
-        assert list(found.quantities) == ["displacement", "velocity", "acceleration"], found.missing
-        for name, difference in found.quantities.items():
+        computed = result.comparison.reliability
+        assert list(computed.quantities) == ["displacement", "velocity", "acceleration"], computed.missing
+        for name, difference in computed.quantities.items():
             sizes = f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
             assert abs(difference.minimum) <= difference.half_width, sizes
 
@@ -259,6 +259,6 @@ def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, 
     ]
     *tables, still = (o.table for o in run_all([Job(of, "reference") for of in (*levels, ideal)], 2))
     sides = (Runs(*tables[:2]), Runs(*tables[2:]))
-    found = compare_reliability(sides, (Runs(still, still),) * 2, usual.period, usual.reliability, 2.0)
+    result = compare_reliability(sides, (Runs(still, still),) * 2, usual.period, usual.reliability, 2.0)
     # Which of them shows it depends on the limits; that none does would mean that the interval takes in all.
-    assert "differ" in {difference.verdict for difference in found.values()}, found
+    assert "differ" in {difference.verdict for difference in result.values()}, result

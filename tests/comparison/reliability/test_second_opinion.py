@@ -128,9 +128,9 @@ def test_the_stated_error_holds_what_more_samples_would_give(samples):
     """Tables as they are: the interval that the samples alone leave open, in parts and of the smallest."""
     inside, smallest = [], []
     for name in SCENES:
-        found = assessed(name, samples)
+        result = assessed(name, samples)
         for quantity, right in plain(name).items():
-            of = found[quantity]
+            of = result[quantity]
             error = np.array([left.quadrature for left in of.left_open])
             # Simpson's rule itself errs by some 1e-9 where contacts begin and end.
             inside.append(np.abs(of.index - right.index) <= error + 1e-8)

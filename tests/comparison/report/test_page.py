@@ -40,10 +40,10 @@ def text(html: str) -> str:
 
 def rows(html: str, label: str = "") -> dict[str, list[str]]:
     """Return the cells of all rows of numbers, of the table with that label, by the row's name."""
-    found = part(html, f'aria-label="{label}', "</table>") if label else html
+    result = part(html, f'aria-label="{label}', "</table>") if label else html
     return {
         text(name): [text(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", cells, re.DOTALL)]
-        for name, cells in re.findall(r'<th scope="row"[^>]*>(.*?)</th>(.*?)</tr>', found, re.DOTALL)
+        for name, cells in re.findall(r'<th scope="row"[^>]*>(.*?)</th>(.*?)</tr>', result, re.DOTALL)
     }
 
 

@@ -40,8 +40,8 @@ def test_points_too_coarse_and_those_that_gain_nothing_are_not_asymptotic():
 
 
 def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolated():
-    found = front(points((1, 1e-3, 1.0), (1, 1e-4, 2.0), (1, 2e-4, 3.0), (1, 1e-6, 4.0), (1, 0.0, 5.0)))
-    assert found[["error", "cost"]].to_numpy().tolist() == [[1e-3, 1.0], [1e-4, 2.0], [1e-6, 4.0]]
+    result = front(points((1, 1e-3, 1.0), (1, 1e-4, 2.0), (1, 2e-4, 3.0), (1, 1e-6, 4.0), (1, 0.0, 5.0)))
+    assert result[["error", "cost"]].to_numpy().tolist() == [[1e-3, 1.0], [1e-4, 2.0], [1e-6, 4.0]]
     two, four = curve(2.0), curve(4.0, factor=10.0)
     # error = 1e-3 h^p and cost = f / h.
     assert cost_at(two, 1e-5) == pytest.approx(10.0, rel=1e-9)

@@ -29,7 +29,7 @@ VARYING = np.cumsum(np.random.default_rng(0).uniform(0.5e-3, 2e-3, 1000))
 
 
 @pytest.mark.parametrize(
-    ("time", "found"),
+    ("time", "result"),
     [
         (np.delete(np.round(np.arange(100) / 30, 4), [40, 41]), [Hole(1.3, 1.4, 2)]),  # few digits
         (np.delete(np.arange(11.0), [4, 5, 6, 7]), [Hole(3.0, 8.0, 4)]),  # few rows
@@ -45,8 +45,8 @@ VARYING = np.cumsum(np.random.default_rng(0).uniform(0.5e-3, 2e-3, 1000))
         (np.array([0.0, 1.0, 100.0]), []),
     ],
 )
-def test_what_is_a_hole(time, found):
-    assert holes(time) == found
+def test_what_is_a_hole(time, result):
+    assert holes(time) == result
 
 
 def test_a_sample_that_stands_out_is_told_by_its_distance():

@@ -76,10 +76,10 @@ def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(
         return Table(make_table().frame, None, {}, {"scene": scene.with_values(values).data})
 
     strict = recorded(**{"solver.reference.tolerance": 1e-11, "scene.title": "other"})
-    found, warnings = recorded_scene(recorded(), strict)
+    result, warnings = recorded_scene(recorded(), strict)
     assert warnings == ()
-    for section in found.data.keys() - {"solver", "scene"}:  # settings and title are of no account
-        assert found.data[section] == scene.data[section]
+    for section in result.data.keys() - {"solver", "scene"}:  # settings and title are of no account
+        assert result.data[section] == scene.data[section]
     none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
     assert (none, "drive" in warning) == (None, True)
     assert recorded_scene(recorded(), make_table()) == (None, ())

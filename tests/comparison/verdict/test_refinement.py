@@ -82,16 +82,16 @@ WANDERING = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
 )
 def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, refined, trees):
     model = levels(lambda step: errors[round(STEP / step)], tree)
-    found = model.settled()
-    result = found.comparison
+    computed = model.settled()
+    result = computed.comparison
     assert (result.verdict, result.refined, model.trees) == (verdict, refined, trees)
     steps, tolerances = zip(*model.asked, strict=True)
     assert steps == pytest.approx([STEP / 2**n for n in range(refined + 1)])
     # The reference is refined to its strict tolerance.
     assert tolerances == pytest.approx([1e-10, 1e-11, 1e-12, 1e-12, 1e-12][: refined + 1], rel=1e-9)
     # Comparison, runs and scene belong together.
-    assert found.scene.data["solver"]["exudyn"]["step"] == pytest.approx(STEP / 2**refined)
-    np.testing.assert_array_equal(result.channels["slider_x"].b, found.runs[1].base.values("slider_x"))
+    assert computed.scene.data["solver"]["exudyn"]["step"] == pytest.approx(STEP / 2**refined)
+    np.testing.assert_array_equal(result.channels["slider_x"].b, computed.runs[1].base.values("slider_x"))
     assert f"halved {('', 'once', 'twice', 'three times', 'four times')[refined]}, to" in finer_runs(result)
     if verdict == "differ":
         assert (result.confirmation.outcome, result.confirmation.members) == ("confirmed", (99, 0))

@@ -161,9 +161,9 @@ THREE = ("one", "two", "three")
     ],
 )
 def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, said):
-    found = standing(THREE, dict(zip(pairs(THREE), verdicts, strict=True)))
-    assert (found.outcome, bool(found.outlier)) == (outcome, outcome == "outlier")
-    assert said in words.standing(found)
+    result = standing(THREE, dict(zip(pairs(THREE), verdicts, strict=True)))
+    assert (result.outcome, bool(result.outlier)) == (outcome, outcome == "outlier")
+    assert said in words.standing(result)
 
 
 def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():

@@ -185,16 +185,16 @@ def scheduler(fake_models, tmp_path):
     assert fake_models.exists()  # its workers' models
     if importlib.util.find_spec("distributed") is None:
         pytest.skip(NO_DASK)
-    found, env = tmp_path / "scheduler.json", environment(tmp_path)
+    result, env = tmp_path / "scheduler.json", environment(tmp_path)
     quiet = {"env": env, "cwd": tmp_path, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     local = ["--host", "127.0.0.1", "--no-dashboard"]
     start = [sys.executable, "-m", "distributed.cli.dask_scheduler", *local, "--port", "0"]
-    processes = [subprocess.Popen([*start, "--scheduler-file", str(found)], **quiet)]
+    processes = [subprocess.Popen([*start, "--scheduler-file", str(result)], **quiet)]
     try:
         until = time.monotonic() + PATIENCE
-        while not found.exists() and time.monotonic() < until:
+        while not result.exists() and time.monotonic() < until:
             time.sleep(0.05)
-        address = json.loads(found.read_text())["address"]
+        address = json.loads(result.read_text())["address"]
         worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, *local, "--nthreads", "1"]
         processes += [subprocess.Popen([*worker, "--no-nanny"], **quiet) for _ in range(2)]
         yield address

@@ -82,18 +82,18 @@ def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, st
 def wanted(names, units, columns, dialect) -> Contents:
     if dialect.header == "none":
         names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
-    found = {
+    result = {
         name: (None if units is None else units[n], np.array([meant(value, dialect) for value in column]))
         for n, (name, column) in enumerate(zip(["time", *names[1:]], columns, strict=True))
     }
-    return found | {"time": ("s", parse(units[0] if units else "s").convert(found["time"][1], parse("s")))}
+    return result | {"time": ("s", parse(units[0] if units else "s").convert(result["time"][1], parse("s")))}
 
 
-def same(found: Contents, expected: Contents) -> None:
-    assert list(found) == list(expected)
+def same(result: Contents, expected: Contents) -> None:
+    assert list(result) == list(expected)
     for name, (unit, numbers) in expected.items():
-        assert found[name][0] == unit
-        np.testing.assert_array_equal(found[name][1], numbers)
+        assert result[name][0] == unit
+        np.testing.assert_array_equal(result[name][1], numbers)
 
 
 @many
@@ -120,10 +120,10 @@ def test_what_is_no_number_is_refused_and_does_not_harm_the_other_columns(data, 
     note(repr(content))
     expected = wanted(names, units, columns, dialect)
     name = list(expected)[place]
-    found, message = read(content)
-    assert message or not np.isfinite(found[name][1]).all()
+    result, message = read(content)
+    assert message or not np.isfinite(result[name][1]).all()
     others = {other: value for other, value in expected.items() if other != name}
     if len(others) > 1:
-        found, message = read(content, [other for other in others if other != "time"])
+        result, message = read(content, [other for other in others if other != "time"])
         if not message:
-            same(found, others)
+            same(result, others)

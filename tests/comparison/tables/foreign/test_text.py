@@ -44,8 +44,8 @@ def compared(capsys, a: Path | str, b: Path | str, *options: str) -> tuple[int, 
     ],
 )  # fmt: skip
 def test_the_cases(a, b, code, words, capsys):
-    found, said = compared(capsys, CASES / a, CASES / b)
-    assert found == code
+    result, said = compared(capsys, CASES / a, CASES / b)
+    assert result == code
     assert words in said
 
 
