@@ -28,7 +28,7 @@ from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import read, write
 
 KEEP_DAYS = 30
-RUNS, TABLE, SUMS = "runs", "run.csv", "sha256.json"
+RUNS, TABLE, SUMS = "runs", "run.parquet", "sha256.json"
 LARGEST_LEDGER = 2_000_000_000  # bytes: a million rows take less
 Row = dict[str, Any]
 _LOG = logging.getLogger(__name__)

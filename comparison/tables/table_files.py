@@ -168,9 +168,11 @@ def _numbers(frame: pd.DataFrame | None) -> Columns | None:
     """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
     if frame is None:
         return None
-    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]  # such as a force
-    columns = frame.astype(dict.fromkeys(whole, np.float64))
-    return {str(name): column.to_numpy() for name, column in columns.items()}
+    columns = {str(name): column.to_numpy() for name, column in frame.items()}
+    for name, values in columns.items():
+        if name != "row" and values.dtype.kind in "iu":  # such as a force
+            columns[name] = values.astype(np.float64)
+    return columns
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:

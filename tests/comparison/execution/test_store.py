@@ -77,7 +77,7 @@ def damaged(content: bytes, how: random.Random) -> bytes:
 
 
 def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(files, fetched, make_table, cache):
-    names = ["run.csv", "run.events.csv", "run.json", "run.pulses.csv", "sha256.json"]
+    names = ["run.events.csv", "run.json", "run.parquet", "run.pulses.csv", "sha256.json"]
     assert [path.name for path in files] == names
     before = [path.stat().st_mtime_ns for path in files]
     keep(KEY, make_table(error=1e-3))  # the second to store it finds it stored
