@@ -1,6 +1,7 @@
-"""Keys of a scene: type, unit, rule for the value, and default where there is one.
+"""Keys of a scene: type, unit, rule for the value, default where there is one, source of the paper's value.
 
-The numbers of the mechanism, with their sources, are in ``shipped/paper.toml``, which a scene extends.
+The string below a key describes it to users: `sixbar keys` and `sixbar new` print it, and wrong keys are held
+against its words. The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene extends.
 """
 
 from __future__ import annotations
@@ -32,6 +33,13 @@ class Unit:
     symbol: str
 
 
+@dataclass(frozen=True)
+class Source:
+    """Where the paper's value of a key comes from; without one it is chosen."""
+
+    text: str
+
+
 def integer(value: object) -> object:
     """Reject what is equal to an integer and is none: true, 1.0."""
     if type(value) is not int:
@@ -46,39 +54,53 @@ Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
 Sign = Annotated[Literal[-1, 1], BeforeValidator(integer)]
 M, KG, KGM2, S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s")
 M_S, M_S2, RAD, RAD_S = Unit("m/s"), Unit("m/s^2"), Unit("rad"), Unit("rad/s")
+TABLE_1, TABLE_2, SEC_4 = Source("Table 1"), Source("Table 2"), Source("Sec. 4")
+IDENTIFIED = Source("identified")  # from figures that the paper prints
 
 
 class Section(BaseModel):
     """Section of the scene file; unknown keys are rejected."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
 class Texts(Section):
     """Name and title of the scene."""
 
     name: Annotated[str, Field(min_length=1, max_length=100, pattern=NAME)]
+    """Name of the scene, and of files about it; the name of its file where none is given."""
     title: str
+    """Title in reports, one line; the name where none is given."""
     description: str = ""
+    """What the scene is for, in a sentence or two."""
 
 
 class Rod(Section):
     """Slender body between two pins; the centroid is measured from the first pin."""
 
-    length: Annotated[Positive, M]
-    centroid: Annotated[Real, M]
-    mass: Annotated[Positive, KG]
-    inertia: Annotated[Positive, KGM2]
+    length: Annotated[Positive, M, TABLE_1]
+    """Length between the two pins."""
+    centroid: Annotated[Real, M, TABLE_1]
+    """Distance of the centroid (centre of mass) from the first pin."""
+    mass: Annotated[Positive, KG, TABLE_1]
+    """Mass."""
+    inertia: Annotated[Positive, KGM2, TABLE_1]
+    """Moment of inertia J about the centroid."""
 
 
 class Slider(Section):
     """The slider: length along the guide (y), width across it (x)."""
 
-    mass: Annotated[Positive, KG]
-    inertia: Annotated[Positive, KGM2]
-    length: Annotated[Positive, M]
-    width: Annotated[Positive, M]
-    thickness: Annotated[Positive, M]
+    mass: Annotated[Positive, KG, TABLE_1]
+    """Mass."""
+    inertia: Annotated[Positive, KGM2, TABLE_1]
+    """Moment of inertia J about the centroid."""
+    length: Annotated[Positive, M, TABLE_2]
+    """Length (height) along the guide, y."""
+    width: Annotated[Positive, M, TABLE_2]
+    """Width across the guide, x."""
+    thickness: Annotated[Positive, M, TABLE_2]
+    """Thickness (depth) normal to the plane; only surface contact depends on it."""
 
 
 class Mechanism(Section):
@@ -89,43 +111,60 @@ class Mechanism(Section):
     rocker: Rod
     rod4: Rod
     slider: Slider
-    rocker_pivot: Annotated[list[Real], Field(min_length=2, max_length=2), M]
-    guide_x: Annotated[Real, M]
-    reference_offset: Annotated[Real, M]
-    crank_angle_deg: Annotated[Real, Unit("deg")]
-    rocker_branch: Sign
-    slider_branch: Sign
+    rocker_pivot: Annotated[list[Real], Field(min_length=2, max_length=2), M, IDENTIFIED]
+    """Position [x, y] of the rocker's fixed pivot H; the crank's is the origin."""
+    guide_x: Annotated[Real, M, IDENTIFIED]
+    """Position of the guide's centre line."""
+    reference_offset: Annotated[Real, M, IDENTIFIED]
+    """Distance of the ideal slider's line from the guide's centre line, positive to the right."""
+    crank_angle_deg: Annotated[Real, Unit("deg"), Source("Sec. 2.2")]
+    """Angle of the crank at the start (initial phase)."""
+    rocker_branch: Annotated[Sign, IDENTIFIED]
+    """Assembly of the rocker: joint with rod 2 left (1) or right (-1) of the line from crank pin to H."""
+    slider_branch: Annotated[Sign, IDENTIFIED]
+    """Assembly of rod 4: hanging down from the rocker (-1) or standing up (1)."""
 
 
 class Drive(Section):
     """Constant speed of the crank, counter-clockwise positive, and number of cycles."""
 
-    speed_rpm: Annotated[Real, Unit("rpm")]
+    speed_rpm: Annotated[Real, Unit("rpm"), SEC_4]
+    """Speed of the crank (motor, angular velocity omega), counter-clockwise positive; not zero."""
     cycles: Positive
+    """Duration (end time) of the simulation in turns (revolutions) of the crank."""
 
 
 class Initial(Section):
     """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
 
     slider_offset: Annotated[Real | None, M] = None
+    """Start position x of the slider from the guide's centre line; without it mechanism.reference_offset."""
     slider_angle: Annotated[Real, RAD] = 0.0
+    """Start angle (tilt) of the slider."""
     slider_vx: Annotated[Real, M_S] = 0.0
+    """Start velocity of the slider across the guide."""
     slider_omega: Annotated[Real, RAD_S] = 0.0
+    """Start angular velocity (spin) of the slider."""
 
 
 class Joints(Section):
     """Type of the joints that may have clearance."""
 
     slider: Literal["clearance", "ideal"] = "clearance"
+    """Joint of slider and guide (prismatic, translational)."""
     crank_pin: Literal["ideal", "clearance"] = "ideal"
+    """Joint A of crank and rod 2 (revolute)."""
 
 
 class Clearance(Section):
     """Clearances: per side for the slider, radial for the crank pin."""
 
-    slider: Annotated[NotNegative, M]
-    crank_pin: Annotated[NotNegative, M]
+    slider: Annotated[NotNegative, M, SEC_4]
+    """Gap (play) between slider and guide, on each side."""
+    crank_pin: Annotated[NotNegative, M, Source("Sec. 4.2")]
+    """Radial gap (play) between journal and bearing of the crank pin."""
     journal_radius: Annotated[Positive, M]
+    """Radius of the crank pin's journal."""
 
 
 class Partners(Section, Generic[Number]):
@@ -148,46 +187,65 @@ class Contact(Section):
     """
 
     law: Literal["hertz-corners", "paper-switching", "foundation"]
+    """Contact force model: each corner by Hertz, the paper's switch to a surface, or a foundation."""
     impact_speed: Literal["frozen", "current"] = "frozen"
+    """Speed that the damping refers to: that of the touch, kept until separation, or the current one."""
     youngs_modulus: Annotated[
-        Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa")
+        Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
-    poisson: Annotated[Annotated[Poisson, ONE] | Annotated[Partners[Poisson], EACH], CHOICE]
-    restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
+    """Young's modulus E (elastic stiffness) of the material; .slider and .guide are those of each partner."""
+    poisson: Annotated[Annotated[Poisson, ONE] | Annotated[Partners[Poisson], EACH], CHOICE, TABLE_2]
+    """Poisson's ratio nu of the material; .slider and .guide are those of each partner."""
+    restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False), TABLE_2]
+    """Coefficient of restitution e of an impact, which sets the damping: 1 has none."""
+    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False), TABLE_2]
+    """Exponent n (power) of the depth in the contact force."""
     corner_radius: Annotated[Positive, M]
+    """Radius (rounding) of the slider's corners in Hertz's law."""
     impact_speed_floor: Annotated[Positive, M_S]
+    """Smallest impact speed that the damping refers to."""
 
 
 class Friction(Section):
     """Modified Coulomb friction, Eqs. 12-13: zero below the static speed, full above the transition speed."""
 
-    coefficient: NotNegative
-    static_speed: Annotated[NotNegative, M_S]
-    transition_speed: Annotated[Positive, M_S]
+    coefficient: Annotated[NotNegative, TABLE_2]
+    """Coefficient mu of Coulomb friction (dynamic, kinetic)."""
+    static_speed: Annotated[NotNegative, M_S, TABLE_2]
+    """Sliding speed v0 below which there is no friction."""
+    transition_speed: Annotated[Positive, M_S, TABLE_2]
+    """Sliding speed v1 above which friction is full; it exceeds static_speed."""
 
 
 class Environment(Section):
     """Gravity along -y."""
 
     gravity: Annotated[Real, M_S2]
+    """Gravitational acceleration g along -y (weight)."""
 
 
 class Output(Section):
     """Recorded channel groups and sampling density."""
 
     groups: list[Literal["accelerations", "corners", "joints", "energy"]] = ["accelerations", "corners"]
+    """Groups of channels (columns) in a table besides the slider's motion; sixbar channels lists them."""
     samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] = 1000
+    """Recorded samples in a turn of the crank (sampling rate, resolution)."""
 
 
 class ReferenceSolver(Section):
     """Settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
     formulation: str = "auto"
+    """Equations of the reference: minimal, multiplier; auto is minimal."""
     method: str = "dop853"
+    """Integrator of the reference: dop853, or one of SciPy's solve_ivp."""
     tolerance: Positive = 1e-10
+    """Absolute local error of the reference's positions in metres and radians (accuracy)."""
     baumgarte_alpha: NotNegative = 10.0
+    """Baumgarte stabilization of velocities, alpha; only with multipliers."""
     baumgarte_beta: NotNegative = 10.0
+    """Baumgarte stabilization of positions, beta; only with multipliers."""
 
 
 class ExudynSolver(Section):
@@ -200,9 +258,13 @@ class ExudynSolver(Section):
     """
 
     formulation: str = "auto"
+    """Equations of Exudyn: tree, full (five bodies); auto is the smallest with the requested channels."""
     method: str = "auto"
+    """Integrator of Exudyn; auto is the formulation's usual one."""
     step: Annotated[Positive, S] = 2e-6
+    """Time step dt of Exudyn in contacts, with full; the largest step, 1e-4 by default, with tree."""
     tolerance: Positive = 1e-7
+    """Tolerance of Newton's method with full; local error, 1e-10 by default, with tree (accuracy)."""
 
 
 class Solver(Section):
@@ -222,33 +284,41 @@ class Compare(Section):
     """
 
     tolerance: Positive | None = None
+    """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""
     time_tolerance: Annotated[NotNegative, S] = 0.0
+    """How early or late either of two tables may be."""
     gate: dict[str, Real] = {}
+    """Limits of metrics for such tables: a name and its limit each."""
 
 
 class Limits(Section):
     """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
 
-    lower: Real = 0.0
+    lower: Annotated[Real, IDENTIFIED] = 0.0
+    """Lower limit of the permitted error."""
     upper: Positive
+    """Upper limit of the permitted error."""
 
 
 class DisplacementLimits(Limits):
     """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
 
     upper: Positive = 2e-4
+    """Upper limit of the permitted error."""
 
 
 class VelocityLimits(Limits):
     """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
 
     upper: Positive = 0.02
+    """Upper limit of the permitted error."""
 
 
 class AccelerationLimits(Limits):
     """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
 
     upper: Positive = 150.0
+    """Upper limit of the permitted error."""
 
 
 class Reliability(Section):
@@ -258,7 +328,9 @@ class Reliability(Section):
     """
 
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
+    """Intervals of a crank cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
+    """Whether mean and deviation are those of the error or of its magnitude."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
     velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
@@ -272,9 +344,13 @@ class RandomInput(Section):
     """
 
     key: Annotated[str, Field(min_length=1)]
+    """Key of the scene that is random."""
     distribution: Literal["normal", "lognormal", "uniform"]
+    """Distribution about the scene's value."""
     deviation: Positive
+    """Standard deviation in the unit of the key."""
     element: Annotated[int, Field(ge=0)] | None = None
+    """Place in a list from 0, where the key holds one."""
 
 
 class SceneKeys(Section):
