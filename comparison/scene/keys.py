@@ -117,14 +117,9 @@ def meant(wrong: str) -> list[str]:
     for name, weights in vocabulary.items():
         matched: dict[str, float] = {}
         for alike, weight in asked:
-            values = {
-                word: weight * likeness * weights[word] / shared[word] ** 0.5
-                for word, likeness in alike.items()
-                if word in weights
-            }
-            if values:
-                best = max(values, key=values.__getitem__)
-                matched[best] = values[best]
+            for word, likeness in alike.items():
+                if word in weights:
+                    matched[word] = weight * likeness * weights[word] / shared[word] ** 0.5
         if any(alike.keys() & matched for alike in last):
             *sections, own = map(set, map(_words, name.split(".")))
             parts = len(own & matched.keys()) + any(section & matched.keys() for section in sections)

@@ -135,7 +135,7 @@ class Drive(Section):
 
 
 class Initial(Section):
-    """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
+    """Initial state of the slider."""
 
     slider_offset: Annotated[Real | None, M] = None
     """Start position x of the slider from the guide's centre line; without it mechanism.reference_offset."""
@@ -179,12 +179,7 @@ CHOICE = Discriminator(lambda value: "partners" if isinstance(value, dict | Sect
 
 
 class Contact(Section):
-    """Contact law and materials: a number holds for both partners, or each has its own.
-
-    Journal and bearing of the crank pin are of the guide's material. The speed that the damping refers to is
-    that of the touch, kept until separation ("frozen"), or follows the depth's rate d' without memory
-    ("current"): sqrt(d'^2 + impact_speed_floor^2).
-    """
+    """Contact law and materials; journal and bearing of the crank pin are of the guide's material."""
 
     law: Literal["hertz-corners", "paper-switching", "foundation"]
     """Contact force model: each corner by Hertz, the paper's switch to a surface, or a foundation."""
@@ -277,18 +272,14 @@ class Solver(Section):
 
 
 class Compare(Section):
-    """Rules for two tables without uncertainties, for every channel.
-
-    The tolerance is a share of the channel's scale; within the time tolerance either table may be early or
-    late. A gate holds limits of `comparison.verdict.results.METRICS`.
-    """
+    """Rules for two tables without uncertainties, for every channel."""
 
     tolerance: Positive | None = None
     """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""
     time_tolerance: Annotated[NotNegative, S] = 0.0
     """How early or late either of two tables may be."""
     gate: dict[str, Real] = {}
-    """Limits of metrics for such tables: a name and its limit each."""
+    """Limits of metrics for such tables, by the name of the metric."""
 
 
 class Limits(Section):
@@ -322,10 +313,7 @@ class AccelerationLimits(Limits):
 
 
 class Reliability(Section):
-    """Criteria for the slider's errors, see `comparison.reliability`.
-
-    bins: intervals of the crank cycle. errors: whether mean and deviation are those of e or of |e|.
-    """
+    """Criteria for the slider's errors, see `comparison.reliability`."""
 
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     """Intervals of a crank cycle, each with a reliability of its own."""
@@ -337,18 +325,14 @@ class Reliability(Section):
 
 
 class RandomInput(Section):
-    """Random variable about the scene's value of a key, for the study random-inputs.
-
-    ``deviation`` is the standard deviation in the unit of the key; for a lognormal variable it must be small
-    against the value, which is the median. ``element`` counts from 0 where the key holds a list.
-    """
+    """Random variable about the scene's value of a key, for the study random-inputs."""
 
     key: Annotated[str, Field(min_length=1)]
     """Key of the scene that is random."""
     distribution: Literal["normal", "lognormal", "uniform"]
     """Distribution about the scene's value."""
     deviation: Positive
-    """Standard deviation in the unit of the key."""
+    """Standard deviation in the key's unit; of a lognormal one small against the value, its median."""
     element: Annotated[int, Field(ge=0)] | None = None
     """Place in a list from 0, where the key holds one."""
 
