@@ -152,8 +152,12 @@ def reliability(
     }
     settings = source.with_values(values).reliability
     end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
+    interval = cycle / settings.bins
     for part, table in tables.items():
-        if table.time[-1] - end > cycle / settings.bins:
+        if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
+            rule = f"must hold a sample and be within the {end:g} s that count"
+            raise TableError(f"{names[part]}: an interval of the crank cycle, {interval:g} s, {rule}")
+        if table.time[-1] - end > interval:
             warnings += (f"{names[part]}: only its first {end:g} s count, where {last} ends",)
         tables[part] = replace(table, frame=table.frame[table.time <= end + SAME_GRID * cycle])
 
