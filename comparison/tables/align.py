@@ -115,11 +115,13 @@ def moved(table: Table, by: float) -> Table:
 def over_angle(table: Table, start: float, speed: float) -> Table:
     """Return a table whose ``time`` is a crank angle (rad) with the time (s) of that angle.
 
-    The angle is ``start`` at time zero, but for whole revolutions, and turns at ``speed`` (rad/s).
+    The angle is ``start`` at time zero, but for whole revolutions, and turns at ``speed`` (rad/s), which is
+    then no channel any more.
     """
     angle = table.time
     revolutions = np.round((start - angle[:1]) / (2 * np.pi))
-    return replace(table, frame=table.frame.assign(time=(angle + 2 * np.pi * revolutions - start) / speed))
+    frame = table.frame.drop(columns="crank_speed", errors="ignore")
+    return replace(table, frame=frame.assign(time=(angle + 2 * np.pi * revolutions - start) / speed))
 
 
 def continuous(values: Array, channel: Channel) -> Array:

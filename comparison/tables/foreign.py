@@ -56,7 +56,8 @@ def read_tables(
     The rules of a mapping hold for the side, "a" or "b", of each file; what it does not assign has the name
     of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count. With
     ``only`` some channels all but these, and the rates that interpolate them, are left out in silence. The
-    ``abscissa`` may be crank_angle instead: then it is the ``time`` of the tables, in rad.
+    ``abscissa`` may be crank_angle instead: then it is the ``time`` of the tables, in rad, and a crank_speed
+    is kept.
     """
     mapping = mapping or Mapping()
     if only is not None:
@@ -165,6 +166,8 @@ def _add_shared(
     pairs |= {name: each.rate for name, each in mapping.channels.items()}
     rates = {rate for name in compare or () if (rate := pairs.get(name))}
     rates = {rate for rate in rates if all(rate in own and not own[rate][0].text for own in assigned)}
+    if compare and (speed := pairs.get(compare[0])):  # of the abscissa
+        rates.add(speed)
     left_out = []
     for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
         columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)

@@ -28,8 +28,8 @@ from comparison.tables.units import parse, same_dimension
 SURE, LIKELY, DOUBTFUL = "sure", "likely", "doubtful"
 _GRID = 2000  # times at which columns are held against each other
 # RMS distances as shares of the standard deviation: of unrelated columns they are 1 and more.
-_FITS = 0.3  # two models of one motion are nearer, unless one has a fault
-_RESEMBLES = 0.7
+_FITS = 0.3  # two models of one motion are nearer, but for what chatter separates
+_SIZE = 0.7  # the logarithm of a ratio of standard deviations, within which the name decides
 _RIVAL = 5.0  # times the distance of the best fit, within which another column fits as well
 _CORRELATES = 0.9
 _CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
@@ -126,6 +126,7 @@ class _Fit(NamedTuple):
     sign: int = 1
     offset: float = 0.0
     distance: float = nan
+    size: float = nan  # the logarithm of the ratio of their standard deviations
 
     @property
     def plain(self) -> bool:
@@ -209,7 +210,7 @@ def _times(first: _Side, second: _Side) -> _Fit | None:
     fits = []
     for one, other in product(first.units(first.time, "s"), second.units(second.time, "s")):
         ratio = abs(log(spans[0] * _factor(one) / (spans[1] * _factor(other)))) if all(spans) else nan
-        fits.append(_Fit(TIME, (one, other), distance=round(ratio, 2)))
+        fits.append(_Fit(TIME, (one, other), distance=round(ratio, 2), size=0.0))
     return min(fits, key=_order)
 
 
@@ -222,7 +223,7 @@ def _order(fit: _Fit) -> tuple[float, int]:
     """Order fits by distance, and what the data do not tell apart by how usual its units are."""
     usual = _UNITS["s"] if fit.channel == TIME else _UNITS.get(channels()[fit.channel].unit, [])
     rank = sum(usual.index(unit) for unit in fit.units if unit in usual)
-    return (inf if isnan(fit.distance) else round(fit.distance, 6)), rank
+    return (inf if isnan(fit.distance) else round(fit.distance + fit.size, 6)), rank
 
 
 def _on_one_grid(sides: Sequence[_Side], times: _Fit) -> list[list[Array]]:
@@ -256,16 +257,21 @@ def _conversions(channel: str, units: tuple[str, str], data: tuple[Array, Array]
     """Yield how near two columns in these units come, with either sign, and with an offset where it tells."""
     factor = _factor(units[1])
     a, b = data[0] * _factor(units[0]), data[1] * factor
-    size = float(np.std(a))
+    deviations = float(np.std(a)), float(np.std(b))
     if any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
         return  # in some unit, or with an offset, a constant equals any other
+    size = abs(log(deviations[0] / deviations[1]))
     for sign in (1, -1):
         apart = a - sign * b
-        plain, spread = float(np.sqrt(np.mean(apart**2))) / size, float(np.std(apart)) / size
-        yield _Fit(channel, units, sign, 0.0, plain)
-        if 1e-3 < plain > _RIVAL * spread:
-            digits = ceil(-log10(max(spread * size / factor, 1e-12)))
-            yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread)
+        plain, spread = (
+            float(np.sqrt(np.mean(apart**2))) / deviations[0],
+            float(np.std(apart)) / deviations[0],
+        )
+        if sign == 1 or plain <= _FITS:
+            yield _Fit(channel, units, sign, 0.0, plain, size)
+        if 1e-3 < plain > _RIVAL * spread and spread <= _FITS:
+            digits = ceil(-log10(max(spread * deviations[0] / factor, 1e-12)))
+            yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread, size)
 
 
 def _guesses(
@@ -284,7 +290,7 @@ def _guesses(
     sureness = DOUBTFUL
     if units and near and (named or fit.plain):
         sureness = SURE if named and fit.plain and any(stated) else LIKELY
-    elif units and named and (fit.distance <= _RESEMBLES or all(stated)):
+    elif units and named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
         sureness = LIKELY
     told = any(stated) or fit.units[0] != fit.units[1]
     for side, column, other, unit, known in zip(sides, pair, pair[::-1], fit.units, stated, strict=True):
