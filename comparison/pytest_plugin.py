@@ -1,4 +1,4 @@
-"""Pytest fixture for external projects: assert that two tables agree on a scene.
+"""Pytest fixture for external projects: assert that a table agrees with another one, or with an expected one.
 
 pytest loads this module at every start where the package is installed; only pytest is imported until the
 fixture is used. PYTEST_DONT_REWRITE
@@ -6,43 +6,63 @@ fixture is used. PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from comparison.tables.dialect import Source
     from comparison.tables.table import Table
 
     Results = str | Path | Table | pd.DataFrame
 
+_WRITTEN = (".csv", ".parquet")  # endings of the tables that are written where they are missing
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that writes the expected tables anew."""
+    group = parser.getgroup("sixbar")
+    group.addoption(
+        "--sixbar-update",
+        action="store_true",
+        help="write the expected tables of assert_agree anew, from what the tests give it",
+    )
+
 
 @pytest.fixture
-def assert_agree() -> Callable[..., None]:
+def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
-    ``assert_agree(a, b, *, scene=None, tolerance=None, share=1.0, allow_indeterminate=False)``: ``a`` and
-    ``b`` are paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``;
-    the others are those of ``sixbar compare``.
+    ``assert_agree(a, b, *, scene=None, mapping=None, channels=None, tolerance=None, tolerances=None, ...)``:
+    ``a`` and ``b`` are paths of tables, `comparison.tables.table.Table` or pandas data frames; the others are
+    those of ``sixbar compare``, and ``tolerances`` of single channels. Where ``b`` is a path and there is no
+    file, the table is written from ``a``, and the test fails this once; ``--sixbar-update`` writes it anew.
     """
-    return _assert_agree
+    return partial(_assert_agree, update=bool(request.config.getoption("--sixbar-update")))
 
 
 def _assert_agree(
     a: Results,
     b: Results,
     *,
+    update: bool,
     scene: str | Path | None = None,
+    mapping: str | Path | None = None,
+    channels: Sequence[str] | None = None,
     tolerance: float | None = None,
-    share: float = 1.0,
+    tolerances: Mapping[str, float] | None = None,
     allow_indeterminate: bool = False,
+    **options: Any,
 ) -> None:
     from comparison.scene import load_scene
+    from comparison.tables.mapping import load_mapping
     from comparison.tables.table import TableError
-    from comparison.verdict.compare import Runs, compare, recorded_scene
+    from comparison.verdict.recorded import Request, compare_files
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
@@ -51,26 +71,29 @@ def _assert_agree(
         str(b) if isinstance(b, str | Path) else "table b",
     )
     try:
-        first, second = _read(a), _read(b)
-        loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(first, second)
-        if tolerance is None and loaded is not None:
-            tolerance = loaded.tolerance
-        result = compare(
-            Runs(first),
-            Runs(second),
-            scene=loaded,
+        rules = None if mapping is None else load_mapping(Path(mapping))
+        request = Request(
+            scene=None if scene is None else load_scene(scene),
+            mapping=rules,
+            channels=channels,
             tolerance=tolerance,
-            share=share,
-            time_tolerance=0.0 if loaded is None else loaded.time_tolerance,
-            gate=None if loaded is None else loaded.gate,
-            labels=labels,
-            warnings=warnings,
+            tolerances=tolerances or {},
+            **options,
         )
+        first = _source(a, labels[0])
+        if isinstance(b, str | Path) and Path(b).suffix in _WRITTEN and (update or not Path(b).exists()):
+            _write(first, Path(b), request)
+            if update:
+                return
+            raise AssertionError(
+                f"{b} was missing, and is written from {labels[0]}: check it, and test again"
+            )
+        result = compare_files([("base", first)], [("base", _source(b, labels[1]))], request, labels=labels)
     except TableError as error:
         raise AssertionError(f"cannot compare: {error}") from None
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
         return
-    on = "" if loaded is None else f" on scene {loaded.name!r}"
+    on = "" if result.scene is None else f" on scene {result.name!r}"
     lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {scene_reason(result)}"]
     lines += [
         f"  {name}: {channel.verdict}: {reason(channel)}"
@@ -80,12 +103,28 @@ def _assert_agree(
     raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
 
 
-def _read(results: Results) -> Table:
+def _source(results: Results, label: str) -> Path | Source:
+    """Return what is read as a table."""
     import pandas as pd
 
+    from comparison.tables.dialect import Source, column
     from comparison.tables.table import Table
-    from comparison.tables.table_files import read
 
-    if isinstance(results, Table | pd.DataFrame):
-        return results if isinstance(results, Table) else Table(results)
-    return read(results)
+    if not isinstance(results, Table | pd.DataFrame):
+        return Path(results)
+    table = results if isinstance(results, Table) else Table(results)
+    units = {name: channel.unit or None for name, channel in table.own.items()}
+    columns = [column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
+    return Source(Path(label), columns, events=table.events, extrema=table.extrema, record=table.provenance)
+
+
+def _write(first: Path | Source, path: Path, request: Any) -> None:
+    """Write the table that is expected: in SI, with the names of channels."""
+    from comparison.tables.foreign import read_tables
+    from comparison.tables.table import check
+    from comparison.tables.table_files import write
+
+    (table,), _ = read_tables([first], ["a"], request.mapping, request.at_events, only=request.channels)
+    check(table, table.channels, name=str(getattr(first, "path", first)))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write(table, path)
