@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from comparison.tables.arrays import Array
-from comparison.tables.channels import JOINTS, channels, is_uncertainty
+from comparison.tables.channels import JOINTS, channels
 from comparison.tables.dialect import Column
 from comparison.tables.formats import open_source
 from comparison.tables.mapping import TIME
@@ -177,7 +177,7 @@ def suggest(a: Path, b: Path) -> Suggestion:
 
 def _side(letter: str, path: Path) -> _Side:
     source = open_source(path)
-    numbers = [each for each in source.columns if each.text is None and not is_uncertainty(each.name)]
+    numbers = [each for each in source.columns if each.text is None]
     rising = [each for each in numbers if each.numbers.size > 1 and (np.diff(each.numbers) >= 0).all()]
     time = next((each for each in rising if _named(each.name) == TIME), next(iter(rising), None))
     return _Side(letter, source.record is not None, time, [each for each in numbers if each is not time])

@@ -125,6 +125,12 @@ def test_what_is_left_out_on_purpose_is_not_listed(tables):
         command = ["compare", "p.csv", other, "--channels", "slider_x", "--tolerance", "1e-6", "--json"]
         assert "force" not in tables(*command).err
         assert list(tables.numbers["channels"]) == ["slider_x"]
+    tables.table("u.csv", time=TIME, **columns, slider_x_u=0 * TIME + 1e-9)  # as of run --uncertainty
+    for pair in (("u.csv", "p.csv"), ("p.csv", "u.csv")):
+        tables.refused(["compare", *pair, "--tolerance", "1"], "'force'")
+    tables.table("v.csv", time=TIME, **columns)
+    tables("compare", "u.csv", "v.csv", "--tolerance", "1e-9", "--json")
+    assert list(tables.numbers["channels"]) == list(columns)
     late = TIME[:-1] + 0.005
     tables.table("r.csv", time=late, slider_x=np.sin(9 * late), slider_vx=9 * np.cos(9 * late))
     # The error of the cubic is 9**4 * 0.01**4 / 384 = 1.7e-7 of a range of 2.
@@ -150,7 +156,7 @@ def test_the_estimated_shift_is_applied_where_it_is_asked_for(sixbar):
     for name, late in (("p.csv", 0.0), ("q.csv", 0.002)):
         at = 9 * (TIME - late)
         sixbar.table(name, time=TIME, slider_x=np.sin(at), slider_vx=9 * np.cos(at))
-    command = "compare p.csv q.csv --channels slider_x --tolerance 1e-5 --json".split()
+    command = ["compare", "p.csv", "q.csv", "--channels", "slider_x", "--tolerance", "1e-5", "--json"]
     sixbar(*command, code=1)
     assert sixbar.numbers["applied_shift"] is None
     said = sixbar(*command, "--apply-shift").err
