@@ -6,7 +6,7 @@ fixture is used. PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,9 +38,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
-    ``assert_agree(a, b, *, scene=None, mapping=None, channels=None, tolerance=None, tolerances=None, ...)``:
-    ``a`` and ``b`` are paths of tables, `comparison.tables.table.Table` or pandas data frames; the others are
-    those of ``sixbar compare``, and ``tolerances`` of single channels. Where ``b`` is a path and there is no
+    ``assert_agree(a, b, *, scene=None, mapping=None, allow_indeterminate=False, **options)``: ``a`` and ``b``
+    are paths of tables, `comparison.tables.table.Table` or pandas data frames; the options are those of
+    `comparison.verdict.recorded.compare_files`. Where ``b`` is a path and there is no
     file, the table is written from ``a``, and the test fails this once; ``--sixbar-update`` writes it anew.
     """
     return partial(_assert_agree, update=bool(request.config.getoption("--sixbar-update")))
@@ -53,16 +53,13 @@ def _assert_agree(
     update: bool,
     scene: str | Path | None = None,
     mapping: str | Path | None = None,
-    channels: Sequence[str] | None = None,
-    tolerance: float | None = None,
-    tolerances: Mapping[str, float] | None = None,
     allow_indeterminate: bool = False,
     **options: Any,
 ) -> None:
     from comparison.scene import load_scene
     from comparison.tables.mapping import load_mapping
     from comparison.tables.table import TableError
-    from comparison.verdict.recorded import Request, compare_files
+    from comparison.verdict.recorded import compare_files
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
@@ -71,24 +68,17 @@ def _assert_agree(
         str(b) if isinstance(b, str | Path) else "table b",
     )
     try:
-        rules = None if mapping is None else load_mapping(Path(mapping))
-        request = Request(
-            scene=None if scene is None else load_scene(scene),
-            mapping=rules,
-            channels=channels,
-            tolerance=tolerance,
-            tolerances=tolerances or {},
-            **options,
-        )
+        options["scene"] = None if scene is None else load_scene(scene)
+        options["mapping"] = None if mapping is None else load_mapping(Path(mapping))
         first = _source(a, labels[0])
         if isinstance(b, str | Path) and Path(b).suffix in _WRITTEN and (update or not Path(b).exists()):
-            _write(first, Path(b), request)
+            _write(first, Path(b), options)
             if update:
                 return
             raise AssertionError(
                 f"{b} was missing, and is written from {labels[0]}: check it, and test again"
             )
-        result = compare_files([("base", first)], [("base", _source(b, labels[1]))], request, labels=labels)
+        result = compare_files([("base", first)], [("base", _source(b, labels[1]))], labels=labels, **options)
     except TableError as error:
         raise AssertionError(f"cannot compare: {error}") from None
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
@@ -118,13 +108,14 @@ def _source(results: Results, label: str) -> Path | Source:
     return Source(Path(label), columns, events=table.events, extrema=table.extrema, record=table.provenance)
 
 
-def _write(first: Path | Source, path: Path, request: Any) -> None:
+def _write(first: Path | Source, path: Path, options: dict[str, Any]) -> None:
     """Write the table that is expected: in SI, with the names of channels."""
     from comparison.tables.foreign import read_tables
     from comparison.tables.table import check
     from comparison.tables.table_files import write
 
-    (table,), _ = read_tables([first], ["a"], request.mapping, request.at_events, only=request.channels)
+    rows, only = options.get("at_events"), options.get("channels")
+    (table,), _ = read_tables([first], ["a"], options["mapping"], rows, only=only)
     check(table, table.channels, name=str(getattr(first, "path", first)))
     path.parent.mkdir(parents=True, exist_ok=True)
     write(table, path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,7 +12,6 @@ from comparison.cli import options
 from comparison.cli.console import print_json, say, warn, wrapped
 
 if TYPE_CHECKING:
-    from comparison.verdict.recorded import Request
     from comparison.verdict.results import SceneComparison
 
 _NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # of what was asked: it changes no number
@@ -95,7 +94,7 @@ def compare(
     from comparison.scene import load_scene
     from comparison.tables.foreign import AT_EVENTS
     from comparison.tables.mapping import load_mapping
-    from comparison.verdict.recorded import Request, compare_files
+    from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
@@ -114,31 +113,31 @@ def compare(
     only = None if channels is None else [name.strip() for name in channels.split(",")]
     if only is not None and not all(only):
         raise typer.BadParameter(f"--channels {channels!r} must be names separated by commas")
-    request = Request(
-        scene=None if scene is None else load_scene(scene),
-        mapping=None if mapping is None else load_mapping(mapping),
-        channels=only,
-        tolerance=tolerance,
-        absolute=absolute,
-        share=share,
-        time_tolerance=time_tolerance,
-        at_events=at_events,
-        abscissa=abscissa,
-        common_time=common_time,
-        apply_shift=apply_shift,
-        period=period,
-        refinements=(
+    asked: dict[str, Any] = {
+        "scene": None if scene is None else load_scene(scene),
+        "mapping": None if mapping is None else load_mapping(mapping),
+        "channels": only,
+        "abscissa": abscissa,
+        "at_events": at_events,
+        "refinements": (
             _factor_and_order(refinement_a, "--refinement-a"),
             _factor_and_order(refinement_b, "--refinement-b"),
         ),
-    )
+        "tolerance": tolerance,
+        "absolute": absolute,
+        "share": share,
+        "time_tolerance": time_tolerance,
+        "period": period,
+        "common_time": common_time,
+        "apply_shift": apply_shift,
+    }
     folder = check_folder(out or options.REPORTS / "compare")
     further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
     further_b = [("finer", finer_b), ("coarser", coarser_b), *(("perturbed", p) for p in perturbed_b or ())]
     if a.is_dir() and b.is_dir():
         if any(path for _, path in (*further_a, *further_b)):
             raise typer.BadParameter("further runs are those of two tables, not of two folders")
-        comparisons, title = _by_name(a, b, request), f"Tables of {a} and {b}"
+        comparisons, title = _by_name(a, b, asked), f"Tables of {a} and {b}"
         lines = []
     else:
         labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
@@ -146,13 +145,8 @@ def compare(
             [("base", base), *((kind, path) for kind, path in further if path is not None)]
             for base, further in ((a, further_a), (b, further_b))
         )
-        comparison = compare_files(
-            first,
-            second,
-            request,
-            labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
-            command=command,
-        )
+        labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
+        comparison = compare_files(first, second, labels=labels, command=command, **asked)
         if all(channel.threshold is None for channel in comparison.channels.values()):
             comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
         comparisons, title = [comparison], ""
@@ -185,7 +179,7 @@ def _suggest(a: Path, b: Path, out: Path | None, *, json: bool) -> int:
     return 0
 
 
-def _by_name(a: Path, b: Path, request: Request) -> list[SceneComparison]:
+def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
     """Compare the tables of two folders by their names; one of the first must have a partner."""
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
@@ -202,7 +196,7 @@ def _by_name(a: Path, b: Path, request: Request) -> list[SceneComparison]:
             comparisons.append(not_compared(name, f"{b} has no table of this name", labels))
             continue
         try:
-            made = compare_files([("base", path)], [("base", second[name])], request, labels=labels)
+            made = compare_files([("base", path)], [("base", second[name])], labels=labels, **asked)
         except TableError as error:
             made = not_compared(name, str(error), labels)
         comparisons.append(replace(made, name=name))

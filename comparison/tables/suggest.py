@@ -168,9 +168,8 @@ def suggest(a: Path, b: Path) -> Suggestion:
     ]
     if times is not None and first.time is not None and second.time is not None:
         # Two tables that tell the same motion at the same times have the right unit.
-        told = times._replace(
-            distance=min([times.distance, *(g.distance for g in guesses if g.distance >= 0)])
-        )
+        nearest = min([times.distance, *(guess.distance for guess in guesses if guess.distance >= 0)])
+        told = times._replace(distance=nearest)
         guesses = [*_guesses(sides, (first.time, second.time), told, unique=True), *guesses]
     return Suggestion((a, b), guesses, left)
 
@@ -178,8 +177,10 @@ def suggest(a: Path, b: Path) -> Suggestion:
 def _side(letter: str, path: Path) -> _Side:
     source = open_source(path)
     numbers = [each for each in source.columns if each.text is None]
-    rising = [each for each in numbers if each.numbers.size > 1 and (np.diff(each.numbers) >= 0).all()]
-    time = next((each for each in rising if _named(each.name) == TIME), next(iter(rising), None))
+    times = [
+        each for each in numbers if _named(each.name) in ("", TIME) and (np.diff(each.numbers) >= 0).all()
+    ]
+    time = min(times, key=lambda each: _named(each.name) != TIME, default=None)
     return _Side(letter, source.record is not None, time, [each for each in numbers if each is not time])
 
 
@@ -257,20 +258,17 @@ def _conversions(channel: str, units: tuple[str, str], data: tuple[Array, Array]
     """Yield how near two columns in these units come, with either sign, and with an offset where it tells."""
     factor = _factor(units[1])
     a, b = data[0] * _factor(units[0]), data[1] * factor
-    deviations = float(np.std(a)), float(np.std(b))
+    deviation = float(np.std(a))
     if any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
         return  # in some unit, or with an offset, a constant equals any other
-    size = abs(log(deviations[0] / deviations[1]))
+    size = abs(log(deviation / float(np.std(b))))
     for sign in (1, -1):
         apart = a - sign * b
-        plain, spread = (
-            float(np.sqrt(np.mean(apart**2))) / deviations[0],
-            float(np.std(apart)) / deviations[0],
-        )
+        plain, spread = float(np.sqrt(np.mean(apart**2))) / deviation, float(np.std(apart)) / deviation
         if sign == 1 or plain <= _FITS:
             yield _Fit(channel, units, sign, 0.0, plain, size)
         if 1e-3 < plain > _RIVAL * spread and spread <= _FITS:
-            digits = ceil(-log10(max(spread * deviations[0] / factor, 1e-12)))
+            digits = ceil(-log10(max(spread * deviation / factor, 1e-12)))
             yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread, size)
 
 
@@ -282,17 +280,18 @@ def _guesses(
     named = any(_named(column.name) == fit.channel for column in foreign)
     stated = [side.knows(column) or column.unit is not None for side, column in zip(sides, pair, strict=True)]
     near = fit.distance <= _FITS
-    # Names alone must be those of both; if neither unit is known, their ratio tells them if it is not 1.
-    named_alike = named and (near or len(foreign) < 2 or _named(pair[0].name) == _named(pair[1].name))
-    units = any(stated) or fit.units[0] != fit.units[1] or fit.channel == TIME
-    if not (named_alike or (near and unique)):
+    # Names alone must be those of both.
+    alike = named and (len(foreign) < 2 or _named(pair[0].name) == _named(pair[1].name))
+    if not (alike or (near and (named or unique))):
         return
-    sureness = DOUBTFUL
-    if units and near and (named or fit.plain):
-        sureness = SURE if named and fit.plain and any(stated) else LIKELY
-    elif units and named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
-        sureness = LIKELY
+    # If neither unit is stated the ratio of the two tells them, unless it is 1; times are then in s.
     told = any(stated) or fit.units[0] != fit.units[1]
+    sureness = DOUBTFUL
+    if told or fit.channel == TIME:
+        if near and (named or fit.plain):
+            sureness = SURE if named and fit.plain and any(stated) else LIKELY
+        elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
+            sureness = LIKELY
     for side, column, other, unit, known in zip(sides, pair, pair[::-1], fit.units, stated, strict=True):
         if not side.knows(column):
             yield Guess(

@@ -80,11 +80,9 @@ def compare(
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
         Channels to compare, among those requested by the scene; None: all.
-    common_time
-        Whether tables of different spans are compared where both have samples, instead of refused.
-    apply_shift
-        Of tables without uncertainty: whether b is compared earlier by the estimated time shift, if it is
-        significant.
+    common_time, apply_shift
+        Of tables without uncertainty: whether those of different spans are compared where both have samples,
+        instead of refused; whether b is compared without the estimated time shift, if it is significant.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
 
@@ -102,16 +100,20 @@ def compare(
     span = None if scene is None or common_time else (0.0, scene.duration)
     for label, table in tables.items():
         check(table, names, span, name=label)
+    if (common_time or apply_shift) and a.finer is not None:
+        raise TableError(
+            "further runs require equal times: neither a common time nor a shift applies to them"
+        )
     if common_time:
-        a, b, said = _common(a, b)
-        labelled, warnings = tuple(zip(labels, (a, b), strict=True)), (*warnings, *said)
+        first, second, said = _common(a.base, b.base)
+        a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *said)
+        labelled = tuple(zip(labels, (a, b), strict=True))
     warnings = (*warnings, *_check_times(labelled, ends=not common_time))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
     aligned, applied = align(a.base, b.base, names), None
     if apply_shift:
-        if a.finer is not None or aligned.shift.reason:
-            why = aligned.shift.reason or "further runs require equal times"
-            raise TableError(f"{labels[0]} and {labels[1]}: no time shift can be applied: {why}")
+        if aligned.shift.reason:
+            raise TableError(f"no time shift can be applied: {aligned.shift.reason}")
         if aligned.shift.seen:
             applied, b = aligned.shift, replace(b, base=moved(b.base, -aligned.shift.value))
             labelled, aligned = tuple(zip(labels, (a, b), strict=True)), align(a.base, b.base, names)
@@ -248,13 +250,14 @@ def _named(label: str, which: str) -> str:
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
     known, there = a.known | b.known, {*a.names, *b.names}
-    if scene is None:
-        return [name for name in known if name in there or name in (only or ())]
-    # Besides what every run of the scene holds there may be channels that no model writes.
-    names = expected(scene.data)
-    names += [name for name, channel in known.items() if channel.group in _BESIDES and name in there]
+    names = [name for name in known if name in there or name in (only or ())]
+    if scene is not None:
+        # Besides what every run of the scene holds there may be channels that no model writes.
+        beside = [name for name in names if known[name].group in _BESIDES and name in there]
+        names = [*expected(scene.data), *beside]
     if other := [name for name in only or () if name not in names]:
-        raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
+        where = "the tables have no common" if scene is None else f"scene {scene.name!r}: has no"
+        raise TableError(f"{where} channel {other[0]} to compare")
     if only is None:
         return names
     # Positions are interpolated by their rates, where both have them.
@@ -262,25 +265,14 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
     return [name for name in names if name in only or name in rates]
 
 
-def _common(a: Runs, b: Runs) -> tuple[Runs, Runs, tuple[str, ...]]:
-    """Return the runs within the span of time that both programs share, and which it is."""
-    times = a.base.time, b.base.time
-    start, end = float(max(time[0] for time in times)), float(min(time[-1] for time in times))
-    slack = SAME_GRID * float(min(np.median(np.diff(time)) for time in times))
-    if end <= start or max(np.ptp(time) for time in times) <= end - start + slack:
-        return a, b, ()  # without a common time the alignment refuses them
-
-    def shared(runs: Runs) -> Runs:
-        kept: dict[str, Any] = {
-            kind: cut(run, start - slack, end + slack) for kind, run in runs.tables.items()
-        }
-        return replace(runs, **kept)
-
-    return (
-        shared(a),
-        shared(b),
-        (f"compared from {instant(start, end)} to {instant(end, start)} s, which both tables span",),
-    )
+def _common(a: Table, b: Table) -> tuple[Table, Table, list[str]]:
+    """Return the rows within the span of time that both tables have, and say which it is."""
+    start, end = float(max(a.time[0], b.time[0])), float(min(a.time[-1], b.time[-1]))
+    slack = SAME_GRID * float(min(np.median(np.diff(a.time)), np.median(np.diff(b.time))))
+    if end <= start or max(np.ptp(a.time), np.ptp(b.time)) <= end - start + slack:
+        return a, b, []  # without a common time the alignment refuses them
+    said = f"compared from {instant(start, end)} to {instant(end, start)} s, which both tables span"
+    return cut(a, start - slack, end + slack), cut(b, start - slack, end + slack), [said]
 
 
 def _check_times(labelled: Sequence[tuple[str, Runs]], *, ends: bool) -> list[str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,7 @@ from comparison.scene import Scene
 from comparison.tables.align import over_angle, unwound
 from comparison.tables.dialect import Source
 from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import TIME
-from comparison.tables.mapping import Mapping as Rules
+from comparison.tables.mapping import TIME, Mapping
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare, recorded_scene
 from comparison.verdict.confirmation import decided, unconfirmed
@@ -63,94 +62,66 @@ class Recorded:
         return replace(self, base=change(self.base), finer=finer, coarser=coarser, perturbed=perturbed)
 
 
-@dataclass(frozen=True)
-class Request:
-    """How tables of two programs are compared: what ``sixbar compare`` and the fixture of pytest take.
-
-    Where there is no tolerance the scene's holds. Further fields are explained by
-    `comparison.verdict.compare.compare` and `comparison.tables.foreign.read_tables`.
-    """
-
-    scene: Scene | None = None  # None: the one that is recorded beside the tables
-    mapping: Rules | None = None
-    channels: Sequence[str] | None = None  # None: those that the mapping names, else all
-    tolerance: float | None = None
-    tolerances: Mapping[str, float] = field(default_factory=dict)
-    absolute: bool = False
-    share: float = 1.0
-    time_tolerance: float | None = None
-    at_events: str | None = None
-    abscissa: str = TIME
-    common_time: bool = False
-    apply_shift: bool = False
-    period: float | None = None
-    refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None)
-
-
 Files = Sequence[tuple[str, Path | Source]]
 """Tables of one program, each with the field of `Recorded` that it is for."""
 
 
 def compare_files(
-    a: Files, b: Files, request: Request, *, labels: tuple[str, str], command: str = ""
+    a: Files,
+    b: Files,
+    *,
+    scene: Scene | None = None,
+    mapping: Mapping | None = None,
+    channels: Sequence[str] | None = None,
+    abscissa: str = TIME,
+    at_events: str | None = None,
+    refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None),
+    tolerance: float | None = None,
+    time_tolerance: float | None = None,
+    **options: Any,
 ) -> SceneComparison:
-    """Read and compare the tables of two programs; what has no effect is among the warnings.
+    """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
 
-    Errors are those of `compare_recorded` and `comparison.tables.foreign.read_tables`.
+    Without a scene the one that is recorded beside the tables counts, and without a tolerance the scene's;
+    what has no effect is among the warnings. Further options and errors are those of `compare_recorded` and
+    `comparison.tables.foreign.read_tables`.
     """
-    mapping = request.mapping
-    tables, warnings = read_tables(
-        [file for _, file in (*a, *b)],
-        ["a"] * len(a) + ["b"] * len(b),
-        mapping,
-        request.at_events,
-        only=request.channels,
-        abscissa=request.abscissa,
-    )
-    scene = request.scene
+    files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
+    tables, warnings = read_tables(files, sides, mapping, at_events, only=channels, abscissa=abscissa)
     if scene is None:
         scene, said = recorded_scene(tables[0], tables[len(a)])
         warnings += said
-    if request.abscissa != TIME:
+    if abscissa != TIME:
         tables = _over_angle(tables, scene)
         warnings += ("the times are those at which the drive reaches the crank angles",)
-    first = _recorded(a, tables[: len(a)], request.refinements[0])
-    second = _recorded(b, tables[len(a) :], request.refinements[1])
+    first = _recorded(a, tables[: len(a)], refinements[0])
+    second = _recorded(b, tables[len(a) :], refinements[1])
     gate = {**({} if scene is None else scene.gate), **({} if mapping is None else mapping.gate)}
-    tolerance, late = request.tolerance, request.time_tolerance
-    if scene is not None:
-        tolerance = scene.tolerance if tolerance is None else tolerance
-        late = (scene.time_tolerance or None) if late is None else late
-    limited = tolerance is not None or bool(request.tolerances)
     stated = {
-        "--tolerance": request.tolerance is not None or bool(request.tolerances),
-        "--time-tolerance": request.time_tolerance is not None,
-        "--share": request.share < 1,
-        "--absolute": request.absolute,
+        "--tolerance": tolerance is not None or bool(options.get("tolerances")),
+        "--time-tolerance": time_tolerance is not None,
+        "--share": options.get("share", 1.0) < 1,
+        "--absolute": bool(options.get("absolute")),
         "the gate": bool(gate),
     }
+    if scene is not None:
+        tolerance = scene.tolerance if tolerance is None else tolerance
+        time_tolerance = (scene.time_tolerance or None) if time_tolerance is None else time_tolerance
     unused, why = [], ""
     if first.finer is not None:
         unused, why = list(stated), ": the uncertainty from finer runs decides"
-    elif not limited:
+    elif tolerance is None and not stated["--tolerance"]:
         unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
     return compare_recorded(
         first,
         second,
         scene=scene,
-        labels=labels,
         warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
         tolerance=tolerance,
-        tolerances=request.tolerances,
-        absolute=request.absolute,
-        share=request.share,
-        time_tolerance=late or 0.0,
+        time_tolerance=time_tolerance or 0.0,
         gate=gate,
-        period=request.period,
-        command=command,
-        only=request.channels if mapping is None or request.channels else mapping.compare,
-        common_time=request.common_time,
-        apply_shift=request.apply_shift,
+        only=mapping.compare if mapping is not None and channels is None else channels,
+        **options,
     )
 
 

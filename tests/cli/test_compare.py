@@ -38,11 +38,12 @@ REFUSED = {
     "a.csv end.csv --apply-shift": "--common-time",  # a shift is no reason for a table to end early
     "a.csv hole.csv --common-time": "20 rows",
     "a.csv a.csv --channels x,y": "--channels: 'y'",
+    "a.csv f.csv --channels x,force": "no common channel force",
     "a.csv a.csv --channels x,": "--channels 'x,'",
     "a.csv a.csv --abscissa angle": "--abscissa 'angle'|time, crank_angle",
     "a.csv a.csv --abscissa crank_angle": "a.csv: channel crank_angle is missing",
     "f.csv f.csv --apply-shift --channels force": "no time shift can be applied",
-    "a.csv b.csv --apply-shift --finer-a a.csv --finer-b b.csv": "no time shift can be applied|equal times",
+    "a.csv b.csv --apply-shift --finer-a a.csv --finer-b b.csv": "further runs require equal times",
     "a.csv f.csv": "'force'",
     "few.csv gap.csv": "rows are missing",
 }

@@ -162,3 +162,26 @@ def test_without_any_unit_equal_numbers_do_not_tell_it(sixbar):
     sureness = {guess["column"]: guess["sureness"] for guess in sixbar.numbers}
     assert {sureness[name] for name in ("x", "px", "y", "slider_y", "phi", "phi_2")} == {"doubtful"}
     assert "no unit is stated in either table" in sixbar.text("b.mapping.toml")
+
+
+def test_a_table_over_the_crank_angle_has_no_time(sixbar):
+    """Names and the units that are stated decide; the comparison is by the angle."""
+    named = {
+        "Crank.Angle [deg]": np.degrees(15 * TIME),
+        "X [mm]": MOTION["slider_x"] * 1e3,
+        "Y": MOTION["slider_y"],
+    }
+    sixbar.table("b.csv", **named)
+    sixbar.table("a.csv", time=TIME, crank_angle=15 * TIME, crank_speed=0 * TIME + 15, **MOTION)
+    sixbar.write("a.json", "{}")
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
+    expected = {
+        "Crank.Angle": ("crank_angle", "likely"),
+        "X": ("slider_x", "likely"),
+        "Y": ("slider_y", "doubtful"),
+    }
+    assert {guess["column"]: (guess["channel"], guess["sureness"]) for guess in sixbar.numbers} == expected
+    command = (
+        "compare a.csv b.csv --mapping b.mapping.toml --abscissa crank_angle --channels slider_x --tolerance"
+    )
+    sixbar(*command.split(), "1e-9")
