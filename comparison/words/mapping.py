@@ -44,7 +44,8 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
             break_long_words=False,
             break_on_hyphens=False,
         )
-    return "\n".join([*lines, ""])
+    # A name may hold what TOML does not allow in a comment.
+    return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)
 
 
 def _similar(columns: Sequence[tuple[str, float]]) -> str:
