@@ -1,4 +1,4 @@
-"""Pytest fixture for external projects: assert that two tables agree on a scene.
+"""Pytest fixture for external projects: assert that a table agrees with another one, or with an expected one.
 
 pytest loads this module at every start where the package is installed; only pytest is imported until the
 fixture is used. PYTEST_DONT_REWRITE
@@ -7,8 +7,9 @@ fixture is used. PYTEST_DONT_REWRITE
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -19,28 +20,43 @@ if TYPE_CHECKING:
 
     Results = str | Path | Table | pd.DataFrame
 
+_WRITTEN = (".csv", ".parquet")  # endings of the tables that are written where they are missing
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that writes the expected tables anew."""
+    group = parser.getgroup("sixbar")
+    group.addoption(
+        "--sixbar-update",
+        action="store_true",
+        help="write the expected tables of assert_agree anew, from what the tests give it",
+    )
+
 
 @pytest.fixture
-def assert_agree() -> Callable[..., None]:
+def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
-    ``assert_agree(a, b, *, scene=None, tolerance=None, share=1.0, allow_indeterminate=False)``: ``a`` and
-    ``b`` are paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``;
-    the others are those of ``sixbar compare``.
+    ``assert_agree(a, b, *, scene=None, mapping=None, allow_indeterminate=False, **options)``: ``a`` and ``b``
+    are paths of tables, `comparison.tables.table.Table` or pandas data frames; the options are those of
+    `comparison.verdict.recorded.compare_files`. Where ``b`` is a path and there is no
+    file, the table is written from ``a``, and the test fails this once; ``--sixbar-update`` writes it anew.
     """
-    return _assert_agree
+    return partial(_assert_agree, update=bool(request.config.getoption("--sixbar-update")))
 
 
 def _assert_agree(
     a: Results,
     b: Results,
     *,
+    update: bool,
     scene: str | Path | None = None,
-    tolerance: float | None = None,
-    share: float = 1.0,
+    mapping: str | Path | None = None,
     allow_indeterminate: bool = False,
+    **options: Any,
 ) -> None:
     from comparison.scene import load_scene
+    from comparison.tables.mapping import load_mapping
     from comparison.tables.table import TableError
     from comparison.verdict.tables import compare
     from comparison.words.verdicts import reason, scene_reason
@@ -51,8 +67,16 @@ def _assert_agree(
         str(b) if isinstance(b, str | Path) else "table b",
     )
     try:
-        loaded = None if scene is None else load_scene(scene)
-        result = compare(a, b, scene=loaded, tolerance=tolerance, share=share, labels=labels)
+        options["scene"] = None if scene is None else load_scene(scene)
+        options["mapping"] = None if mapping is None else load_mapping(Path(mapping))
+        if isinstance(b, str | Path) and Path(b).suffix in _WRITTEN and (update or not Path(b).exists()):
+            _write(a, labels[0], Path(b), options)
+            if update:
+                return
+            raise AssertionError(
+                f"{b} was missing, and is written from {labels[0]}: check it, and test again"
+            )
+        result = compare(a, b, labels=labels, **options)
     except TableError as error:
         raise AssertionError(f"cannot compare: {error}") from None
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
@@ -65,3 +89,16 @@ def _assert_agree(
         if channel.verdict == "differ"
     ]
     raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
+
+
+def _write(results: Results, label: str, path: Path, options: dict[str, Any]) -> None:
+    """Write the table that is expected: in SI, with the names of channels."""
+    from comparison.tables.foreign import as_source, read_tables
+    from comparison.tables.table import check
+    from comparison.tables.table_files import write
+
+    rows, only = options.get("at_events"), options.get("channels")
+    (table,), _ = read_tables([as_source(results, label)], ["a"], options["mapping"], rows, only=only)
+    check(table, table.channels, name=label)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write(table, path)

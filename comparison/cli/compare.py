@@ -1,16 +1,20 @@
-"""``sixbar compare``: any two tables, and the further runs that give their uncertainty."""
+"""``sixbar compare``: any two tables, or folders of them, and further runs that give their uncertainty."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from comparison.cli import options
 from comparison.cli.console import print_json, say, warn, wrapped
 
+if TYPE_CHECKING:
+    from comparison.verdict.results import SceneComparison
+
+_NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # of what was asked: it changes no number
 _File = Annotated[Path, typer.Argument(hidden=True)]
 _Coarser = Annotated[Path | None, options.option("FILE", "The run at a coarser setting.")]
 _Starts = Annotated[
@@ -23,19 +27,37 @@ _Refinement = Annotated[
 
 
 def compare(
+    context: typer.Context,
     a: _File,
     b: _File,
     scene: options.OfScene = None,
     tolerance: Annotated[
         float | None, options.option("X", "Allowed difference, as a share of each channel's scale.")
     ] = None,
+    absolute: Annotated[
+        bool, options.option(None, "The tolerance is in each channel's unit instead.", "--absolute")
+    ] = False,
     share: Annotated[
         float, options.option("X", "Share of the samples that must be within the tolerance.")
     ] = 1.0,
     time_tolerance: Annotated[
         float | None, options.option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
+    channels: Annotated[str | None, options.option("NAME[,...]", "Compare these channels alone.")] = None,
     mapping: options.MappingFile = None,
+    suggest_mapping: Annotated[
+        bool,
+        options.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
+    ] = False,
+    abscissa: Annotated[
+        str, options.option("time|crank_angle", "What the samples of both tables are aligned by.")
+    ] = "time",
+    common_time: Annotated[
+        bool, options.option(None, "Compare tables of different spans where both have rows.", "--common-time")
+    ] = False,
+    apply_shift: Annotated[
+        bool, options.option(None, "Compare B without its estimated shift in time.", "--apply-shift")
+    ] = False,
     at_events: options.AtEvents = None,
     finer_a: options.Finer = None,
     finer_b: options.Finer = None,
@@ -49,11 +71,14 @@ def compare(
         float | None,
         options.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
     ] = None,
-    out: options.OutFolder = None,
+    out: Annotated[
+        Path | None,
+        options.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
+    ] = None,
     json: options.AsJson = False,
     allow_indeterminate: options.AllowIndeterminate = False,
 ) -> int:
-    """Compare any two tables, also of other programs.
+    """Compare any two tables, also of other programs, or all tables of one name in two folders.
 
     A, B: .csv, .parquet, .mat, .xlsx, or text of another program. A finer run of each, better with coarser
     and perturbed ones, gives their numerical uncertainty, by which they are judged as by `sixbar validate`.
@@ -61,105 +86,131 @@ def compare(
     """
     from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
-    from comparison.scene import command_line, load_scene
-    from comparison.tables.foreign import read_tables
+    from comparison.scene import load_scene
     from comparison.tables.mapping import load_mapping
-    from comparison.verdict.compare import recorded_scene
-    from comparison.verdict.recorded import Recorded, compare_recorded
+    from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
+    command = _repeated(context)
+    if suggest_mapping:
+        return _suggest(a, b, out, json=json)
     options.check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
     options.check_positive("--period", period)
-    folder = check_folder(out or options.REPORTS / "compare")
-    rules = None if mapping is None else load_mapping(mapping)
-    runs: list[tuple[str, str, Path | None]] = [
-        *(("a", "base", a), ("a", "finer", finer_a), ("a", "coarser", coarser_a)),
-        *(("a", "perturbed", path) for path in perturbed_a or ()),
-        *(("b", "base", b), ("b", "finer", finer_b), ("b", "coarser", coarser_b)),
-        *(("b", "perturbed", path) for path in perturbed_b or ()),
-    ]
-    files = [(side, kind, path) for side, kind, path in runs if path is not None]
-    tables, left_out = read_tables(
-        [path for *_, path in files], [side for side, *_ in files], rules, at_events
-    )
-
-    def recorded(side: str, refinement: str | None) -> Recorded:
-        own = [(kind, table) for (whose, kind, _), table in zip(files, tables, strict=True) if whose == side]
-        return Recorded(
-            **{kind: table for kind, table in own if kind != "perturbed"},
-            perturbed=[table for kind, table in own if kind == "perturbed"],
-            refinement=_factor_and_order(refinement, f"--refinement-{side}"),
-        )
-
-    first, second = recorded("a", refinement_a), recorded("b", refinement_b)
-    loaded, warnings = (
-        (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
-    )
-    gate = {**({} if loaded is None else loaded.gate), **({} if rules is None else rules.gate)}
-    stated = {
-        "--tolerance": tolerance,
-        "--time-tolerance": time_tolerance,
-        "--share": share < 1,
-        "the gate": gate,
+    if abscissa not in ("time", "crank_angle"):
+        raise typer.BadParameter(f"--abscissa {abscissa!r} must be one of time, crank_angle")
+    only = None if channels is None else [name.strip() for name in channels.split(",")]
+    if only is not None and not all(only):
+        raise typer.BadParameter(f"--channels {channels!r} must be names separated by commas")
+    asked: dict[str, Any] = {
+        "scene": None if scene is None else load_scene(scene),
+        "mapping": None if mapping is None else load_mapping(mapping),
+        "channels": only,
+        "abscissa": abscissa,
+        "at_events": at_events,
+        "refinements": (
+            _factor_and_order(refinement_a, "--refinement-a"),
+            _factor_and_order(refinement_b, "--refinement-b"),
+        ),
+        "tolerance": tolerance,
+        "absolute": absolute,
+        "share": share,
+        "time_tolerance": time_tolerance,
+        "period": period,
+        "common_time": common_time,
+        "apply_shift": apply_shift,
     }
-    if loaded is not None:
-        tolerance = loaded.tolerance if tolerance is None else tolerance
-        time_tolerance = (loaded.time_tolerance or None) if time_tolerance is None else time_tolerance
-    unused, why = [], ""
-    if finer_a is not None:
-        unused, why = list(stated), ": the uncertainty from finer runs decides"
-    elif tolerance is None:
-        unused, why = ["--time-tolerance", "--share"], " without a tolerance"
-    warnings = (*left_out, *warnings, *(f"{name} has no effect{why}" for name in unused if stated[name]))
-
-    def command_with(tolerance: float | None) -> str:
-        given = {
-            "--scene": scene,
-            "--mapping": mapping,
-            "--tolerance": None if tolerance is None else f"{tolerance:g}",
-            "--share": None if share == 1 else f"{share:g}",
-            "--time-tolerance": time_tolerance,
-            "--at-events": at_events,
-            "--period": period,
-            "--refinement-a": refinement_a,
-            "--refinement-b": refinement_b,
-        }
-        words = [(name, value) for name, value in given.items() if value is not None]
-        words += [(f"--{kind}-{side}", path) for side, kind, path in files if kind != "base"]
-        return command_line("compare", [str(a), str(b)], {}, [str(word) for pair in words for word in pair])
-
-    command = command_with(tolerance)
-    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
-    comparison = compare_recorded(
-        first,
-        second,
-        scene=loaded,
-        tolerance=tolerance,
-        share=share,
-        time_tolerance=time_tolerance or 0.0,
-        gate=gate,
-        period=period,
-        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
-        command=command,
-        warnings=warnings,
-        only=None if rules is None else rules.compare,
-    )
-    if tolerance is None and finer_a is None:
-        comparison = replace(comparison, closer_command=command_with(0.01))
-    lines = (*channel_lines(comparison), *wrapped(shift_line(comparison)))
-    for line in (*lines, *verdict_lines([comparison], verbose=True)):
+    folder = check_folder(out or options.REPORTS / "compare")
+    further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
+    further_b = [("finer", finer_b), ("coarser", coarser_b), *(("perturbed", p) for p in perturbed_b or ())]
+    if a.is_dir() and b.is_dir():
+        if any(path for _, path in (*further_a, *further_b)):
+            raise typer.BadParameter("further runs are those of two tables, not of two folders")
+        comparisons, title = _by_name(a, b, asked), f"Tables of {a} and {b}"
+        lines = []
+    else:
+        labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
+        first, second = (
+            [("base", base), *((kind, path) for kind, path in further if path is not None)]
+            for base, further in ((a, further_a), (b, further_b))
+        )
+        labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
+        comparison = compare_files(first, second, labels=labels, command=command, **asked)
+        if all(channel.threshold is None for channel in comparison.channels.values()):
+            comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
+        comparisons, title = [comparison], ""
+        lines = [*channel_lines(comparison), *wrapped(shift_line(comparison))]
+    for line in (*lines, *verdict_lines(comparisons, verbose=True)):
         typer.echo(line, err=json)  # with colours
     if json:
-        print_json(as_mapping(comparison))
-    say(str(write_page([comparison], folder, command)), err=json)
-    warn(comparison.warnings)
-    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
+        print_json([*map(as_mapping, comparisons)] if title else as_mapping(comparisons[0]))
+    say(str(write_page(comparisons, folder, command, title=title)), err=json)
+    for comparison in comparisons:
+        warn([f"{comparison.name}: {line}" if title else line for line in comparison.warnings])
+    codes = [EXIT_CODES[comparison.verdict] for comparison in comparisons]
+    return exit_code(codes, allow_indeterminate=allow_indeterminate)
+
+
+def _suggest(a: Path, b: Path, out: Path | None, *, json: bool) -> int:
+    """Write a mapping of the columns of two tables, and say what it assigns."""
+    from comparison.files import FolderError, check_file, write_text
+    from comparison.tables.suggest import suggest
+    from comparison.words.mapping import mapping_text, summary
+
+    path = check_file(out or Path(f"{b.stem}.mapping.toml"))
+    if path.exists():
+        raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
+    suggestion = suggest(a, b)
+    write_text(mapping_text(suggestion, path), path)
+    if json:
+        print_json([guess._asdict() for guess in suggestion.guesses])
+    say(*summary(suggestion), str(path), err=json)
+    return 0
+
+
+def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
+    """Compare the tables of two folders by their names; one of the first must have a partner."""
+    from comparison.tables.table import TableError
+    from comparison.tables.table_files import tables_in
+    from comparison.verdict.recorded import compare_files
+    from comparison.verdict.results import not_compared
+
+    first, second = tables_in(a), tables_in(b)
+    if not first:
+        raise TableError(f"{a}: holds no table")
+    labels = (a.name, b.name) if a.name != b.name else (str(a), str(b))
+    comparisons = []
+    for name, path in first.items():
+        if name not in second:
+            comparisons.append(not_compared(name, f"{b} has no table of this name", labels))
+            continue
+        try:
+            made = compare_files([("base", path)], [("base", second[name])], labels=labels, **asked)
+        except TableError as error:
+            made = not_compared(name, str(error), labels)
+        comparisons.append(replace(made, name=name))
+    if alone := [path.name for name, path in second.items() if name not in first]:
+        warn([f"not compared, since {a} has none of their names: {', '.join(alone)}"])
+    return comparisons
+
+
+def _repeated(context: typer.Context, **changes: object) -> str:
+    """Return the command with all that was asked for and changes a number, and with other values."""
+    from comparison.scene import command_line
+
+    words = []
+    for option in context.command.params:
+        value = {**context.params, **changes}[str(option.name)]
+        if option.name in _NOT_REPEATED or value is None or value == option.default:
+            continue
+        for each in value if isinstance(value, list | tuple) else [value]:
+            words += [option.opts[0]] if each is True else [option.opts[0], str(each)]
+    return command_line("compare", [str(context.params[side]) for side in "ab"], {}, words)
 
 
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:

@@ -81,11 +81,15 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
 
 
 def write_page(
-    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str] = ()
+    comparisons: Sequence[SceneComparison],
+    folder: Path,
+    command: str,
+    missing: Sequence[str] = (),
+    title: str = "",
 ) -> Path:
     """Write the report of scenes into a folder and return its path; its title says how many are missing."""
     total = len(comparisons) + len(missing)
-    title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
+    title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
     path = folder / "report.html"

@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparison.tables.align import continuous
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 from comparison.tables.dialect import Column, Source, position
+from comparison.tables.dialect import column as source_column
 from comparison.tables.formats import open_source
 from comparison.tables.mapping import (
     TIME,
@@ -51,7 +53,7 @@ def as_tables(
     """Return tables, data frames and the tables of files, these as `read_tables` does, as tables."""
     files = [(Path(one), side) for one, side in zip(given, sides, strict=True) if isinstance(one, str | Path)]
     paths, of_files = [path for path, _ in files], [side for _, side in files]
-    read, warnings = read_tables(paths, of_files, mapping, at_events, only) if files else ([], ())
+    read, warnings = read_tables(paths, of_files, mapping, at_events, only=only) if files else ([], ())
     rest = iter(read)
     return [
         one if isinstance(one, Table) else Table(one) if isinstance(one, pd.DataFrame) else next(rest)
@@ -59,42 +61,63 @@ def as_tables(
     ], warnings
 
 
+def as_source(results: Table | pd.DataFrame | str | Path, label: str) -> Path | Source:
+    """Return what `read_tables` takes: of a table or a data frame in SI units its columns, else the path."""
+    if isinstance(results, str | Path):
+        return Path(results)
+    table = results if isinstance(results, Table) else Table(results)
+    units = {name: channel.unit or None for name, channel in table.own.items()}
+    columns = [source_column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
+    return Source(Path(label), columns, events=table.events, extrema=table.extrema, record=table.provenance)
+
+
 def read_tables(
-    paths: Sequence[Path],
+    paths: Sequence[Path | Source],
     sides: Sequence[str],
     mapping: Mapping | None = None,
     at_events: str | None = None,
+    *,
     only: Sequence[str] | None = None,
+    abscissa: str = TIME,
 ) -> tuple[list[Table], tuple[str, ...]]:
     """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
     The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
     the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
-    With ``only`` these channels alone are read.
+    With ``only`` some channels all but these, and the rates that interpolate them, are left out in silence.
+    The ``abscissa`` may be crank_angle instead: then it is the ``time`` of the tables, in rad, and a
+    crank_speed is kept.
     """
     if at_events is not None and at_events not in AT_EVENTS:
         raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     mapping = mapping or Mapping()
-    mapping = mapping if only is None else mapping.model_copy(update={"compare": list(only)})
-    sources = [open_source(path) for path in paths]
-    _refuse_missing(sources, sides, mapping)
+    if only is not None:
+        mapping = mapping.model_copy(update={"compare": list(only)})
+    compare = None if mapping.compare is None else [abscissa, *mapping.compare]
+    sources = [each if isinstance(each, Source) else open_source(each) for each in paths]
+    _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [
-        _by_rules(source, {**mapping.columns, **getattr(mapping, side)}, mapping)
+        _by_rules(source, {**mapping.columns, **getattr(mapping, side)}, mapping, abscissa)
         for source, side in zip(sources, sides, strict=True)
     ]
     ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
-    left_out = _add_shared(sources, assigned, ruled, mapping.compare)
-    completed = list(_complete(sources, assigned, mapping.compare))
+    left_out = _add_shared(sources, assigned, ruled, mapping, compare)
+    completed = list(_complete(sources, assigned, compare, abscissa))
     known = _definitions(sources, assigned, mapping)
     warnings = [*_assumptions(sources, known), *completed]
     tables = []
     for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
+        if abscissa not in columns:
+            raise _missing(source, abscissa)
         if others and only is None:
             reason = "not compared, since the mapping leaves it out"
             warnings.append(f"{source.path.name}: {reason}: {', '.join(others)}")
-        names = [TIME, *(name for name in columns if name != TIME)]
+        names = [abscissa, *(name for name in columns if name not in (abscissa, TIME))]
         converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
         frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
+        if abscissa != TIME and len(frame) > 1:
+            frame[abscissa] = continuous(frame[abscissa].to_numpy(), channels()[abscissa])
+        frame = frame.rename(columns={abscissa: TIME})
         provenance = source.record
         if provenance is None or by_rule:
             settings = {name: description for name, (_, description) in converted.items()}
@@ -105,7 +128,7 @@ def read_tables(
     return tables, tuple(warnings)
 
 
-def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:
+def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping, compare: str) -> None:
     """Reject rules for missing columns: a misspelt name would leave a channel out."""
     every = [name for source in sources for name in source.names]
     most = max(len(source.columns) for source in sources)
@@ -122,11 +145,11 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
                 raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *every}:
-            raise TableError(f"{mapping.file}: compare: {name!r} is not a channel")
+            raise TableError(f"{compare}: {name!r} is not a channel")
 
 
-def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assigned:
-    """Assign columns to channels by rules, else by their names; one is the time."""
+def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping, abscissa: str) -> Assigned:
+    """Assign columns to channels by rules, else by their names; one is the time if it is the abscissa."""
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
@@ -142,16 +165,27 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assi
             both = f"{assigned[channel][0].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
         assigned[channel] = column, rule or _NONE
-    if TIME not in assigned:
-        names = ", ".join(sorted(source.names))
-        raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
+    if abscissa not in assigned and abscissa == TIME:  # a crank angle may be prescribed
+        raise _missing(source, TIME)
     return assigned
 
 
+def _missing(source: Source, channel: str) -> TableError:
+    names = ", ".join(sorted(source.names))
+    return TableError(f"{source.path}: channel {channel} is missing; columns: {names}; {_HINT}")
+
+
 def _add_shared(
-    sources: Sequence[Source], assigned: Sequence[Assigned], ruled: Sequence[bool], compare: list[str] | None
+    sources: Sequence[Source],
+    assigned: Sequence[Assigned],
+    ruled: Sequence[bool],
+    mapping: Mapping,
+    compare: list[str] | None,
 ) -> list[list[str]]:
-    """Assign what has one name in all tables, keep what is to be compared, and return all other names."""
+    """Assign what has one name in all tables, keep what is to be compared, and return all other names.
+
+    Kept are also the rates by which positions are interpolated, where all tables have them.
+    """
     free = []
     for source, columns in zip(sources, assigned, strict=True):
         taken = {column.name for column, _ in columns.values()}
@@ -159,6 +193,12 @@ def _add_shared(
     shared = set(free[0]).intersection(*free[1:])
     # A mapping that names columns leaves out the others, even if both tables have them.
     wanted = shared & set(compare or ()) if any(ruled) else shared
+    pairs = {name: each.rate for name, each in channels().items()}
+    pairs |= {name: each.rate for name, each in mapping.channels.items()}
+    rates = {rate for name in compare or () if (rate := pairs.get(name))}
+    rates = {rate for rate in rates if all(rate in own and not own[rate][0].text for own in assigned)}
+    if compare and (speed := pairs.get(compare[0])):  # of the abscissa
+        rates.add(speed)
     left_out = []
     for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
         columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)
@@ -169,19 +209,22 @@ def _add_shared(
             raise TableError(f"{source.path}: {unknown[0]!r} {what}; {_HINT}")
         for name in [name for name in columns if compare is not None and name not in (TIME, *compare)]:
             lacking.append(name)
-            del columns[name]
+            if name not in rates:
+                del columns[name]
         left_out.append(lacking)
     return left_out
 
 
 def _complete(
-    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None
+    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None, abscissa: str
 ) -> Iterator[str]:
     """Give tables of ours what their scenes prescribe, where another table has it; say so."""
     wanted = {name for columns in assigned for name in columns if compare is None or name in compare}
     for source, columns in zip(sources, assigned, strict=True):
+        if TIME not in columns:
+            continue
         prescribed = _prescribed(source.record, columns[TIME][0].numbers)
-        lacking = wanted - columns.keys()
+        lacking = (wanted | {abscissa}) - columns.keys()
         added = {column.name: (column, _NONE) for column in prescribed if column.name in lacking}
         columns.update(added)
         if added:
@@ -291,5 +334,5 @@ def _resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataF
     if at_events == "both":
         times = time[kept]
         after = np.append(False, np.diff(times) == 0)
-        rows["time"] = np.where(after, np.nextafter(times, np.inf), times)
+        rows["time"] = np.where(after, np.nextafter(times, np.inf * (times[-1] - times[0])), times)
     return rows

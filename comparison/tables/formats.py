@@ -17,6 +17,7 @@ from zipfile import ZipFile
 import numpy as np
 
 from comparison.files import check_size
+from comparison.tables.channels import is_uncertainty
 from comparison.tables.dialect import NUMBER, Column, Source, column, decoded, parse_text
 from comparison.tables.table import TableError
 from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
@@ -39,7 +40,8 @@ def open_source(path: Path) -> Source:
         with path.open("rb") as file:
             head = file.read(_HEAD)
         source = _source(path, head)
-    source = replace(source, events=read_beside(path, "events"))
+    columns = [each for each in source.columns if not is_uncertainty(each.name)]
+    source = replace(source, columns=columns, events=read_beside(path, "events"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
         extrema, record = read_record(path)
         source = replace(source, extrema=extrema, record=record)

@@ -133,6 +133,21 @@ def write(table: Table, path: str | Path) -> Path:
     return path
 
 
+def tables_in(folder: Path) -> dict[str, Path]:
+    """Return the files of a folder that may be tables by their names without the ending, which are unique."""
+    ends = tuple(f".{end}" for end in _BESIDE.values())
+    tables: dict[str, Path] = {}
+    with readable(folder):
+        files = sorted(path for path in folder.iterdir() if path.is_file())
+    for path in files:
+        if path.name.startswith(".") or path.name.endswith(ends):
+            continue
+        if other := tables.get(path.stem):
+            raise TableError(f"{folder}: {other.name} and {path.name} have one name: which is meant?")
+        tables[path.stem] = path
+    return tables
+
+
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the files that `write` makes beside that of a table."""
     return [_beside(path, name) for name in _BESIDE if getattr(table, name, path) is not None]

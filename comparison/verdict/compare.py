@@ -21,10 +21,10 @@ from comparison.execution.quality import contact_warnings
 from comparison.formatting import instant
 from comparison.metrics.contacts import noted
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align, continuous
+from comparison.tables.align import Aligned, align, continuous, cut, moved
 from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError, check
-from comparison.tables.times import holes, isolated
+from comparison.tables.times import SAME_GRID, holes, isolated
 from comparison.verdict.attribution import attribute
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.results import METRICS, ChannelComparison, SceneComparison, described, scene_coverage
@@ -41,6 +41,8 @@ def compare(
     *,
     scene: Scene | None = None,
     tolerance: float | None = None,
+    tolerances: Mapping[str, float] | None = None,
+    absolute: bool = False,
     share: float = 1.0,
     time_tolerance: float = 0.0,
     gate: Mapping[str, float] | None = None,
@@ -51,6 +53,8 @@ def compare(
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
     only: Sequence[str] | None = None,
+    common_time: bool = False,
+    apply_shift: bool = False,
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
@@ -65,6 +69,8 @@ def compare(
     tolerance, share
         Of tables without uncertainty: share of the scale that is allowed (None: "indeterminate"), and of the
         samples that must be within.
+    tolerances, absolute
+        Of the same: channel -> its own tolerance; whether tolerances are in the channels' units instead.
     time_tolerance, gate
         Of the same: s, by which either may be early or late, though neither may lack what the other has; and
         metric -> limit (`comparison.verdict.results.METRICS`).
@@ -74,6 +80,9 @@ def compare(
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
         Channels to compare, among those requested by the scene; None: all.
+    common_time, apply_shift
+        Of tables without uncertainty: whether those of different spans are compared where both have samples,
+        instead of refused; whether b is compared without the estimated time shift, if it is significant.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
 
@@ -81,27 +90,47 @@ def compare(
     ------
     TableError
         If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
-        a number that is not finite, time that does not increase, a truncated run.
+        a number that is not finite, time that does not increase, a truncated run, no estimate of the shift
+        to be applied.
     """
     check_gate(gate or {})
     labelled = tuple(zip(labels, (a, b), strict=True))
     tables = {_named(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
     names = _names(a.base, b.base, scene, only)
+    span = None if scene is None or common_time else (0.0, scene.duration)
     for label, table in tables.items():
-        check(table, names, None if scene is None else (0.0, scene.duration), name=label)
-    warnings = (*warnings, *_check_times(labelled))
+        check(table, names, span, name=label)
+    if (common_time or apply_shift) and a.finer is not None:
+        raise TableError(
+            "further runs require equal times: neither a common time nor a shift applies to them"
+        )
+    if common_time:
+        first, second, said = _common(a.base, b.base)
+        a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *said)
+        labelled = tuple(zip(labels, (a, b), strict=True))
+    warnings = (*warnings, *_check_times(labelled, ends=not common_time))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
-    aligned = align(a.base, b.base, names)
+    aligned, applied = align(a.base, b.base, names), None
+    if apply_shift:
+        if aligned.shift.reason:
+            raise TableError(f"no time shift can be applied: {aligned.shift.reason}")
+        if aligned.shift.seen:
+            applied, b = aligned.shift, replace(b, base=moved(b.base, -aligned.shift.value))
+            labelled, aligned = tuple(zip(labels, (a, b), strict=True)), align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
     period = period if scene is None else scene.period
     window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     known = a.base.known | b.base.known
+    compared = [name for name in names if only is None or name in only]
+    if other := [name for name in tolerances or () if name not in compared]:
+        raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
+    allowed = dict.fromkeys(compared, tolerance) | dict(tolerances or {})
 
     def judged(every: int) -> dict[str, ChannelComparison]:
         results: dict[str, ChannelComparison] = {}
-        for channel in map(known.__getitem__, names):  # positions come before what follows from them
+        for channel in map(known.__getitem__, compared):  # positions come before what follows from them
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
@@ -117,7 +146,8 @@ def compare(
                 scene=None if scene is None else scene.data,
                 u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
-                tolerance=tolerance,
+                tolerance=allowed[channel.name],
+                absolute=absolute,
                 limits=limits,
                 share=share,
                 time_tolerance=time_tolerance,
@@ -134,10 +164,10 @@ def compare(
         )
         for name, channel in grids[0].items()
     }
-    warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results, tolerance)
+    warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
-        allowed_shift = _exceeded_shift(results, aligned, tolerance, time_tolerance)
+        allowed_shift = _exceeded_shift(results, aligned, time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
     return SceneComparison(
@@ -153,6 +183,7 @@ def compare(
         command=command,
         tier=tier,
         shift=aligned.shift,
+        applied_shift=applied,
         allowed_shift=allowed_shift,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
         attribution=attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene),
@@ -219,18 +250,33 @@ def _named(label: str, which: str) -> str:
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
     known, there = a.known | b.known, {*a.names, *b.names}
-    if scene is None:
-        return [name for name in known if name in there or name in (only or ())]
-    # Besides what every run of the scene holds there may be channels that no model writes.
-    names = expected(scene.data)
-    names += [name for name, channel in known.items() if channel.group in _BESIDES and name in there]
+    names = [name for name in known if name in there or name in (only or ())]
+    if scene is not None:
+        # Besides what every run of the scene holds there may be channels that no model writes.
+        beside = [name for name in names if known[name].group in _BESIDES and name in there]
+        names = [*expected(scene.data), *beside]
     if other := [name for name in only or () if name not in names]:
-        raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
-    return names if only is None else [name for name in names if name in only]
+        where = "the tables have no common" if scene is None else f"scene {scene.name!r}: has no"
+        raise TableError(f"{where} channel {other[0]} to compare")
+    if only is None:
+        return names
+    # Positions are interpolated by their rates, where both have them.
+    rates = {known[name].rate for name in only} & {*a.names} & {*b.names}
+    return [name for name in names if name in only or name in rates]
 
 
-def _check_times(labelled: Sequence[tuple[str, Runs]]) -> list[str]:
-    """Reject runs of one model on different grids, and tables that end early or have holes.
+def _common(a: Table, b: Table) -> tuple[Table, Table, list[str]]:
+    """Return the rows within the span of time that both tables have, and say which it is."""
+    start, end = float(max(a.time[0], b.time[0])), float(min(a.time[-1], b.time[-1]))
+    slack = SAME_GRID * float(min(np.median(np.diff(a.time)), np.median(np.diff(b.time))))
+    if end <= start or max(np.ptp(a.time), np.ptp(b.time)) <= end - start + slack:
+        return a, b, []  # without a common time the alignment refuses them
+    said = f"compared from {instant(start, end)} to {instant(end, start)} s, which both tables span"
+    return cut(a, start - slack, end + slack), cut(b, start - slack, end + slack), [said]
+
+
+def _check_times(labelled: Sequence[tuple[str, Runs]], *, ends: bool) -> list[str]:
+    """Reject runs of one model on different grids, and tables that have holes or other ``ends``.
 
     One missing row, or a hole in both tables, is a warning.
     """
@@ -240,12 +286,12 @@ def _check_times(labelled: Sequence[tuple[str, Runs]]) -> list[str]:
                 raise TableError(f"{_named(label, which)}: its times differ from those of {label}")
     (label_a, a), (label_b, b) = times = [(label, runs.base.time) for label, runs in labelled]
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
-    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
-        ends = a[0], a[-1], b[0], b[-1]
-        start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
+    if ends and (abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack):
+        four = a[0], a[-1], b[0], b[-1]
+        start_a, end_a, start_b, end_b = (instant(end, *four) for end in four)
         raise TableError(
-            f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: "
-            "one of them is truncated"
+            f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: one of them is "
+            "truncated, or compare their common time alone (--common-time)"
         )
     shared, warnings = np.array_equal(a, b), []
     for label, time in times[:1] if shared else times:
@@ -267,7 +313,6 @@ def _interpolation(
     sides: Mapping[str, tuple[str, Runs]],
     aligned: Aligned,
     results: Mapping[str, ChannelComparison],
-    tolerance: float | None,
 ) -> tuple[str, ...]:
     """Return what the interpolation of a table leaves out, such as what stands out between compared times."""
     if not aligned.interpolated:
@@ -283,12 +328,14 @@ def _interpolation(
             "between them and the nearest samples of the interpolated table",
         )
     time, outstanding = runs.base.time, []
-    if tolerance is None or time.size < 3:
+    if time.size < 3:
         return warnings
     between = ~np.isin(time, aligned.time)
     for name, result in results.items():
+        if result.tolerance is None:
+            continue
         values = continuous(runs.base.values(name), result.definition)
-        apart = between * isolated(time, values, tolerance * result.scale)
+        apart = between * isolated(time, values, result.tolerance)
         at = int(apart.argmax())
         if apart[at]:
             when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
@@ -305,20 +352,19 @@ def _interpolation(
 def _exceeded_shift(
     results: Mapping[str, ChannelComparison],
     aligned: Aligned,
-    tolerance: float | None,
     time_tolerance: float,
 ) -> float:
     """Return the time shift that a tolerance allows, s, where it is exceeded; else nan.
 
     Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
-    accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
-    of its rate, the least of all positions: with a scene a hundredth of a crank cycle; or the time tolerance.
+    accept it. The limit is the time in which a position traverses its tolerance at the scale of its rate, the
+    least of all positions: with a scene that share of a hundredth of a crank cycle; or the time tolerance.
     Uncertainties have no such limit.
     """
     times = []
     for position in results.values():
         rate = position.definition.rate
-        if rate is None or position.verdict == "unexcited" or position.u is not None:
+        if rate is None or position.verdict == "unexcited" or position.tolerance is None:
             continue
         sides = position.a, position.b
         scale = (
@@ -328,8 +374,8 @@ def _exceeded_shift(
         )
         if not scale:  # of a constant rate
             scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
-        times += [position.scale / scale] if scale else []
-    limit, shift = (tolerance or 0.0) * min(times, default=0.0), aligned.shift
+        times += [position.tolerance / scale] if scale else []
+    limit, shift = min(times, default=0.0), aligned.shift
     limit = max(limit, time_tolerance) if limit else limit
     exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan

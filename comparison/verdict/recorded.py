@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,12 @@ import numpy as np
 from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
 from comparison.scene import Scene
-from comparison.tables.align import unwound
+from comparison.tables.align import over_angle, unwound
+from comparison.tables.dialect import Source
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import TIME, Mapping
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import compare
+from comparison.verdict.compare import compare, recorded_scene
 from comparison.verdict.confirmation import decided, unconfirmed
 from comparison.verdict.results import Doubt, SceneComparison
 
@@ -56,6 +60,94 @@ class Recorded:
         finer, coarser = (run and change(run) for run in (self.finer, self.coarser))
         perturbed = [change(run) for run in self.perturbed]
         return replace(self, base=change(self.base), finer=finer, coarser=coarser, perturbed=perturbed)
+
+
+Files = Sequence[tuple[str, Path | Source]]
+"""Tables of one program, each with the field of `Recorded` that it is for."""
+
+
+def compare_files(
+    a: Files,
+    b: Files,
+    *,
+    scene: Scene | None = None,
+    mapping: Mapping | None = None,
+    channels: Sequence[str] | None = None,
+    abscissa: str = TIME,
+    at_events: str | None = None,
+    refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None),
+    tolerance: float | None = None,
+    time_tolerance: float | None = None,
+    **options: Any,
+) -> SceneComparison:
+    """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
+
+    Without a scene the one that is recorded beside the tables counts, and without a tolerance the scene's;
+    what has no effect is among the warnings. Further options and errors are those of `compare_recorded` and
+    `comparison.tables.foreign.read_tables`.
+    """
+    files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
+    tables, warnings = read_tables(files, sides, mapping, at_events, only=channels, abscissa=abscissa)
+    if scene is None:
+        scene, said = recorded_scene(tables[0], tables[len(a)])
+        warnings += said
+    if abscissa != TIME:
+        tables = _over_angle(tables, scene)
+        warnings += ("the times are those at which the drive reaches the crank angles",)
+    first = _recorded(a, tables[: len(a)], refinements[0])
+    second = _recorded(b, tables[len(a) :], refinements[1])
+    gate = {**({} if scene is None else scene.gate), **({} if mapping is None else mapping.gate)}
+    stated = {
+        "--tolerance": tolerance is not None or bool(options.get("tolerances")),
+        "--time-tolerance": time_tolerance is not None,
+        "--share": options.get("share", 1.0) < 1,
+        "--absolute": bool(options.get("absolute")),
+        "the gate": bool(gate),
+    }
+    if scene is not None:
+        tolerance = scene.tolerance if tolerance is None else tolerance
+        time_tolerance = (scene.time_tolerance or None) if time_tolerance is None else time_tolerance
+    unused, why = [], ""
+    if first.finer is not None:
+        unused, why = list(stated), ": the uncertainty from finer runs decides"
+    elif tolerance is None and not stated["--tolerance"]:
+        unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
+    return compare_recorded(
+        first,
+        second,
+        scene=scene,
+        warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
+        tolerance=tolerance,
+        time_tolerance=time_tolerance or 0.0,
+        gate=gate,
+        only=mapping.compare if mapping is not None and channels is None else channels,
+        **options,
+    )
+
+
+def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None) -> Recorded:
+    kinds = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
+    return Recorded(
+        **{kind: table for kind, table in kinds if kind != "perturbed"},
+        perturbed=[table for kind, table in kinds if kind == "perturbed"],
+        refinement=refinement,
+    )
+
+
+def _over_angle(tables: Sequence[Table], scene: Scene | None) -> list[Table]:
+    """Return tables over the crank angle with the times at which the drive of the scene reaches it."""
+    recorded = [None if scene is None else scene.data, *(table.provenance.get("scene") for table in tables)]
+    for data in recorded:
+        if isinstance(data, dict):
+            start, speed = data["mechanism"]["crank_angle_deg"], data["drive"]["speed_rpm"]
+            return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
+    speeds = [table.values("crank_speed") for table in tables if "crank_speed" in table.names]
+    if not speeds or not np.mean(speeds[0]):
+        raise TableError(
+            "the speed of the drive is not known, by which the crank angle becomes a time: name a scene "
+            "(--scene), or let a table have the channel crank_speed"
+        )
+    return [over_angle(table, float(tables[0].time[0]), float(np.mean(speeds[0]))) for table in tables]
 
 
 def compare_recorded(

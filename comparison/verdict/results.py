@@ -361,7 +361,8 @@ class SceneComparison:
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)
     tight: SceneComparison | None = None  # the same scene at the tight tier
-    shift: Shift | None = None  # estimated time shift between the two
+    shift: Shift | None = None  # estimated time shift between the two as they are compared
+    applied_shift: Shift | None = None  # by which b is compared earlier than it was written
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
     confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
     coverage_error: float = nan  # estimate, by sampling
@@ -487,6 +488,11 @@ def no_comparison(
         failed=failed,
         tier=tier,
     )
+
+
+def not_compared(name: str, error: str, labels: tuple[str, str]) -> SceneComparison:
+    """Return the comparison of two tables that cannot be compared: without channels, and why."""
+    return SceneComparison(labels, "cannot compare", np.empty(0), {}, name=name, title=name, error=error)
 
 
 def rank(verdict: str) -> int:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from comparison.accuracy.uncertainty import Runs
 from comparison.scene import Scene
-from comparison.tables.foreign import as_tables
+from comparison.tables.foreign import as_source
 from comparison.tables.mapping import Mapping, load_mapping
 from comparison.tables.table import Table
-from comparison.verdict import compare as of_runs
+from comparison.verdict.recorded import compare_files
 from comparison.verdict.results import SceneComparison
 
 
@@ -25,6 +25,7 @@ def compare(
     share: float = 1.0,
     mapping: Mapping | str | Path | None = None,
     labels: Sequence[str] = ("a", "b"),
+    **options: Any,
 ) -> SceneComparison:
     """Compare two tables, channel by channel, with a tolerance.
 
@@ -44,6 +45,9 @@ def compare(
         Of the columns of files to channels, or the path of a mapping file.
     labels
         What messages call the two.
+    options
+        Others of `comparison.verdict.recorded.compare_files`: ``channels``, ``tolerances``, ``absolute``,
+        ``time_tolerance``, ``abscissa``, ``common_time``, ``apply_shift``.
 
     Returns
     -------
@@ -67,21 +71,14 @@ def compare(
     ('differ', ['slider_x'])
     """
     rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
-    (first, second), warnings = as_tables((a, b), ("a", "b"), rules)
-    if scene is None:
-        scene, more = of_runs.recorded_scene(first, second)
-        warnings += more
-    if tolerance is None and scene is not None:
-        tolerance = scene.tolerance
-    return of_runs.compare(
-        Runs(first),
-        Runs(second),
+    first, second = ([("base", as_source(table, label))] for table, label in zip((a, b), labels, strict=True))
+    return compare_files(
+        first,
+        second,
+        labels=(labels[0], labels[1]),
         scene=scene,
+        mapping=rules,
         tolerance=tolerance,
         share=share,
-        time_tolerance=0.0 if scene is None else scene.time_tolerance,
-        gate={**({} if scene is None else scene.gate), **({} if rules is None else rules.gate)},
-        labels=(labels[0], labels[1]),
-        warnings=warnings,
-        only=None if rules is None else rules.compare,
+        **options,
     )

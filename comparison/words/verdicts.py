@@ -125,7 +125,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
     """Return why the verdict of a scene is what it is; if brief, not why channels beside it are open."""
     if scene.error:
-        return f"scene {scene.name!r}: {scene.error}"
+        return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
         return f"{shift_line(scene)} The tolerance allows {scene.allowed_shift:.2g} s"
     differing, unsettled, agreeing = map(scene.with_verdict, ("differ", "indeterminate", "agree"))
@@ -193,20 +193,23 @@ def mark(scene: SceneComparison) -> str:
     return "; ".join(marks)
 
 
-def shift(estimate: Shift, labels: tuple[str, str]) -> str:
-    """Return the estimated time shift between two results as a sentence."""
+def shift(estimate: Shift, labels: tuple[str, str], what: str = "estimated, not applied") -> str:
+    """Return the estimated time shift between two results as a sentence, with ``what`` was done to it."""
     if estimate.reason:
         return f"A time shift between the two cannot be estimated: {estimate.reason}."
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
     if not estimate.seen:
         return f"No significant time shift: {size}."
     late, early = labels[::-1] if estimate.value > 0 else labels
-    return f"{late} is later than {early} by {size} (estimated, not applied)."
+    return f"{late} is later than {early} by {size} ({what})."
 
 
 def shift_line(scene: SceneComparison) -> str:
-    """Return the estimated time shift between the two results, if any, as a sentence."""
-    return "" if scene.shift is None else shift(scene.shift, scene.labels)
+    """Return the estimated time shift between the two results, if any: one that was applied, what is left."""
+    if scene.applied_shift is None:
+        return "" if scene.shift is None else shift(scene.shift, scene.labels)
+    done = shift(scene.applied_shift, scene.labels, f"applied: {scene.labels[1]} is compared without it")
+    return f"{done} After that: {shift(scene.shift, scene.labels)}" if scene.shift else done
 
 
 def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
@@ -251,7 +254,8 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
         for verdict, words in _PLURALS.items()
         if count[verdict]
     ]
-    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} scenes {listed(parts)}"
+    what = "scenes" if any(scene.ran or scene.failed for scene in scenes) else "pairs of tables"
+    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {listed(parts)}"
 
 
 def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str:

@@ -1,5 +1,7 @@
 """How two tables are judged: by a tolerance, by further runs, at events; and what a comparison writes."""
 
+import shlex
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,11 @@ CODES = {
     "a.csv b.csv --tolerance 1e-3 --allow-indeterminate": (1, "differ"),
     "a.csv b.csv --tolerance 1e-3 --share 0.99 --time-tolerance 1e-9": (0, "agree"),
     "a.csv b.csv --tolerance 1e-3 --share 0.995": (1, "differ"),
+    "a.csv b.csv --tolerance 0.0099 --absolute": (1, "differ"),  # b is off by 0.01
+    "a.csv b.csv --tolerance 0.0101 --absolute": (0, "agree"),
+    "a.csv f.csv --tolerance 1e-9 --channels x": (0, "agree"),  # only f has a force
+    "a.csv end.csv --tolerance 1e-9 --common-time": (0, "compared from 0 to 0.89 s"),
+    "end.csv a.csv --tolerance 1e-9 --common-time": (0, "compared from 0 to 0.89 s"),
     "f.csv g.csv --tolerance 0.5": (1, "differ"),  # the first is constant: only equal numbers agree
     "a.csv one.csv --tolerance 1e-3": (0, "agree"),
     "e.csv a.csv --tolerance 1e-3 --at-events left": (1, "differ"),
@@ -19,6 +26,7 @@ CODES = {
     "e.csv e.csv --tolerance 1e-3 --at-events both": (0, "agree"),
     # A limit that decides nothing is warned of.
     "a.csv b.csv --time-tolerance 0.1": (3, "--time-tolerance has no effect without a tolerance"),
+    "a.csv b.csv --absolute": (3, "--absolute has no effect without a tolerance"),
     "a.csv b.csv --share 0.9": (3, "--share has no effect without a tolerance"),
     "a.csv b.csv --tolerance 1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the unc"),
 }
@@ -27,6 +35,15 @@ REFUSED = {
     "hole.csv a.csv": "0.39|0.6 s|20 rows",
     "a.csv end.csv": "truncated",
     "e.csv a.csv": "0.5 s|repeated",
+    "a.csv end.csv --apply-shift": "--common-time",  # a shift is no reason for a table to end early
+    "a.csv hole.csv --common-time": "20 rows",
+    "a.csv a.csv --channels x,y": "--channels: 'y'",
+    "a.csv f.csv --channels x,force": "no common channel force",
+    "a.csv a.csv --channels x,": "--channels 'x,'",
+    "a.csv a.csv --abscissa angle": "--abscissa 'angle'|time, crank_angle",
+    "a.csv a.csv --abscissa crank_angle": "a.csv: channel crank_angle is missing",
+    "f.csv f.csv --apply-shift --channels force": "no time shift can be applied",
+    "a.csv b.csv --apply-shift --finer-a a.csv --finer-b b.csv": "further runs require equal times",
     "a.csv f.csv": "'force'",
     "few.csv gap.csv": "rows are missing",
 }
@@ -98,6 +115,116 @@ def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
     sixbar(*command, "some.toml", "--tolerance", "1e-3", code=1)
     assert sixbar.numbers["channels"]["slider_x"]["verdict"] == "differ"
     sixbar.refused([*command, "ideal"], "slider_ax")
+
+
+def test_what_is_left_out_on_purpose_is_not_listed(tables):
+    """But a velocity still interpolates its position, by a cubic: a line would be off by 9e-4 and more."""
+    columns = {"slider_x": np.sin(9 * TIME), "slider_vx": 9 * np.cos(9 * TIME)}
+    tables.table("p.csv", time=TIME, **columns, slider_y=TIME, force=TIME)
+    tables.table("q.csv", time=TIME[::2], **{name: column[::2] for name, column in columns.items()})
+    for other in ("p.csv", "q.csv"):
+        command = ["compare", "p.csv", other, "--channels", "slider_x", "--tolerance", "1e-6", "--json"]
+        assert "force" not in tables(*command).err
+        assert list(tables.numbers["channels"]) == ["slider_x"]
+    tables.table("u.csv", time=TIME, **columns, slider_x_u=0 * TIME + 1e-9)  # as of run --uncertainty
+    for pair in (("u.csv", "p.csv"), ("p.csv", "u.csv")):
+        tables.refused(["compare", *pair, "--tolerance", "1"], "'force'")
+    tables.table("v.csv", time=TIME, **columns)
+    tables("compare", "u.csv", "v.csv", "--tolerance", "1e-9", "--json")
+    assert list(tables.numbers["channels"]) == list(columns)
+    late = TIME[:-1] + 0.005
+    tables.table("r.csv", time=late, slider_x=np.sin(9 * late), slider_vx=9 * np.cos(9 * late))
+    # The error of the cubic is 9**4 * 0.01**4 / 384 = 1.7e-7 of a range of 2.
+    tables("compare", "p.csv", "r.csv", "--common-time", "--channels", "slider_x", "--tolerance", "1e-6")
+
+
+def test_the_command_of_a_report_repeats_what_was_asked(tables):
+    """Its numbers are those of the first call, whatever the options were."""
+    tables.write("m.toml", "[gate]\nrms_scaled = 1.0\n")
+    options = (
+        "--tolerance 0.0123456789 --absolute --share 0.95 --time-tolerance 0.02 --channels x --mapping m.toml"
+    )
+    for more in ("--common-time --period 0.7", "--at-events left --apply-shift"):
+        first, second = ("a.csv", "end.csv") if "common" in more else ("e.csv", "a.csv")
+        arguments = [first, second, *options.split(), *more.split(), "--json"]
+        said = tables("compare", *arguments), tables.numbers
+        program, *again = shlex.split(said[1]["command"])
+        assert program == "sixbar"
+        assert (tables(*again, "--json").out, len(again)) == (said[0].out, len(arguments))
+
+
+def test_the_estimated_shift_is_applied_where_it_is_asked_for(sixbar):
+    for name, late in (("p.csv", 0.0), ("q.csv", 0.002)):
+        at = 9 * (TIME - late)
+        sixbar.table(name, time=TIME, slider_x=np.sin(at), slider_vx=9 * np.cos(at))
+    command = ["compare", "p.csv", "q.csv", "--channels", "slider_x", "--tolerance", "1e-5", "--json"]
+    sixbar(*command, code=1)
+    assert sixbar.numbers["applied_shift"] is None
+    said = sixbar(*command, "--apply-shift").err
+    applied, rest = sixbar.numbers["applied_shift"], sixbar.numbers["time_shift"]
+    assert abs(applied["value"] - 0.002) <= applied["uncertainty"] < 1e-5
+    assert abs(rest["value"]) <= rest["uncertainty"] + applied["uncertainty"]
+    assert "q is later than p by 0.002 s" in said
+    assert "applied" in said
+    # One that is not significant is not applied.
+    sixbar("compare", "p.csv", "p.csv", "--tolerance", "1e-12", "--json", "--apply-shift")
+    assert sixbar.numbers["applied_shift"] is None
+
+
+@pytest.mark.parametrize("speed", [15.0, -15.0])
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_tables_are_aligned_by_the_crank_angle(speed, unit, sixbar):
+    """One with wrong times, one without: at every angle x is the same, at every row it is not."""
+    angle = {"a": 2 + speed * TIME, "b": 2 + speed * TIME[:-1] + 0.003 * speed}
+    factor = 180 / np.pi if unit == "deg" else 1.0
+    told = np.mod(angle["b"], 2 * np.pi) * factor
+    for name, x in (("b", np.sin), ("c", lambda angle: np.sin(angle + 1e-3))):
+        columns = {
+            f"crank_angle [{unit}]": told,
+            "slider_x": x(angle["b"]),
+            "slider_vx": speed * np.cos(angle["b"]),
+        }
+        sixbar.table(f"{name}.csv", **columns)
+    x, v = np.sin(angle["a"]), speed * np.cos(angle["a"])
+    wrong = TIME + 0.3 * np.sin(3 * TIME)
+    sixbar.table(
+        "a.csv", time=wrong, crank_angle=angle["a"], crank_speed=0 * x + speed, slider_x=x, slider_vx=v
+    )
+    options = "--abscissa crank_angle --common-time --channels slider_x --json --absolute --tolerance"
+    # The cubic errs by 15**4 * 0.01**4 / 384 = 1.3e-6.
+    sixbar("compare", "a.csv", "b.csv", *options.split(), "2e-6")
+    # As late as a sample with this value: 1e-3 rad at 15 rad/s.
+    sixbar("compare", "a.csv", "c.csv", *options.split(), "2e-6", code=1)
+    assert sixbar.numbers["channels"]["slider_x"]["max_difference"] == pytest.approx(1e-3, rel=0.01)
+    sixbar.refused(["compare", "b.csv", "c.csv", *options.split(), "1"], "speed of the drive", "--scene")
+
+
+def test_two_folders_are_compared_by_the_names_of_their_tables(tables):
+    for name, x in (("one", X), ("two", X + 0.01), ("three", X[:50])):
+        tables.table(f"p/{name}.csv", time=TIME, x=X)
+        tables.table(f"q/{name}.csv", time=TIME[: x.size], x=x)
+    tables.write("q/one.json", "{}")  # of a table, not one itself
+    tables.table("q/more.csv", time=TIME, x=X)
+
+    def verdicts(code):
+        err = tables("compare", "p", "q", "--tolerance", "1e-3", "--json", code=code).err
+        return {pair["name"]: pair["verdict"] for pair in tables.numbers}, err
+
+    expected = {"one": "agree", "three": "cannot compare", "two": "differ"}
+    assert verdicts(2)[0] == expected
+    assert "truncated" in tables.numbers[1]["reason"]
+    page = tables.text("reports/out/compare/report.html")
+    assert all(name in page for name in expected)
+    tables.table("q/three.csv", time=TIME, x=X)
+    said, err = verdicts(1)
+    assert said == expected | {"three": "agree"}
+    assert "more.csv" in err  # the first folder has none of this name
+    (tables.folder / "q/two.csv").unlink()
+    assert verdicts(2)[0] == expected | {"three": "agree", "two": "cannot compare"}
+    tables.refused("compare p a.csv --tolerance 1", "p: is a folder")
+    tables.refused("compare p q --tolerance 1 --finer-a a.csv --finer-b a.csv", "two folders")
+    tables.write("q/one.txt", "time x\n0 1\n1 2\n")
+    tables.refused("compare p q --tolerance 1", "q: one.csv and one.txt")
 
 
 def test_the_finer_of_two_tables_is_interpolated_and_a_shift_in_time_never_corrected(sixbar):

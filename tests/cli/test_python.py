@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.io import savemat
 
 import sixbar as package
 from comparison.report.pictures.notebook import tabulated
@@ -113,6 +114,30 @@ def test_the_fixture_of_pytest_passes(assert_agree, tmp_path):
     assert_agree(A, outlier, tolerance=1e-2, share=0.98)
 
 
+def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
+    """MATLAB's own names and units by a mapping, one channel of several, tolerances of single channels."""
+    savemat(
+        tmp_path / "a.mat", {"t": 1e3 * TIME, "x": 1e3 * np.sin(TIME), "v": B.slider_vx.to_numpy(), "n": TIME}
+    )
+    rules = {"t": ("time", "ms"), "x": ("slider_x", "mm"), "v": ("slider_vx", "m/s")}
+    lines = [f'[a.{own}]\nchannel = "{name}"\nunit = "{unit}"' for own, (name, unit) in rules.items()]
+    (tmp_path / "m.toml").write_text("\n".join(lines))
+    given = {"mapping": tmp_path / "m.toml", "tolerance": 1e-9}
+    assert_agree(tmp_path / "a.mat", A, channels=["slider_x"], **given)
+    # v is off by 1e-4 of at most 1, and its range is 0.08.
+    assert_agree(tmp_path / "a.mat", A, tolerances={"slider_vx": 1e-2}, **given)
+    assert_agree(tmp_path / "a.mat", A, tolerances={"slider_vx": 1.01e-4}, absolute=True, **given)
+    for options in (
+        {},
+        {"tolerances": {"slider_vx": 1e-3}},
+        {"tolerances": {"slider_vx": 9e-5}, "absolute": True},
+    ):
+        with pytest.raises(AssertionError, match="1 of 2 channels differ, most of all slider_vx"):
+            assert_agree(tmp_path / "a.mat", A, **given, **options)
+    with pytest.raises(AssertionError, match="'slider_y' is not among the compared channels"):
+        assert_agree(A, A, tolerances={"slider_y": 1.0})
+
+
 @pytest.mark.parametrize(
     ("other", "options", "pieces"),
     [
@@ -122,7 +147,7 @@ def test_the_fixture_of_pytest_passes(assert_agree, tmp_path):
         (A.drop(columns="slider_vx"), {"tolerance": 1.0}, "slider_vx"),
         (A.assign(slider_vx=float("nan")), {"tolerance": 1.0}, "slider_vx|nan"),
         (A.iloc[:50], {"tolerance": 1.0}, "truncated"),
-        ("nowhere.csv", {"tolerance": 1.0}, "nowhere.csv"),
+        ("nowhere.mat", {"tolerance": 1.0}, "nowhere.mat"),
     ],
     ids=["differ", "no tolerance", "no doubt", "missing", "nan", "truncated", "no file"],
 )

@@ -10,6 +10,7 @@ import tomllib
 from importlib.resources import files
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from comparison.cli import main
@@ -25,7 +26,17 @@ def test_differ(assert_agree):
     assert_agree("reference.csv", "far.csv", scene="150rpm-0.2mm", tolerance=1e-5)
 
 def test_no_file(assert_agree):
-    assert_agree("reference.csv", "nowhere.csv", tolerance=1.0)
+    assert_agree("nowhere.csv", "reference.csv", tolerance=1.0)
+"""
+EXPECTED = """
+import numpy as np
+import pandas as pd
+
+time = np.arange(101) * 0.01
+made = pd.DataFrame({"time": time, "slider_x": np.sin(time * RATE), "slider_y": time})
+
+def test_expected(assert_agree):
+    assert_agree(made, "expected/run.csv", channels=["slider_x"], tolerance=1e-12)
 """
 
 
@@ -50,6 +61,31 @@ def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester,
     assert "  slider_x: differ: 396 of 401 samples" in output
     assert "cannot compare: nowhere.csv: No such file" in output
     assert "pytest_plugin.py" not in output  # the traceback ends in the test
+
+
+def test_an_expected_table_is_written_where_it_is_missing_or_asked_for(pytester, monkeypatch):
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    expected = pytester.path / "expected" / "run.csv"
+
+    def run(rate: float, *options: str, **outcomes: int) -> str:
+        pytester.makepyfile(EXPECTED.replace("RATE", f"float('{rate}')"))
+        inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
+        inner.assert_outcomes(**outcomes)
+        return inner.stdout.str()
+
+    assert "expected/run.csv was missing, and is written from table a" in run(1.0, failed=1)
+    assert list(pd.read_csv(expected)) == ["time", "slider_x"]
+    run(1.0, passed=1)
+    before = expected.read_bytes()
+    assert "1 of 1 channels differ" in run(1.01, failed=1)
+    assert expected.read_bytes() == before  # what differs is not overwritten
+    run(1.01, "--sixbar-update", passed=1)
+    run(1.01, passed=1)
+    run(1.0, failed=1)
+    # A table that could not be compared is no expectation.
+    before = expected.read_bytes()
+    assert "slider_x is nan" in run(float("nan"), "--sixbar-update", failed=1)
+    assert expected.read_bytes() == before
 
 
 def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():

@@ -1,0 +1,317 @@
+"""Guesses which column of another program's table is which channel, in which unit, sign and offset.
+
+Evidence are the names of the columns, the units that the tables state, and the data: a column is converted
+and held against each column of the other table, on a grid of times that both span.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from math import ceil, inf, isnan, log, log10, nan
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from comparison.tables.arrays import Array
+from comparison.tables.channels import JOINTS, channels
+from comparison.tables.dialect import Column
+from comparison.tables.formats import open_source
+from comparison.tables.mapping import TIME
+from comparison.tables.units import parse, same_dimension
+
+SURE, LIKELY, DOUBTFUL = "sure", "likely", "doubtful"
+_GRID = 2000  # times at which columns are held against each other
+# RMS distances as shares of the standard deviation: of unrelated columns they are 1 and more.
+_FITS = 0.3  # two models of one motion are nearer, but for what chatter separates
+_SIZE = 0.7  # the logarithm of a ratio of standard deviations, within which the name decides
+_RIVAL = 5.0  # times the distance of the best fit, within which another column fits as well
+_CORRELATES = 0.9
+_CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
+
+# The units that programs write, the SI unit first.
+_UNITS = {
+    units.split(", ")[0]: units.split(", ")
+    for units in (
+        "s, ms, us, min",
+        "m, mm, cm, in",
+        "rad, deg, rev",
+        "m/s, mm/s, cm/s, in/s",
+        "rad/s, deg/s, rpm, deg/ms",
+        "m/s^2, mm/s^2, cm/s^2, mm/ms^2",
+        "rad/s^2, deg/s^2, rad/ms^2, deg/ms^2",
+        "N, kN, mN, lbf",
+        "N m, N mm",
+        "J, mJ, kJ",
+    )
+}
+# What is meant, and how programs spell it.
+_WORDS = {
+    "time": "t time",
+    "angle": "phi theta psi rot rotation ang angle angular rz",
+    "velocity": "v vel velocity speed dot d",
+    "acceleration": "a acc accel acceleration ddot dd",
+    "torque": "tq torque moment",
+    "slider": "slider piston ram",
+    "reaction": "reaction revolute joint",
+    "velocity x": "vx xd xdot dx",
+    "velocity y": "vy yd ydot dy",
+    "velocity angle": "omega w wz phid phidot dphi",
+    "acceleration x": "ax xdd xddot ddx",
+    "acceleration y": "ay ydd yddot ddy",
+    "acceleration angle": "alpha phidd phiddot ddphi",
+    "reaction x": "fx",
+    "reaction y": "fy",
+}
+_MEANING = {spelling: words.split() for words, spellings in _WORDS.items() for spelling in spellings.split()}
+_BODIES = {"slider", "crank", "journal", "corner", "reaction", "guide", "energy"}
+
+
+class Guess(NamedTuple):
+    """What a column is thought to be, and what that rests on; a conversion is that of a mapping's rule."""
+
+    side: str  # "a" or "b"
+    column: str
+    channel: str
+    unit: str
+    sign: int
+    offset: float
+    stated: bool | None  # whether the table states the unit; None if nothing tells it
+    named: bool  # whether the name of the column says the channel
+    partner: str  # the column of the other table that it is held against
+    distance: float  # RMS from that one, as a share of its standard deviation; nan where no data tell
+    sureness: str
+
+
+class Suggestion(NamedTuple):
+    """Guesses of the columns of two tables, the time first; and all other columns."""
+
+    paths: tuple[Path, Path]
+    guesses: list[Guess]
+    left: list[tuple[str, str, list[tuple[str, float]]]]
+    """Side and name of a column, and the other table's columns that correlate with it, by how much."""
+
+    def channels(self, *, doubtful: bool) -> list[str]:
+        """Return the channels that guesses assign columns to, the doubtful guesses or the others."""
+        pairs = {guess.channel: guess.sureness == DOUBTFUL for guess in self.guesses if guess.channel != TIME}
+        return [channel for channel, doubt in pairs.items() if doubt == doubtful]
+
+
+@dataclass(frozen=True)
+class _Side:
+    letter: str
+    native: bool  # recorded by this project: its channels are known
+    time: Column | None
+    columns: list[Column]  # all others that are numbers
+
+    def knows(self, column: Column) -> bool:
+        return self.native and column.name in {TIME, *channels()}
+
+    def units(self, column: Column, si: str) -> list[str]:
+        """Return the units that a column of this dimension may be in: the one that is known, or the usual."""
+        known = si if self.knows(column) else column.unit
+        return _UNITS.get(si, [si]) if known is None else [known]
+
+
+class _Fit(NamedTuple):
+    """A channel that is a column of both, the second converted: ``sign * column + offset`` in its unit."""
+
+    channel: str
+    units: tuple[str, str]
+    sign: int = 1
+    offset: float = 0.0
+    distance: float = nan
+    size: float = nan  # the logarithm of the ratio of their standard deviations
+
+    @property
+    def plain(self) -> bool:
+        return self.sign == 1 and self.offset == 0.0
+
+
+def suggest(a: Path, b: Path) -> Suggestion:
+    """Guess what the columns of two tables are; errors of reading are `TableError`."""
+    sides = [_side(letter, path) for letter, path in (("a", a), ("b", b))]
+    sides.sort(key=lambda side: not side.native)  # of two the one that is known comes first
+    first, second = sides
+    times = _times(first, second)
+    data = [[], []] if times is None else _on_one_grid(sides, times)
+    fits: dict[tuple[int, int], _Fit] = {}
+    score = np.zeros((len(first.columns), len(second.columns)))
+    for n, m in product(*(range(len(side.columns)) for side in sides)):
+        pair = first.columns[n], second.columns[m]
+        fit = _fit(sides, pair, (data[0][n], data[1][m]) if data[0] else None)
+        if fit is not None:
+            near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
+            fits[n, m], score[n, m] = fit, 2 * near + sum(_named(c.name) == fit.channel for c in pair)
+    guesses: list[Guess] = []
+    rows, columns = linear_sum_assignment(score, maximize=True)
+    for n, m in sorted(zip(rows.tolist(), columns.tolist(), strict=True), key=lambda at: -score[at]):
+        fit = fits.get((n, m))
+        if fit is None or any(guess.channel == fit.channel for guess in guesses):
+            continue
+        rivals = [other.distance for (k, j), other in fits.items() if (k == n) != (j == m)]
+        unique = not any(distance <= _RIVAL * fit.distance for distance in rivals)
+        guesses += _guesses(sides, (first.columns[n], second.columns[m]), fit, unique=unique)
+    taken = {(guess.side, guess.column) for guess in guesses}
+    taken |= {("a" if guess.side == "b" else "b", guess.partner) for guess in guesses}
+    guesses.sort(key=lambda guess: list(channels()).index(guess.channel))
+    left = [
+        (side.letter, column.name, _correlating(data[k][n], sides[1 - k], data[1 - k]) if data[k] else [])
+        for k, side in enumerate(sides)
+        for n, column in enumerate(side.columns)
+        if (side.letter, column.name) not in taken
+    ]
+    if times is not None and first.time is not None and second.time is not None:
+        # Two tables that tell the same motion at the same times have the right unit.
+        nearest = min([times.distance, *(guess.distance for guess in guesses if guess.distance >= 0)])
+        told = times._replace(distance=nearest)
+        guesses = [*_guesses(sides, (first.time, second.time), told, unique=True), *guesses]
+    return Suggestion((a, b), guesses, left)
+
+
+def _side(letter: str, path: Path) -> _Side:
+    source = open_source(path)
+    numbers = [each for each in source.columns if each.text is None]
+    times = [
+        each for each in numbers if _named(each.name) in ("", TIME) and (np.diff(each.numbers) >= 0).all()
+    ]
+    time = min(times, key=lambda each: _named(each.name) != TIME, default=None)
+    return _Side(letter, source.record is not None, time, [each for each in numbers if each is not time])
+
+
+@cache
+def _words(name: str) -> frozenset[str]:
+    """Return the words of a name that say what is measured: of ``.slider.cm_vel.X`` slider, velocity, x."""
+    parts = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)
+    words = {word for part in parts for word in _MEANING.get(part.lower(), [part.lower()])}
+    if "reaction" in words:  # at a joint, which is a capital
+        words = words - {"acceleration"} | {part for part in parts if part in list(JOINTS)}
+    usual = {word for channel in channels() for word in channel.split("_")}
+    return frozenset(words & usual.union(*_MEANING.values()))
+
+
+@cache
+def _named(name: str) -> str:
+    """Return the channel that a name says, or the time; one of no body is of the slider. Empty for none."""
+    meanings = {_words(channel): channel for channel in (TIME, *channels())}
+    words = _words(name)
+    return name if name in channels() else meanings.get(words, meanings.get(words | {"slider"}, ""))
+
+
+def _times(first: _Side, second: _Side) -> _Fit | None:
+    """Return the units of the times, where one that is not stated follows from the other table's span."""
+    if first.time is None or second.time is None:
+        return None
+    spans = [float(np.ptp(time.numbers)) for time in (first.time, second.time)]
+    fits = []
+    for one, other in product(first.units(first.time, "s"), second.units(second.time, "s")):
+        ratio = abs(log(spans[0] * _factor(one) / (spans[1] * _factor(other)))) if all(spans) else nan
+        fits.append(_Fit(TIME, (one, other), distance=round(ratio, 2), size=0.0))
+    return min(fits, key=_order)
+
+
+def _factor(unit: str) -> float:
+    known = parse(unit)
+    return nan if known is None else float(known.factor)
+
+
+def _order(fit: _Fit) -> tuple[float, int]:
+    """Order fits by distance, and what the data do not tell apart by how usual its units are."""
+    usual = _UNITS["s"] if fit.channel == TIME else _UNITS.get(channels()[fit.channel].unit, [])
+    rank = sum(usual.index(unit) for unit in fit.units if unit in usual)
+    return (inf if isnan(fit.distance) else round(fit.distance + fit.size, 6)), rank
+
+
+def _on_one_grid(sides: Sequence[_Side], times: _Fit) -> list[list[Array]]:
+    """Return the columns of both tables at times that both span; none where there are no such times."""
+    spans = [s.time.numbers * _factor(unit) for s, unit in zip(sides, times.units, strict=True) if s.time]
+    start, end = max(span[0] for span in spans), min(span[-1] for span in spans)
+    grid = np.linspace(start, end, _GRID if end > start else 0)
+    return [
+        [np.interp(grid, span, column.numbers) for column in side.columns if grid.size]
+        for side, span in zip(sides, spans, strict=True)
+    ]
+
+
+def _fit(
+    sides: Sequence[_Side], pair: tuple[Column, Column], data: tuple[Array, Array] | None
+) -> _Fit | None:
+    """Return the channel that two columns may be, and how near they come; None if nothing suggests one."""
+    known = [column.name for side, column in zip(sides, pair, strict=True) if side.knows(column)]
+    fits = []
+    for channel in known[:1] or dict.fromkeys(_named(column.name) for column in pair):
+        if channel not in channels():
+            continue
+        si = channels()[channel].unit
+        for units in product(sides[0].units(pair[0], si), sides[1].units(pair[1], si)):
+            if all(same_dimension(parse(unit), parse(si)) for unit in units):
+                fits += [_Fit(channel, units), *(() if data is None else _conversions(channel, units, data))]
+    return min(fits, key=_order, default=None)
+
+
+def _conversions(channel: str, units: tuple[str, str], data: tuple[Array, Array]) -> Iterator[_Fit]:
+    """Yield how near two columns in these units come, with either sign, and with an offset where it tells."""
+    factor = _factor(units[1])
+    a, b = data[0] * _factor(units[0]), data[1] * factor
+    deviation = float(np.std(a))
+    if any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
+        return  # in some unit, or with an offset, a constant equals any other
+    size = abs(log(deviation / float(np.std(b))))
+    for sign in (1, -1):
+        apart = a - sign * b
+        plain, spread = float(np.sqrt(np.mean(apart**2))) / deviation, float(np.std(apart)) / deviation
+        if sign == 1 or plain <= _FITS:
+            yield _Fit(channel, units, sign, 0.0, plain, size)
+        if 1e-3 < plain > _RIVAL * spread and spread <= _FITS:
+            digits = ceil(-log10(max(spread * deviation / factor, 1e-12)))
+            yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread, size)
+
+
+def _guesses(
+    sides: Sequence[_Side], pair: tuple[Column, Column], fit: _Fit, *, unique: bool
+) -> Iterator[Guess]:
+    """Yield the guesses of two columns, but of one that is known; none if neither names nor data tell."""
+    foreign = [column for side, column in zip(sides, pair, strict=True) if not side.knows(column)]
+    named = any(_named(column.name) == fit.channel for column in foreign)
+    stated = [side.knows(column) or column.unit is not None for side, column in zip(sides, pair, strict=True)]
+    near = fit.distance <= _FITS
+    # Names alone must be those of both.
+    alike = named and (len(foreign) < 2 or _named(pair[0].name) == _named(pair[1].name))
+    if not (alike or (near and (named or unique))):
+        return
+    # If neither unit is stated the ratio of the two tells them, unless it is 1; times are then in s.
+    told = any(stated) or fit.units[0] != fit.units[1]
+    sureness = DOUBTFUL
+    if told or fit.channel == TIME:
+        if near and (named or fit.plain):
+            sureness = SURE if named and fit.plain and any(stated) else LIKELY
+        elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
+            sureness = LIKELY
+    for side, column, other, unit, known in zip(sides, pair, pair[::-1], fit.units, stated, strict=True):
+        if not side.knows(column):
+            yield Guess(
+                side=side.letter,
+                column=column.name,
+                channel=fit.channel,
+                unit=unit,
+                sign=fit.sign if side is sides[1] else 1,
+                offset=fit.offset if side is sides[1] else 0.0,
+                stated=known if told else None,
+                named=_named(column.name) == fit.channel,
+                partner=other.name,
+                distance=fit.distance,
+                sureness=sureness,
+            )
+
+
+def _correlating(values: Array, other: _Side, data: Sequence[Array]) -> list[tuple[str, float]]:
+    """Return the columns of the other table that correlate with these values, three at most."""
+    with np.errstate(invalid="ignore"):  # of a constant
+        shares = [abs(float(np.corrcoef(values, each)[0, 1])) for each in data]
+    named = zip((column.name for column in other.columns), shares, strict=True)
+    return sorted((one for one in named if one[1] >= _CORRELATES), key=lambda one: -one[1])[:3]
