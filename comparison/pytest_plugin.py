@@ -42,7 +42,7 @@ def _assert_agree(
 ) -> None:
     from comparison.scene import load_scene
     from comparison.tables.table import TableError
-    from comparison.verdict.compare import Runs, compare, recorded_scene
+    from comparison.verdict.tables import compare
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
@@ -51,26 +51,13 @@ def _assert_agree(
         str(b) if isinstance(b, str | Path) else "table b",
     )
     try:
-        first, second = _read(a), _read(b)
-        loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(first, second)
-        if tolerance is None and loaded is not None:
-            tolerance = loaded.tolerance
-        result = compare(
-            Runs(first),
-            Runs(second),
-            scene=loaded,
-            tolerance=tolerance,
-            share=share,
-            time_tolerance=0.0 if loaded is None else loaded.time_tolerance,
-            gate=None if loaded is None else loaded.gate,
-            labels=labels,
-            warnings=warnings,
-        )
+        loaded = None if scene is None else load_scene(scene)
+        result = compare(a, b, scene=loaded, tolerance=tolerance, share=share, labels=labels)
     except TableError as error:
         raise AssertionError(f"cannot compare: {error}") from None
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
         return
-    on = "" if loaded is None else f" on scene {loaded.name!r}"
+    on = "" if result.scene is None else f" on scene {result.name!r}"
     lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {scene_reason(result)}"]
     lines += [
         f"  {name}: {channel.verdict}: {reason(channel)}"
@@ -78,14 +65,3 @@ def _assert_agree(
         if channel.verdict == "differ"
     ]
     raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
-
-
-def _read(results: Results) -> Table:
-    import pandas as pd
-
-    from comparison.tables.table import Table
-    from comparison.tables.table_files import read
-
-    if isinstance(results, Table | pd.DataFrame):
-        return results if isinstance(results, Table) else Table(results)
-    return read(results)

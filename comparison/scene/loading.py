@@ -136,6 +136,13 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     ------
     SceneError
         One line with location, value and violated rule.
+
+    Examples
+    --------
+    >>> import sixbar
+    >>> scene = sixbar.load_scene("150rpm-0.2mm", {"drive.speed_rpm": 210})
+    >>> scene.name, scene.data["drive"]["cycles"]
+    ('150rpm-0.2mm+drive.speed_rpm=210', 2.0)
     """
     source = str(name_or_path)
     path = _locate(source, Path(), source)

@@ -41,15 +41,38 @@ Assigned = dict[str, tuple[Column, Rule]]
 """Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
 
 
+def as_tables(
+    given: Sequence[Table | pd.DataFrame | str | Path],
+    sides: Sequence[str],
+    mapping: Mapping | None = None,
+    only: Sequence[str] | None = None,
+) -> tuple[list[Table], tuple[str, ...]]:
+    """Return tables, data frames and the tables of files, these as `read_tables` does, as tables."""
+    files = [(Path(one), side) for one, side in zip(given, sides, strict=True) if isinstance(one, str | Path)]
+    paths, of_files = [path for path, _ in files], [side for _, side in files]
+    read, warnings = read_tables(paths, of_files, mapping, only=only) if files else ([], ())
+    rest = iter(read)
+    return [
+        one if isinstance(one, Table) else Table(one) if isinstance(one, pd.DataFrame) else next(rest)
+        for one in given
+    ], warnings
+
+
 def read_tables(
-    paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None = None, at_events: str | None = None
+    paths: Sequence[Path],
+    sides: Sequence[str],
+    mapping: Mapping | None = None,
+    at_events: str | None = None,
+    only: Sequence[str] | None = None,
 ) -> tuple[list[Table], tuple[str, ...]]:
     """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
-    The rules of a mapping hold for the side, "a" or "b", of each file; what it does not assign has the name
-    of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
+    The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
+    the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
+    With ``only`` these channels alone are read.
     """
     mapping = mapping or Mapping()
+    mapping = mapping if only is None else mapping.model_copy(update={"compare": list(only)})
     sources = [open_source(path) for path in paths]
     _refuse_missing(sources, sides, mapping)
     assigned = [
@@ -63,7 +86,7 @@ def read_tables(
     warnings = [*_assumptions(sources, known), *completed]
     tables = []
     for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
-        if others:
+        if others and only is None:
             reason = "not compared, since the mapping leaves it out"
             warnings.append(f"{source.path.name}: {reason}: {', '.join(others)}")
         names = [TIME, *(name for name in columns if name != TIME)]

@@ -55,6 +55,8 @@ class Mapping(Section):
     a: dict[str, Rule] = Field(default={})
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
+    ideal: dict[str, Rule] = Field(default={})
+    """The same for the table of the ideal mechanism, of which a reliability is computed."""
     gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")
@@ -82,7 +84,7 @@ def load_mapping(path: Path) -> Mapping:
 def _faults(mapping: Mapping) -> Iterator[str]:
     """Yield rules that contradict each other or name unknown channels or units."""
     every, known = {*channels(), *mapping.channels}, "channel of the press or of [channels]"
-    for part in ("channels", "columns", "a", "b"):
+    for part in ("channels", "columns", "a", "b", "ideal"):
         for name, given in getattr(mapping, part).items():
             where = f"{part}.{name!r}"
             if part != "channels":
@@ -99,7 +101,7 @@ def _faults(mapping: Mapping) -> Iterator[str]:
             rate = getattr(given, "rate", None)
             if rate is not None and (rate == name or rate not in every):
                 yield f"{where}: rate = {rate!r} is not another {known}"
-    if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels, mapping.gate)):
+    if not any(mapping.model_dump().values()):
         yield "names no column"
 
 

@@ -61,7 +61,8 @@ def validate(
         Built-in or installed models. A model with neither a tolerance nor a step in its settings cannot be
         refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
-        Worker processes: a script that calls this needs ``if __name__ == "__main__":``.
+        Worker processes: a script that calls this needs ``if __name__ == "__main__":``. With 0 all runs are
+        of this process.
     accuracy
         For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
         scenes' settings.
@@ -70,12 +71,25 @@ def validate(
     on_progress
         Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 
+    Returns
+    -------
+    list of Validation
+        One a scene: ``comparison.verdict``, ``comparison.channels``, ``comparison.reliability``; that of the
+        tight tier is ``comparison.tight``.
+
     Raises
     ------
     AccuracyError
         If the accuracy is out of reach.
     EngineError
         If a model is not known.
+
+    Examples
+    --------
+    >>> import sixbar
+    >>> (result,) = sixbar.validate([sixbar.load_scene("ideal")], n_jobs=0, tiers=["standard"])
+    >>> result.comparison.verdict, result.comparison.reliability.verdict
+    ('agree', 'agree')
     """
 
     def start(jobs: Sequence[Job]) -> list[Outcome]:

@@ -1,9 +1,12 @@
 """Names that README.md and docs/*.md give to programs: the examples run, and do what is said of them."""
 
+import doctest
 import importlib
 import io
 import re
 import shlex
+import subprocess
+import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 
@@ -11,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import sixbar as package
 from comparison.report.pictures.notebook import tabulated
 from comparison.scene import load_scene
 from comparison.tables.table import Table
@@ -33,6 +37,22 @@ def test_the_five_lines_of_the_readme():
     status, contacts, *_, largest = printed(block("README.md", "python")).split()
     assert (status, int(contacts) > 10) == ("success", True)
     assert -0.5503 < float(largest) < -0.5497  # within the guide: 0.2 mm to either side, and a depth
+
+
+@pytest.mark.parametrize("name", package.__all__)
+def test_the_example_in_the_docstring_of_a_name_of_sixbar(name):
+    assert name in dir(package)
+    assert getattr(package, name).__name__ == name
+    (example,) = doctest.DocTestFinder(recurse=False).find(getattr(package, name), name, globs={})
+    assert len(example.examples) > 1
+    said = io.StringIO()
+    assert doctest.DocTestRunner().run(example, out=said.write).failed == 0, said.getvalue()
+
+
+def test_the_import_of_sixbar_imports_none_of_what_its_names_need():
+    code = "import sys; before = set(sys.modules); import sixbar; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert {name.partition(".")[0] for name in done.stdout.split()} - sys.stdlib_module_names == {"sixbar"}
 
 
 def test_the_channels_of_a_scene():

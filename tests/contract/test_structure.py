@@ -4,7 +4,7 @@ from graphlib import TopologicalSorter
 
 import grimp
 
-PACKAGES = ("reference_model", "exudyn_model", "comparison")
+PACKAGES = ("reference_model", "exudyn_model", "comparison", "sixbar")
 
 
 def test_no_modules_import_one_another():

@@ -15,8 +15,10 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from comparison.execution.run import Progress, run_one
 from comparison.formatting import number
 from comparison.report.figures import Picture, picture
+from comparison.scene import Scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Result, Table
 
@@ -49,3 +51,40 @@ class RunTable(Table):
 def tabulated(result: Result) -> RunTable:
     """Return the table of a model's result; `TableError` where it is incomplete."""
     return RunTable.from_result(result)
+
+
+def simulate(scene: Scene, model: str = "reference", progress: Progress | None = None) -> RunTable:
+    """Run a scene by one model, in this process.
+
+    Parameters
+    ----------
+    scene
+        As `sixbar.load_scene` returns it.
+    model
+        "reference", "exudyn" or one of another package.
+    progress
+        Called with the finished share, 0 to 1.
+
+    Returns
+    -------
+    RunTable
+        ``frame``: time (s) and channels, a row a sample; ``events``: a row a contact; ``extrema`` of each
+        channel between samples too; ``provenance``: settings and versions; ``plot("slider_x")``. A notebook
+        shows it.
+
+    Raises
+    ------
+    SceneError
+        If the model refuses the scene.
+    RunError
+        If the run does not succeed; its ``outcome`` says why.
+
+    Examples
+    --------
+    >>> import sixbar
+    >>> scene = sixbar.load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
+    >>> run = sixbar.simulate(scene)
+    >>> len(run.frame), len(run.events)
+    (101, 7)
+    """
+    return RunTable(**vars(run_one(scene, model, progress)))

@@ -1,0 +1,214 @@
+"""Reliability of the slider's motion in tables of any origin, against a table of the ideal mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Pairs
+from dataclasses import dataclass, replace
+from math import isclose
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import Runs
+from comparison.reliability.assessment import Assessment, assess
+from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.errors import QUANTITIES, slider_errors
+from comparison.scene import Reliability, Scene, SceneError, load_scene, scene_from_mapping
+from comparison.scene.loading import BASE
+from comparison.tables.foreign import as_tables
+from comparison.tables.mapping import Mapping, load_mapping
+from comparison.tables.table import Table, TableError, check
+from comparison.tables.times import SAME_GRID
+
+CHANNELS = tuple(QUANTITIES.values())
+_SAME_PERIOD = 1e-6  # relative: periods may be stated with six digits
+
+
+@dataclass(frozen=True)
+class TableReliability:
+    """Reliability of the slider's motion in one table or two, by quantity.
+
+    Quantities are "displacement", "velocity" and "acceleration". ``a`` and ``b`` have what is known of each
+    table, ``comparison`` that of both; without a second table they are empty and None. ``missing``: quantity
+    -> the tables without its channel. ``settings``: limits, those of the quantities ``given`` as stated,
+    others of the scene ``source``. Errors count up to ``end`` (s); ``period`` is that of the crank (s).
+    """
+
+    names: tuple[str, ...]
+    settings: Reliability
+    given: tuple[str, ...]
+    source: str
+    period: float
+    end: float
+    a: dict[str, Assessment]
+    b: dict[str, Assessment]
+    comparison: ReliabilityComparison | None
+    missing: dict[str, list[str]]
+    warnings: tuple[str, ...]
+
+
+def reliability(
+    a: Table | pd.DataFrame | str | Path,
+    b: Table | pd.DataFrame | str | Path | None = None,
+    *,
+    ideal: Table | pd.DataFrame | str | Path,
+    limits: Pairs[str, tuple[float, float]] | None = None,
+    scene: Scene | None = None,
+    period: float | None = None,
+    mapping: Mapping | str | Path | None = None,
+    finer_a: Table | pd.DataFrame | str | Path | None = None,
+    finer_b: Table | pd.DataFrame | str | Path | None = None,
+) -> TableReliability:
+    """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 33-39.
+
+    Errors are those at equal time, from t = 0 s to the end of the shortest table. Intervals (95 %) hold what
+    other cycles, and what is between the samples, leave open.
+
+    Parameters
+    ----------
+    a, b
+        Tables with at least one of slider_y, slider_vy, slider_ay (m, m/s, m/s^2), such as `sixbar.simulate`
+        returns, data frames with a column ``time`` (s), or paths, also of other programs' files.
+    ideal
+        The motion of the mechanism without clearance; taken as exact at its times.
+    limits
+        Quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the scene.
+    scene
+        Has limits, intervals of the crank cycle and period; by default the scene recorded beside a table, and
+        without one the paper's limits.
+    period
+        Of the crank cycle, s, where no scene is known.
+    mapping
+        Of the columns of files to channels, or the path of a mapping file.
+    finer_a, finer_b
+        The same runs at finer settings: without both the numerical uncertainty of a difference is unknown.
+
+    Returns
+    -------
+    TableReliability
+        Of each table and quantity the reliability by crank angle, the smallest with its interval, and the
+        moments of the error; of two tables their difference.
+
+    Raises
+    ------
+    TableError
+        If a table cannot be read, holds none of the channels, does not start at 0 s, or does not fit the
+        others; if no period is known.
+    SceneError
+        If the limits are none.
+
+    Examples
+    --------
+    >>> import sixbar
+    >>> cycle = {"drive.cycles": 1}
+    >>> run = sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", cycle))
+    >>> ideal = sixbar.simulate(sixbar.load_scene("ideal", cycle))
+    >>> velocity = sixbar.reliability(run, ideal=ideal).a["velocity"]
+    >>> low, high = velocity.interval
+    >>> bool(low < velocity.minimum < high < velocity.cap), float(velocity.angle[velocity.worst])
+    (True, 36.0)
+    """
+    rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
+    every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
+    given = {part: one for part, one in every.items() if one is not None}
+    names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
+    sides = [part.removeprefix("finer ") for part in given]
+    read, warnings = as_tables(list(given.values()), sides, rules, CHANNELS)
+    tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
+    for part, table in tables.items():
+        _check(table, names[part])
+    recorded = {part: _recorded(table) for part, table in tables.items()}
+    periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
+    cycle = _common_period(
+        periods
+        | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
+        | ({} if period is None else {"the stated period": period})
+    )
+    source = scene or recorded["a"] or recorded.get("b") or load_scene(BASE)
+    settings = _with_limits(source, limits or {})
+    end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
+    for part, table in tables.items():
+        if table.time[-1] - end > cycle / settings.bins:
+            warnings += (f"{names[part]}: only its first {end:g} s count, where {last} ends",)
+        tables[part] = replace(table, frame=table.frame[table.time <= end + SAME_GRID * cycle])
+
+    def assessed(part: str) -> dict[str, Assessment]:
+        shared = [name for name in tables[part].channels if name in tables["ideal"].channels]
+        return assess(slider_errors(tables[part], tables["ideal"], cycle, names=shared), settings)
+
+    return TableReliability(
+        names=tuple(names[part] for part in ("a", "b") if part in names),
+        settings=settings,
+        given=tuple(limits or ()),
+        source=source.name,
+        period=cycle,
+        end=end,
+        a=assessed("a"),
+        b=assessed("b") if b is not None else {},
+        comparison=None if b is None else _compared(tables, cycle, settings),
+        missing={
+            quantity: lacking
+            for quantity, channel in QUANTITIES.items()
+            if (lacking := [names[part] for part, table in tables.items() if channel not in table.channels])
+        },
+        warnings=warnings,
+    )
+
+
+def _compared(tables: Pairs[str, Table], cycle: float, settings: Reliability) -> ReliabilityComparison | None:
+    shared = [name for name in CHANNELS if all(name in table.channels for table in tables.values())]
+    if not shared:
+        return None
+    tables = {part: table.only(shared) for part, table in tables.items()}
+    ideal = tables["ideal"]
+    # What is between its samples: they are interpolated, and so is every second one.
+    thinned = replace(ideal, frame=pd.concat([ideal.frame.iloc[:-1:2], ideal.frame.iloc[-1:]]))
+    exact = Runs(ideal, coarser=thinned)
+    runs = Runs(tables["a"], tables.get("finer a")), Runs(tables["b"], tables.get("finer b"))
+    return ReliabilityComparison(
+        settings, compare_reliability(runs, (exact, exact), cycle, settings, thresholds().k)
+    )
+
+
+def _check(table: Table, name: str) -> None:
+    if not table.channels:
+        raise TableError(f"{name}: holds none of {', '.join(CHANNELS)}")
+    check(table, table.channels, name=name)
+    if abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
+        raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
+
+
+def _recorded(table: Table) -> Scene | None:
+    """Return the scene recorded beside a table, whatever its solvers; None if there is none."""
+    record = table.provenance.get("scene")
+    if not isinstance(record, dict):
+        return None
+    try:
+        return scene_from_mapping(
+            record | {"solver": {}, "reliability": table.provenance.get("reliability", {})}
+        )
+    except SceneError:
+        return None
+
+
+def _common_period(stated: Pairs[str, float]) -> float:
+    if not stated:
+        raise TableError(
+            "the period of the crank cycle is not known: no table has a recorded scene; state it"
+        )
+    first, one = next(iter(stated.items()))
+    for name, value in stated.items():
+        if not isclose(value, one, rel_tol=_SAME_PERIOD):
+            raise TableError(f"{name}: the crank cycle takes {value:g} s; that of {first} takes {one:g} s")
+    return one
+
+
+def _with_limits(source: Scene, limits: Pairs[str, tuple[float, float]]) -> Reliability:
+    values = {
+        f"reliability.{quantity}.{end}": value
+        for quantity, both in limits.items()
+        for end, value in zip(("lower", "upper"), both, strict=True)
+    }
+    return source.with_values(values).reliability if values else source.reliability
