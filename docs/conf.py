@@ -1,4 +1,4 @@
-"""The documents as a site: Sphinx with MyST and Furo; commands, keys and formulas are made while it is built."""
+"""The documents as a site: Sphinx with MyST and Furo; `generated` makes what follows from the code."""
 
 from __future__ import annotations
 
@@ -28,20 +28,24 @@ autodoc_typehints = "description"
 html_theme = "furo"
 html_title = "sixbar-crossval"
 html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_copy_source = False
 # MathML, which browsers draw by themselves: neither a script nor a font from a network.
 html_math_renderer = "mathml"
 
 
-def _formula(display):
-    def visit(writer, node):
-        writer.body.append(convert(node.astext(), display=display))
-        raise nodes.SkipNode
+def _inline(writer, node):
+    writer.body.append(convert(node.astext()))
+    raise nodes.SkipNode
 
-    return visit
+
+def _block(writer, node):
+    writer.body.append(f'<div class="formula">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode
 
 
 def setup(app):
     """Register the formulas, the notebook and the generated ends of pages."""
-    app.add_html_math_renderer("mathml", (_formula("inline"), None), (_formula("block"), None))
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("source-read", generated.append)

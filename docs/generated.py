@@ -1,4 +1,4 @@
-"""What the site makes while it is built: commands, keys, the names of `sixbar`, and the notebook's results."""
+"""What is made while the site is built: commands, keys, names of `sixbar`, results of the notebook."""
 
 from __future__ import annotations
 
@@ -73,11 +73,10 @@ def _shown(cell: dict[str, Any], scope: dict[str, Any]) -> Iterator[str]:
             value = eval(compile(ast.Expression(last.value), "cell", "eval"), scope)
         else:
             exec(compile(ast.Module([last], []), "cell", "exec"), scope)
-    for form in ("_repr_html_", "_repr_svg_"):
-        if hasattr(value, form):
-            yield f"````{{raw}} html\n{getattr(value, form)()}\n````"
-            return
-    if printed := out.getvalue() + ("" if value is None else f"{value!r}\n"):
+    shown = [getattr(value, form)() for form in ("_repr_html_", "_repr_svg_") if hasattr(value, form)]
+    if page := next(filter(None, shown), None):
+        yield f"````{{raw}} html\n{page.replace('dataframe', 'docutils')}\n````"
+    elif printed := out.getvalue() + ("" if value is None else f"{value!r}\n"):
         yield f"```text\n{printed}```"
 
 
