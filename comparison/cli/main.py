@@ -12,6 +12,7 @@ import typer
 from comparison.cli.compare import compare
 from comparison.cli.console import INTERRUPTED, complain, described, say, session
 from comparison.cli.gate import gate
+from comparison.cli.keys import keys, new
 from comparison.cli.listing import channels, plan, scenes
 from comparison.cli.options import option
 from comparison.cli.plot import animate, plot
@@ -88,6 +89,6 @@ def _root(
         say(context.get_help())
 
 
-for _command in (scenes, channels, plan, run, settings, validate, compare, plot, animate, gate):
+for _command in (scenes, channels, keys, new, plan, run, settings, validate, compare, plot, animate, gate):
     app.command()(_command)
 app.add_typer(studies, name="study")

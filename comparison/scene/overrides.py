@@ -12,6 +12,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from comparison.scene.keys import did_you_mean
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Unit
 
 LONGEST = 54
@@ -125,7 +126,7 @@ def _at(keys: Mapping[str, Any], key: str) -> object:
 def _same(value: object, before: object) -> bool:
     """Return whether a value would change nothing; true is not 1, nor is 1.0 where an integer has to be."""
     integer = type(value) is int and isinstance(before, float) and value == before
-    return integer or _toml(value) == _toml(before)
+    return integer or toml(value) == toml(before)
 
 
 def name_with(name: str, overrides: Mapping[str, object]) -> str:
@@ -158,15 +159,15 @@ def command_line(
 
 def _text(value: object) -> str:
     """Return a value as --set takes it."""
-    return value if isinstance(value, str) and _BARE.fullmatch(value) else _toml(value)
+    return value if isinstance(value, str) and _BARE.fullmatch(value) else toml(value)
 
 
-def _toml(value: object) -> str:
-    """Return a value as TOML."""
+def toml(value: object) -> str:
+    """Return a value as TOML, floats exactly."""
     if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{json.dumps(key)} = {_toml(part)}' for key, part in value.items())}}}"
+        return f"{{{', '.join(f'{json.dumps(key)} = {toml(part)}' for key, part in value.items())}}}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
+        return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, float):
         return repr(float(value))  # numpy's are floats too, and say so
     if type(value) is int:
@@ -175,10 +176,16 @@ def _toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
 
 
+def readable(value: object) -> str:
+    """Return a value as TOML, large and small numbers with an exponent."""
+    brief = f"{value:g}" if isinstance(value, float) else ""
+    return brief if "e" in brief and float(brief) == value else toml(value)
+
+
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
 
-    For an unknown key the nearest of the schema is suggested.
+    For an unknown key the nearest of its section, or of a scene those that it may mean are suggested.
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
@@ -194,9 +201,13 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
-        close = difflib.get_close_matches(steps[-1], section.model_fields if section else (), n=1)
-        hint = f"; did you mean {'.'.join([*steps[:-1], *close])}?" if close else ""
-        return f"{key} {text}{hint}"
+        siblings = [".".join([*steps[:-1], name]) for name in (section.model_fields if section else ())]
+        if schema is SceneKeys:
+            return f"{key} {text}{did_you_mean(next(iter(flat({'.'.join(steps): value}))), siblings)}"
+        close = difflib.get_close_matches(".".join(steps), siblings, n=1)
+        return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
+    if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
+        text += did_you_mean(steps[-1])
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
 

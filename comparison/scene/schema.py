@@ -85,7 +85,7 @@ class Rod(Section):
     mass: Annotated[Positive, KG, TABLE_1]
     """Mass."""
     inertia: Annotated[Positive, KGM2, TABLE_1]
-    """Moment of inertia about the centroid."""
+    """Moment of inertia J about the centroid."""
 
 
 class Slider(Section):
@@ -94,7 +94,7 @@ class Slider(Section):
     mass: Annotated[Positive, KG, TABLE_1]
     """Mass."""
     inertia: Annotated[Positive, KGM2, TABLE_1]
-    """Moment of inertia about the centroid."""
+    """Moment of inertia J about the centroid."""
     length: Annotated[Positive, M, TABLE_2]
     """Length (height) along the guide, y."""
     width: Annotated[Positive, M, TABLE_2]
@@ -120,7 +120,7 @@ class Mechanism(Section):
     crank_angle_deg: Annotated[Real, Unit("deg"), Source("Sec. 2.2")]
     """Angle of the crank at the start (initial phase)."""
     rocker_branch: Annotated[Sign, IDENTIFIED]
-    """Assembly of the four-bar: joint B to the left (1) or right (-1) of the line from crank pin to H."""
+    """Assembly of the rocker: joint with rod 2 left (1) or right (-1) of the line from crank pin to H."""
     slider_branch: Annotated[Sign, IDENTIFIED]
     """Assembly of rod 4: hanging down from the rocker (-1) or standing up (1)."""
 
@@ -129,16 +129,16 @@ class Drive(Section):
     """Constant speed of the crank, counter-clockwise positive, and number of cycles."""
 
     speed_rpm: Annotated[Real, Unit("rpm"), SEC_4]
-    """Speed of rotation of the crank (motor), counter-clockwise positive; not zero."""
+    """Speed of the crank (motor, angular velocity omega), counter-clockwise positive; not zero."""
     cycles: Positive
-    """Duration of the simulation in turns of the crank (time span)."""
+    """Duration (end time) of the simulation in turns (revolutions) of the crank."""
 
 
 class Initial(Section):
     """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
 
     slider_offset: Annotated[Real | None, M] = None
-    """Start position of the slider from the guide's centre line; mechanism.reference_offset if not given."""
+    """Start position x of the slider from the guide's centre line; without it mechanism.reference_offset."""
     slider_angle: Annotated[Real, RAD] = 0.0
     """Start angle (tilt) of the slider."""
     slider_vx: Annotated[Real, M_S] = 0.0
@@ -193,9 +193,9 @@ class Contact(Section):
     youngs_modulus: Annotated[
         Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
-    """Young's modulus E (elastic stiffness) of the material; of each: { slider = ..., guide = ... }."""
+    """Young's modulus E (elastic stiffness) of the material; .slider and .guide are those of each partner."""
     poisson: Annotated[Annotated[Poisson, ONE] | Annotated[Partners[Poisson], EACH], CHOICE, TABLE_2]
-    """Poisson's ratio nu of the material; of each: { slider = ..., guide = ... }."""
+    """Poisson's ratio nu of the material; .slider and .guide are those of each partner."""
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False), TABLE_2]
     """Coefficient of restitution e of an impact, which sets the damping: 1 has none."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False), TABLE_2]
@@ -241,7 +241,7 @@ class ReferenceSolver(Section):
     method: str = "dop853"
     """Integrator of the reference: dop853, or one of SciPy's solve_ivp."""
     tolerance: Positive = 1e-10
-    """Absolute local error of the reference's positions, m and rad (accuracy)."""
+    """Absolute local error of the reference's positions in metres and radians (accuracy)."""
     baumgarte_alpha: NotNegative = 10.0
     """Baumgarte stabilization of velocities, alpha; only with multipliers."""
     baumgarte_beta: NotNegative = 10.0
@@ -330,7 +330,7 @@ class Reliability(Section):
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     """Intervals of a crank cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
-    """Whether mean and deviation are those of the error e or of its magnitude |e|."""
+    """Whether mean and deviation are those of the error or of its magnitude."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
     velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()

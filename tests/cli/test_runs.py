@@ -6,6 +6,8 @@ import shlex
 
 import pytest
 
+from comparison.scene import load_scene
+
 SHORT = ["--set", "drive.cycles=0.02", "--set", "output.samples_per_cycle=2000", "-q"]
 MOTION = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
 SCENES = [
@@ -13,8 +15,8 @@ SCENES = [
     "ideal", "poisson-0.33", "surface", "wedge",
 ]  # fmt: skip
 COMMANDS = [
-    "scenes", "channels", "plan", "run", "settings", "validate", "compare", "plot", "animate", "gate",
-    "study",
+    "scenes", "channels", "keys", "new", "plan", "run", "settings", "validate", "compare", "plot", "animate",
+    "gate", "study",
 ]  # fmt: skip
 
 
@@ -51,6 +53,56 @@ def test_scenes_and_channels(sixbar):
     assert (by_name["corner_ll_normal"]["unit"], by_name["slider_alpha"]["unit"]) == ("N", "rad/s^2")
     assert {"crank_torque", "reaction_O_x", "guide_force", "energy_residual"} < set(by_name)
     assert list(printed("channels", "ideal")) == [*MOTION, "slider_ax", "slider_ay", "slider_alpha"]
+
+
+def test_keys_are_those_of_a_scene_and_found_by_name_or_description(sixbar):
+    known = {key["name"]: key for key in json.loads(sixbar("keys", "--json").out)}
+    assert known["clearance.slider"] | {"description": ""} == {
+        "name": "clearance.slider", "unit": "m", "bounds": ">= 0", "default": 2e-4, "source": "Sec. 4",
+        "description": "",
+    }  # fmt: skip
+    assert set(known) >= {
+        "scene.extends",
+        "mechanism.rod4.centroid",
+        "solver.exudyn.step",
+        "reliability.bins",
+    }
+    for pattern in ("FRICTION", "centre of mass"):  # of a name, of a description
+        lines = sixbar("keys", pattern).lines
+        assert max(map(len, lines)) <= 80
+        listed = [line.split()[0] for line in lines if not line.startswith(" ")]
+        texts = {name: (name + key["description"]).lower() for name, key in known.items()}
+        assert listed == [name for name, text in texts.items() if pattern.lower() in text]
+    assert "friction.coefficient = 0.15 (>= 0; Table 2)" in sixbar("keys", "friction").lines
+
+
+def test_a_new_scene_is_the_one_it_was_made_from_until_it_is_changed(sixbar):
+    own = '[scene]\nextends = "wedge"\n[contact]\nyoungs_modulus = { slider = 2e9, guide = 3.3e9 }\n'
+    sixbar.write(
+        "deep/own.toml", f'{own}[[random]]\nkey = "drive.cycles"\ndistribution = "normal"\ndeviation = 1\n'
+    )
+    ways = [["--from", name] for name in (*SCENES, "paper", "deep/own.toml")]
+    for number, way in enumerate([[], *ways]):
+        path = f"other/{number}.toml"
+        assert sixbar("new", path, *way).out == f"{path}\n"
+        source = way[-1] if way else "150rpm-0.2mm"
+        plans = [sixbar("plan", scene).lines for scene in (source, path)]
+        assert plans[0][1:] == plans[1][1:]
+        assert plans[1][0].startswith(f"{number}: ")
+        first, second = (
+            load_scene(sixbar.folder / scene if "/" in scene else scene) for scene in (source, path)
+        )
+        assert (first.hash, first.reliability, first.random) == (
+            second.hash,
+            second.reliability,
+            second.random,
+        )
+    text = sixbar.text("other/0.toml")
+    assert max(map(len, text.splitlines())) < 90
+    changed = text.replace("slider = 0.0002  # m, >= 0", "slider = 0.0003").replace("150.0  # rpm", "90.0")
+    sixbar.write("other/0.toml", changed)
+    assert sixbar("plan", "other/0.toml").lines[0].startswith("0: 2 cycles at 90 rpm")
+    sixbar.refused("new other/0.toml", "other/0.toml: exists")
 
 
 NAMES = {

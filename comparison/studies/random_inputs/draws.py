@@ -18,6 +18,7 @@ from comparison.execution.store import Row
 from comparison.execution.tasks import Task, measure_all, on_processes
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Scene, SceneError
+from comparison.scene.keys import did_you_mean
 from comparison.scene.schema import RandomInput
 from comparison.studies.shared.scenes import settable
 from comparison.tables.arrays import Array
@@ -86,7 +87,8 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
 def _middle(scene: Scene, one: RandomInput) -> float:
     known = settable(scene.data)
     if one.key not in known:
-        raise SceneError(f"scene {scene.name!r}: random: {one.key!r} is not a key of a scene")
+        hint = did_you_mean(one.key, known)
+        raise SceneError(f"scene {scene.name!r}: random: {one.key!r} is not a key of a scene{hint}")
     value = known[one.key]
     if one.element is not None and isinstance(value, list) and one.element < len(value):
         value = value[one.element]

@@ -22,6 +22,7 @@ from comparison.metrics.signals import rms
 from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest
+from comparison.scene.keys import did_you_mean
 from comparison.studies.shared.scenes import settable
 from comparison.studies.sweep.points import Point, SweepError, close_to
 from comparison.tables.channels import channels
@@ -126,7 +127,7 @@ def sweep(
     keys = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
         if key not in keys:
-            hint = "; ".join(filter(None, ("is not a key of a scene", close_to(key, keys))))
+            hint = f"is not a key of a scene{did_you_mean(key, keys)}"
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
     for model in models:
         find(model)

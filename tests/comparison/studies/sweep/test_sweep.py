@@ -118,7 +118,7 @@ def test_the_table_does_not_depend_on_the_number_of_processes_and_a_partner_has_
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--grid", "contact.poisson.guid=1"], "did you mean 'contact.poisson.guide'"),
+        (["--grid", "contact.poisson.guid=1"], "did you mean contact.poisson.guide?"),
         (["--grid", "drive.speed_rpm="], "needs at least one value"),
         (["--grid", "drive.cycles=1", "--grid", "drive.cycles=2"], "key 'drive.cycles' is given twice"),
         (

@@ -1,0 +1,102 @@
+"""The list of keys is that of the schema, and a wrong name leads to the key that was meant."""
+
+import re
+
+import pytest
+
+from comparison.scene import SceneError, load_scene
+from comparison.scene.keys import did_you_mean, scene_keys
+from comparison.scene.overrides import flat
+
+SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
+RULE = re.compile(r"(>=?|<=?) (\S+)")
+
+
+def refusal(name, value):
+    with pytest.raises(SceneError) as error:
+        load_scene("150rpm-0.2mm", {name: value})
+    return str(error.value)
+
+
+def test_every_key_of_a_scene_is_listed_with_the_papers_value_and_described():
+    paper = load_scene("paper").data
+    values = flat({name: part for name, part in paper.items() if name != "scene"})
+    listed = {key.name: key.default for key in scene_keys()}
+    assert len(listed) == len(scene_keys())
+    assert values.keys() <= listed.keys()
+    for name, value in values.items():
+        assert listed[name] == (None if name == "initial.slider_offset" else value), name
+    for key in scene_keys():
+        assert re.fullmatch(r"[A-Z][^\n]{3,110}\.", key.description), key
+    units = {key.name: key.unit for key in scene_keys()}
+    assert units["reliability.velocity.upper"] == "m/s"  # that of its section
+    sources = {key.name: key.source for key in scene_keys()}
+    assert sources["mechanism.rod4.mass"] == "Table 1"
+    assert (sources["mechanism.guide_x"], sources["contact.corner_radius"]) == ("identified", "chosen")
+
+
+@pytest.mark.parametrize(
+    "key", [key for key in SETTABLE if RULE.search(key.bounds)], ids=lambda key: key.name
+)
+def test_what_is_outside_the_listed_bounds_is_refused_with_them(key):
+    for sign, bound in RULE.findall(key.bounds.replace(",", "")):
+        value = float(bound) + (0 if "=" not in sign else -1 if sign == ">=" else 1)
+        if "integer" in key.bounds:
+            value = int(value) + (sign == "<=") * int(float(bound))  # 1e15 + 1 is more
+        message = refusal(key.name, value)
+        assert f"must be {sign} {bound}" in message
+        assert f" {key.unit} must" in message or not key.unit
+
+
+def test_the_listed_choices_are_all_that_is_taken():
+    for key in SETTABLE:
+        if " | " in key.bounds and "branch" not in key.name:
+            for choice in key.bounds.split(" | "):
+                assert load_scene("150rpm-0.2mm", {key.name: choice})
+            assert all(f"'{choice}'" in refusal(key.name, "?") for choice in key.bounds.split(" | "))
+
+
+MEANT = {
+    "friction.coefficient": "contact.friction mu friction.mu contact.mu coeff_friction coulomb",
+    "clearance.slider": "clearence.slider slider_clearance slider.clearance gap play clearance",
+    "clearance.crank_pin": "pin_clearance crank_pin.clearance clearance.pin",
+    "clearance.journal_radius": "journal.radius bearing_radius",
+    "drive.speed_rpm": "rpm speed drive.rpm crank.speed motor.speed drive.spead_rpm speedRpm",
+    "drive.cycles": "duration simulation_time cycles n_cycles turns",
+    "contact.restitution": "e contact.e restitution coefficient_of_restitution contact.damping",
+    "contact.youngs_modulus": "E contact.E stiffness contact.stiffness e_modulus material.young",
+    "contact.poisson": "nu poisson_ratio material.poisson",
+    "contact.exponent": "contact.n exponent",
+    "contact.corner_radius": "corner.radius contact.radius",
+    "contact.law": "force_law contact_model contct.law",
+    "environment.gravity": "gravity g drive.gravity enviroment.gravity weight",
+    "initial.slider_angle": "tilt initial.angle",
+    "mechanism.slider.mass": "slider.mass slider_mass",
+    "mechanism.crank.length": "crank_length crank.lenght",
+    "mechanism.crank_angle_deg": "crank_angle initial.crank_angle phase",
+    "mechanism.slider.inertia": "slider.J slider.inertia",
+    "output.samples_per_cycle": "samples sampling_rate output.samples",
+    "output.groups": "output.channels groups",
+    "solver.exudyn.step": "dt timestep time_step step_size solver.dt",
+    "solver.reference.tolerance": "tol tolerance solver.tol",
+    "solver.reference.method": "integrator",
+    "scene.extends": "extends",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"), [(wrong, right) for right, names in MEANT.items() for wrong in names.split()]
+)
+def test_a_plausible_wrong_name_leads_first_to_the_key_that_was_meant(wrong, right):
+    first, *others = re.findall(r"[\w.]+\w", did_you_mean(wrong).partition("mean ")[2].replace(" or ", " "))
+    assert first == right
+    assert len(others) < 3
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["foo", "xyzzy", "a.b", "contact.foo", "drive.qwerty", "temperature", "contact.colour", "lubrication",
+     "mechanism.slider.banana", "contact.zzz", "user.password", "12345", "viscosity", "", "of.the", "drive."],
+)  # fmt: skip
+def test_nonsense_gets_no_suggestion(wrong):
+    assert did_you_mean(wrong) == "; sixbar keys lists all"
