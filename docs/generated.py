@@ -75,7 +75,8 @@ def _shown(cell: dict[str, Any], scope: dict[str, Any]) -> Iterator[str]:
             exec(compile(ast.Module([last], []), "cell", "exec"), scope)
     shown = [getattr(value, form)() for form in ("_repr_html_", "_repr_svg_") if hasattr(value, form)]
     if page := next(filter(None, shown), None):
-        yield f"````{{raw}} html\n{page.replace('dataframe', 'docutils')}\n````"
+        page = page.replace('border="1" class="dataframe"', 'class="docutils"')
+        yield f'````{{raw}} html\n<div class="result">{page}</div>\n````'
     elif printed := out.getvalue() + ("" if value is None else f"{value!r}\n"):
         yield f"```text\n{printed}```"
 
