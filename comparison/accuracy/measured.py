@@ -16,7 +16,9 @@ from math import inf, isclose, isfinite, log, nan
 from typing import Any, NamedTuple
 
 from comparison.models import forces, joints_with_clearance, key_of, model_of
-from comparison.scene import Scene, digest
+from comparison.scene import Scene, digest, load_scene
+from comparison.scene.keys import scene_keys
+from comparison.scene.overrides import flat
 
 _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 SETTINGS = {
@@ -34,6 +36,8 @@ USUAL = {
 }
 """Joints with clearance -> scene whose numbers are used for unmeasured scenes."""
 _PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "environment")
+FAR = 10.0
+"""By so many times a length, mass, stiffness, speed ... differs from that of a scene that tells nothing."""
 _METHODS = {"reference": ("dop853",), "exudyn": ("auto", "generalized-alpha", "dopri5")}
 """Measured methods; Exudyn's "auto" is another one where forces are requested."""
 
@@ -95,6 +99,7 @@ class Expected:
     failed: str = ""  # why the setting had no result there
     cautions: tuple[Caution, ...] = ()
     applies: bool = True  # not those of another scene or method
+    far: tuple[tuple[str, float], ...] = ()  # keys that differ by more than FAR, and by how many times
 
     @property
     def span(self) -> str:
@@ -145,6 +150,7 @@ def expected(scene: Scene, model: str) -> Expected:
         failed=failed,
         cautions=known.cautions,
         applies=known.applies,
+        far=_far(scene, load_scene(known.scene)) if Caution.OTHER_SCENE in known.cautions else (),
     )
 
 
@@ -160,7 +166,7 @@ def measured_record(scene: Scene, model: str, accuracy: str | float) -> dict[str
     return {
         "wanted": accuracy,
         "from": f"measured on {known.measured_on}" if known.measured_on else "nothing recorded",
-        "bound_m": known.error,
+        "bound_m": nan if known.far else known.error,
         "over": known.span,
         "cautions": list(known.cautions),
     }
@@ -182,6 +188,23 @@ def physics(scene: Scene) -> str:
     """Return the hash of what errors depend on besides the setting: not cycles, output, solver, texts."""
     sections: dict[str, object] = {name: scene.data[name] for name in _PHYSICS}
     return digest(sections | {"speed_rpm": scene.data["drive"]["speed_rpm"]})
+
+
+def _far(scene: Scene, other: Scene) -> tuple[tuple[str, float], ...]:
+    """Return the keys that differ by more than `FAR` from another scene, and by how many times."""
+    positive = {
+        key.name for key in scene_keys() if key.bounds.startswith(">") and key.name.startswith(_PHYSICS)
+    }
+    there, keys = flat(other.data), []
+    for name, value in flat(scene.data).items():
+        both = name.rpartition(".")[0]  # of one partner of a contact
+        before = there.get(name, there.get(both))
+        if name in ("contact.law", "contact.impact_speed"):
+            keys += [(name, nan)] if value != before else []
+        elif positive & {name, both} or name == "drive.speed_rpm":
+            times = abs(value / before) if value and before else 1.0
+            keys += [] if 1.0 / FAR <= times <= FAR else [(name, times)]
+    return tuple(keys)
 
 
 @cache

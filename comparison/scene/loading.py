@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparison.files import contents
-from comparison.models import joints_with_clearance
+from comparison.scene import implausible
 from comparison.scene.overrides import (
     apply,
     combine,
@@ -37,8 +37,6 @@ LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
 LONGEST_CHAIN = 20
 """Files that extend one another."""
-ASYMPTOTIC_STEP = 2e-5
-"""s; with longer steps in contacts the first-cycle error of x does not follow the method's order."""
 
 
 class SceneError(ValueError):
@@ -241,24 +239,12 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error)}") from error
     data = keys.model_dump(exclude={"compare", "reliability", "random"})
-    start, clearance, exudyn = data["initial"], data["clearance"]["slider"], data["solver"]["exudyn"]
+    start = data["initial"]
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
-    warnings = []
-    if data["joints"]["slider"] == "clearance" and abs(start["slider_offset"]) > clearance:
-        warnings.append(
-            f"initial.slider_offset = {start['slider_offset']:g} m exceeds clearance.slider = {clearance:g} "
-            "m: the slider starts inside the wall"
-        )
-    bodies_touch = exudyn["formulation"] != "tree" and joints_with_clearance(data)
-    if bodies_touch and exudyn["step"] > ASYMPTOTIC_STEP:
-        warnings.append(
-            f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
-            f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
-        )
     return Scene(
         data,
-        tuple(warnings),
+        tuple(implausible.warnings(data)),
         files,
         overrides,
         source,

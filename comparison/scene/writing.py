@@ -6,7 +6,9 @@ import os
 import re
 import textwrap
 from contextlib import suppress
+from functools import reduce
 from pathlib import Path
+from typing import Any
 
 from comparison.scene.keys import scene_keys
 from comparison.scene.loading import BASE, SceneError, load_scene, shipped_scenes
@@ -14,16 +16,8 @@ from comparison.scene.overrides import readable, toml
 from comparison.scene.schema import NAME
 
 _SECTIONS = (
-    "drive",
-    "joints",
-    "clearance",
-    "contact",
-    "friction",
-    "environment",
-    "initial",
-    "mechanism.slider",
-    "output",
-)
+    "drive", "joints", "clearance", "contact", "friction", "environment", "initial", "output", "mechanism"
+)  # fmt: skip
 _HEAD = """\
 # Scene of sixbar. What is not written here has the value of the scene that this
 # one extends; "sixbar keys" lists all keys. SI units except where a key says so.
@@ -40,22 +34,20 @@ def new_scene(path: Path, source: str) -> str:
     """
     if not re.match(NAME, path.stem):
         raise SceneError(f"{path}: a scene's name must be letters, digits and . _ + = - only")
-    values = load_scene(source).data
+    data: Any = load_scene(source).data
     extends = source
     if source not in (BASE, *shipped_scenes()):
         extends = str(Path(source).expanduser().absolute())
         with suppress(ValueError):  # on another drive
             extends = os.path.relpath(extends, path.parent.absolute())
     lines = [_HEAD, "[scene]", f"extends = {toml(Path(extends).as_posix())}", f"title = {toml(path.stem)}"]
-    for name in _SECTIONS:
-        section = values
-        for step in name.split("."):
-            section = section[step]
-        lines += ["", f"[{name}]"]
-        for key in scene_keys():
-            above, _, own = key.name.rpartition(".")
-            if above == name:
-                rule = ", ".join(filter(None, (key.unit, key.bounds)))
-                lines += textwrap.wrap(key.description, 80, initial_indent="# ", subsequent_indent="#   ")
-                lines.append(f"{own} = {readable(section[own])}{f'  # {rule}' if rule else ''}")
+    keys = [key for name in _SECTIONS for key in scene_keys() if key.name.startswith(f"{name}.")]
+    for key in keys:
+        section, _, own = key.name.rpartition(".")
+        if f"[{section}]" not in lines:
+            lines += ["", f"[{section}]"]
+        rule = ", ".join(filter(None, (key.unit, key.bounds)))
+        value = readable(reduce(dict.__getitem__, key.name.split("."), data))
+        lines += textwrap.wrap(key.description, 80, initial_indent="# ", subsequent_indent="#   ")
+        lines.append(f"{own} = {value}{f'  # {rule}' if rule else ''}")
     return "\n".join(lines) + "\n"

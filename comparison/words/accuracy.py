@@ -22,17 +22,22 @@ _CAUTIONS = {
     Caution.OTHER_METHOD: "measured with another method: estimate errors by --check",
     Caution.IDEAL_SLIDER: "x of an ideal slider is exact at any setting: for y use a named accuracy",
 }
+_FAR = "errors and times were measured on {}, far from this scene in {}: estimate errors by --check"
 
 
 def cautions(expected: Expected) -> list[str]:
     """Return why expected numbers may not hold."""
     failed = [f"no result at this setting: {expected.failed}"] if expected.failed else []
-    return failed + [_CAUTIONS[caution].format(expected.measured_on) for caution in expected.cautions]
+    texts = _CAUTIONS | ({Caution.OTHER_SCENE: _FAR} if expected.far else {})
+    keys = ", ".join(
+        f"{key} ({'another' if isnan(times) else f'{times:.4g} times'})" for key, times in expected.far
+    )
+    return failed + [texts[caution].format(expected.measured_on, keys) for caution in expected.cautions]
 
 
 def expectation(expected: Expected) -> str:
     """Return the expected error and time of a run."""
-    error = f"{expected.error:.2g} m" if isfinite(expected.error) else "nothing recorded"
+    error = f"{expected.error:.2g} m" if isfinite(expected.error) and not expected.far else "nothing recorded"
     time = f"about {expected.seconds:.2g} s" if isfinite(expected.seconds) else "no time recorded"
     numbers = f"expected: {error} of slider_x over {expected.span}, and {time}"
     return "; ".join([numbers, *cautions(expected)])
@@ -42,7 +47,8 @@ def unmeasured(expected: Expected) -> str:
     """Return where the error at a scene's settings was measured, if not on this scene; else nothing."""
     if expected.applies:
         return ""
-    there = f" (on {expected.measured_on} it is {expected.error:.2g} m)" if isfinite(expected.error) else ""
+    known = isfinite(expected.error) and not expected.far
+    there = f" (on {expected.measured_on} it is {expected.error:.2g} m)" if known else ""
     return f"the error of slider_x was not measured on this scene{there}: estimate it by --check"
 
 
@@ -66,7 +72,9 @@ def plan_lines(plan: Plan) -> list[str]:
     items += [("follows", follows)] if plan.prescribed else []
     items += [("contacts", ", ".join(plan.contacts) or "none")]
     items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
-    if isfinite(expected.error):
+    if expected.far:
+        items.append(("error", "not known"))
+    elif isfinite(expected.error):
         items.append(("error", f"{expected.error:.2g} m of slider_x over {expected.span}"))
     if isfinite(expected.seconds):
         items.append(("time", f"about {expected.seconds:.2g} s on a processor like that of the measurement"))

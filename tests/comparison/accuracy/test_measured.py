@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from importlib.resources import files
-from math import isnan
+from math import isnan, nan
 
 import pytest
 
@@ -18,7 +18,9 @@ from comparison.accuracy.measured import (
     measured_record,
     physics,
 )
+from comparison.accuracy.plan import plan
 from comparison.scene import load_scene, shipped_scenes
+from comparison.words.accuracy import plan_lines
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
 SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/error_bounds.py, which says why
@@ -81,7 +83,34 @@ def test_a_scene_takes_the_numbers_of_the_shipped_one_with_its_physics_or_with_i
         assert is_measured(scene, model, 1.0) == own
         assert not is_measured(scene, model, 1e-30)
         record = measured_record(scene, model, "1e-6")
-        assert (record["from"], record["bound_m"]) == (f"measured on {measured_on}", bound.error)
+        assert record["from"] == f"measured on {measured_on}"
+        assert record["bound_m"] == (pytest.approx(nan, nan_ok=True) if bound.far else bound.error)
+
+
+@pytest.mark.parametrize(
+    ("shipped", "changes", "far"),
+    [
+        ("150rpm-0.2mm", {"clearance.slider": 1.9e-3, "initial.slider_angle": 0.01}, {}),
+        ("150rpm-0.2mm", {"clearance.slider": 0.3}, {"clearance.slider": 1500}),
+        (
+            "150rpm-0.2mm",
+            {"drive.speed_rpm": -1501, "friction.coefficient": 0},
+            {"drive.speed_rpm": 1501 / 150},
+        ),
+        ("69GPa", {"contact.youngs_modulus.guide": 2.1e9}, {"contact.youngs_modulus.guide": 0.01}),
+        ("150rpm-0.2mm", {"contact.law": "foundation"}, {"contact.law": nan}),
+        ("wedge", {}, {}),  # it was measured itself
+    ],
+)
+def test_a_scene_of_another_order_of_magnitude_is_promised_no_error(shipped, changes, far):
+    scene = load_scene(shipped, changes)
+    for model in MODELS:
+        assert dict(expected(scene, model).far) == pytest.approx(far, rel=1e-12, nan_ok=True)  # a quotient
+        made = plan(scene, model)
+        assert isnan(made.expected.error) == bool(far)
+        said = "\n".join(plan_lines(made))
+        assert ("  error       not known" in said) == bool(far)
+        assert all(f"{key} (" in said for key in far)
 
 
 def test_forces_of_joints_need_another_method_of_exudyn_alone():

@@ -184,20 +184,3 @@ def test_the_hash_sees_numbers_and_not_texts():
     # It survives its mapping and the way to a worker.
     assert scene_from_mapping(scene.data).hash == scene.hash
     assert pickle.loads(pickle.dumps(scene)).hash == scene.hash  # noqa: S301
-
-
-@pytest.mark.parametrize(
-    ("name", "changes", "words"),
-    [
-        (PAPER, {"initial.slider_offset": -3e-4}, "the slider starts inside the wall"),
-        ("ideal", {"initial.slider_offset": -3e-4}, ""),  # which has none
-        (PAPER, {"solver.exudyn.step": 2.5e-5}, "step = 2.5e-05 s is outside the asymptotic range"),
-        (PAPER, {"solver.exudyn.step": 2e-5}, ""),
-        (PAPER, {FORMULATION: "auto", "solver.exudyn.step": 1e-3}, ""),
-        ("ideal", {"solver.exudyn.step": 1e-4}, ""),
-    ],
-)
-def test_a_start_inside_the_wall_and_a_step_outside_the_range_are_warnings(name, changes, words):
-    warnings = load_scene(name, changes).warnings
-    assert len(warnings) == bool(words)
-    assert words in "".join(warnings)
