@@ -1,4 +1,4 @@
-"""The tutorial, followed literally in an empty folder: its outputs are those that it prints."""
+"""The tutorial and the page on scenes, followed literally in an empty folder: outputs are those printed."""
 
 import contextlib
 import io
@@ -8,10 +8,15 @@ from pathlib import Path
 
 import pytest
 
-TEXT = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text("utf-8")
-STEPS = re.findall(r"^```(toml|console|python|text)\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+DOCS = Path(__file__).parents[2] / "docs"
 CONSOLE = r"^\$ sixbar (.*?)\n(.*?)(?:^\$ echo \$\?\n(\d+)\n)?(?=^\$ |\Z)"  # command, output, exit code
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def steps(page):
+    """Return the language and the text of the blocks of a page."""
+    text = (DOCS / page).read_text("utf-8")
+    return re.findall(r"^```(toml|sh|console|python|text)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
 def require(shown, printed):
@@ -31,7 +36,7 @@ def require(shown, printed):
 def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     monkeypatch.chdir(sixbar.folder)
     scope, printed, commands = {}, "", 0
-    for language, text in STEPS:
+    for language, text in steps("tutorial.md"):
         if language == "toml":
             sixbar.write("press.toml", text)
         elif language == "python":
@@ -46,3 +51,12 @@ def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
                 require(shown, ended.out)
                 commands += 1
     assert commands == 9
+
+
+def test_the_scene_of_its_page_is_planned_and_its_mistake_refused_as_printed(sixbar):
+    blocks = dict(steps("scenes.md"))
+    sixbar.write("aluminium.toml", blocks["toml"])
+    (command,) = (line for line in blocks["sh"].splitlines() if " plan " in line)
+    assert "69 on 210 GPa" in sixbar(*shlex.split(command)[1:]).out
+    ((command, shown, _),) = re.findall(CONSOLE, blocks["console"], re.DOTALL | re.MULTILINE)
+    assert sixbar(*shlex.split(command), code=2).err == shown
