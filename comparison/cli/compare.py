@@ -12,7 +12,6 @@ from comparison.cli import options
 from comparison.cli.console import print_json, say, warn, wrapped
 
 _File = Annotated[Path, typer.Argument(hidden=True)]
-_Finer = Annotated[Path | None, options.option("FILE", "The run at a finer setting.")]
 _Coarser = Annotated[Path | None, options.option("FILE", "The run at a coarser setting.")]
 _Starts = Annotated[
     list[Path] | None, options.option("FILE", "A run from a moved start; repeat for several.")
@@ -36,14 +35,10 @@ def compare(
     time_tolerance: Annotated[
         float | None, options.option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
-    mapping: Annotated[
-        Path | None, options.option("FILE", "TOML file that assigns another program's columns to channels.")
-    ] = None,
-    at_events: Annotated[
-        str | None, options.option("left|right|both", "Which rows of a repeated time count.")
-    ] = None,
-    finer_a: _Finer = None,
-    finer_b: _Finer = None,
+    mapping: options.MappingFile = None,
+    at_events: options.AtEvents = None,
+    finer_a: options.Finer = None,
+    finer_b: options.Finer = None,
     coarser_a: _Coarser = None,
     coarser_b: _Coarser = None,
     perturbed_a: _Starts = None,
@@ -67,7 +62,7 @@ def compare(
     from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
     from comparison.scene import command_line, load_scene
-    from comparison.tables.foreign import AT_EVENTS, read_tables
+    from comparison.tables.foreign import read_tables
     from comparison.tables.mapping import load_mapping
     from comparison.verdict.compare import recorded_scene
     from comparison.verdict.recorded import Recorded, compare_recorded
@@ -81,8 +76,6 @@ def compare(
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
     options.check_positive("--period", period)
-    if at_events is not None and at_events not in AT_EVENTS:
-        raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     folder = check_folder(out or options.REPORTS / "compare")
     rules = None if mapping is None else load_mapping(mapping)
     runs: list[tuple[str, str, Path | None]] = [

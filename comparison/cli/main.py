@@ -16,6 +16,7 @@ from comparison.cli.keys import keys, new
 from comparison.cli.listing import channels, plan, scenes
 from comparison.cli.options import option
 from comparison.cli.plot import animate, plot
+from comparison.cli.reliability import reliability
 from comparison.cli.run import run, settings
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
@@ -89,6 +90,9 @@ def _root(
         say(context.get_help())
 
 
-for _command in (scenes, channels, keys, new, plan, run, settings, validate, compare, plot, animate, gate):
+for _command in (
+    *(scenes, channels, keys, new, plan, run, settings, validate, compare),
+    *(reliability, plot, animate, gate),
+):
     app.command()(_command)
 app.add_typer(studies, name="study")

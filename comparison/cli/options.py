@@ -72,6 +72,11 @@ Models = Annotated[
 Overrides = Annotated[
     list[str] | None, option("KEY=VALUE", "Change a scene key, e.g. drive.speed_rpm=210.", "--set")
 ]
+MappingFile = Annotated[
+    Path | None, option("FILE", "TOML file that assigns another program's columns to channels.")
+]
+AtEvents = Annotated[str | None, option("left|right|both", "Which rows of a repeated time count.")]
+Finer = Annotated[Path | None, option("FILE", "The run at a finer setting.")]
 Accuracy = Annotated[
     str | None, option("NAME|METRES", "draft, standard, strict, or the wanted error of slider_x in metres.")
 ]

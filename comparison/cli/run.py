@@ -114,6 +114,7 @@ def run(
     elif unasked and accuracy is None and (note := unmeasured(expected(loaded, model))):
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
+    record |= {"reliability": loaded.reliability.model_dump()}
     path = write(replace(table, provenance=table.provenance | record), out)
     say(*map(str, (*companions(table, path), path)))
     return code

@@ -13,7 +13,7 @@ import pandas as pd
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.reliability.assessment import Assessment, assess
-from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, SceneError, load_scene, scene_from_mapping
 from comparison.scene.loading import BASE
@@ -23,6 +23,8 @@ from comparison.tables.table import Table, TableError, check
 from comparison.tables.times import SAME_GRID
 
 CHANNELS = tuple(QUANTITIES.values())
+_LEAST_CHANGE = 0.1 * MARGIN
+"""Of R with half the ideal samples, from which on they are too few: its error is a tenth of that or less."""
 _SAME_PERIOD = 1e-6  # relative: periods may be stated with six digits
 
 
@@ -30,10 +32,10 @@ _SAME_PERIOD = 1e-6  # relative: periods may be stated with six digits
 class TableReliability:
     """Reliability of the slider's motion in one table or two, by quantity.
 
-    Quantities are "displacement", "velocity" and "acceleration". ``a`` and ``b`` have what is known of each
-    table, ``comparison`` that of both; without a second table they are empty and None. ``missing``: quantity
-    -> the tables without its channel. ``settings``: limits, those of the quantities ``given`` as stated,
-    others of the scene ``source``. Errors count up to ``end`` (s); ``period`` is that of the crank (s).
+    ``a`` and ``b``: quantity ("displacement", "velocity", "acceleration") -> what is known of it by either
+    table; ``comparison``: by both. Without a second table they are empty and None. ``missing``: quantity ->
+    the tables without its channel. ``settings``: limits, of the quantities ``given`` as stated, of others
+    those of the scene ``source``; ``period`` of the crank cycle, s.
     """
 
     names: tuple[str, ...]
@@ -41,12 +43,18 @@ class TableReliability:
     given: tuple[str, ...]
     source: str
     period: float
-    end: float
     a: dict[str, Assessment]
     b: dict[str, Assessment]
     comparison: ReliabilityComparison | None
     missing: dict[str, list[str]]
     warnings: tuple[str, ...]
+
+    @property
+    def by_quantity(self) -> dict[str, dict[str, Assessment]]:
+        """What is known of each quantity, by table, "a" or "b"."""
+        tables = {"a": self.a, "b": self.b}
+        every = {name: {x: own[name] for x, own in tables.items() if name in own} for name in QUANTITIES}
+        return {name: own for name, own in every.items() if own}
 
 
 def reliability(
@@ -58,6 +66,7 @@ def reliability(
     scene: Scene | None = None,
     period: float | None = None,
     mapping: Mapping | str | Path | None = None,
+    at_events: str | None = None,
     finer_a: Table | pd.DataFrame | str | Path | None = None,
     finer_b: Table | pd.DataFrame | str | Path | None = None,
 ) -> TableReliability:
@@ -82,6 +91,8 @@ def reliability(
         Of the crank cycle, s, where no scene is known.
     mapping
         Of the columns of files to channels, or the path of a mapping file.
+    at_events
+        "left", "right" or "both": which rows of a time that a file repeats count.
     finer_a, finer_b
         The same runs at finer settings: without both the numerical uncertainty of a difference is unknown.
 
@@ -110,12 +121,14 @@ def reliability(
     >>> bool(low < velocity.minimum < high < velocity.cap), float(velocity.angle[velocity.worst])
     (True, 36.0)
     """
+    if b is None and not (finer_a is None and finer_b is None):
+        raise TableError("finer runs count only for the difference of two tables, and there is one")
     rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
     every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
     given = {part: one for part, one in every.items() if one is not None}
     names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
     sides = [part.removeprefix("finer ") for part in given]
-    read, warnings = as_tables(list(given.values()), sides, rules, CHANNELS)
+    read, warnings = as_tables(list(given.values()), sides, rules, at_events, CHANNELS)
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
@@ -126,17 +139,38 @@ def reliability(
         | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
         | ({} if period is None else {"the stated period": period})
     )
-    source = scene or recorded["a"] or recorded.get("b") or load_scene(BASE)
-    settings = _with_limits(source, limits or {})
+    criteria = [  # not every record holds them
+        recorded[part]
+        for part, table in tables.items()
+        if part in ("a", "b") and "reliability" in table.provenance
+    ]
+    source = scene or next(filter(None, criteria), None) or load_scene(BASE)
+    values = {
+        f"reliability.{quantity}.{end}": value
+        for quantity, both in (limits or {}).items()
+        for end, value in zip(("lower", "upper"), both, strict=True)
+    }
+    settings = source.with_values(values).reliability
     end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
     for part, table in tables.items():
         if table.time[-1] - end > cycle / settings.bins:
             warnings += (f"{names[part]}: only its first {end:g} s count, where {last} ends",)
         tables[part] = replace(table, frame=table.frame[table.time <= end + SAME_GRID * cycle])
 
-    def assessed(part: str) -> dict[str, Assessment]:
-        shared = [name for name in tables[part].channels if name in tables["ideal"].channels]
-        return assess(slider_errors(tables[part], tables["ideal"], cycle, names=shared), settings)
+    # Between its samples the ideal motion is interpolated, which every second one tells the error of.
+    frame = tables["ideal"].frame
+    thinned = replace(tables["ideal"], frame=pd.concat([frame.iloc[:-1:2], frame.iloc[-1:]]))
+
+    def assessed(part: str, ideal: Table) -> dict[str, Assessment]:
+        shared = [name for name in tables[part].channels if name in ideal.channels]
+        if not shared:
+            raise TableError(f"{names['ideal']}: holds none of the channels of {names[part]}")
+        return assess(slider_errors(tables[part], ideal, cycle, names=shared), settings)
+
+    of_a, of_thinned = assessed("a", tables["ideal"]), assessed("a", thinned)
+    change = max(np.abs(own.reliability - of_thinned[name].reliability).max() for name, own in of_a.items())
+    if change > _LEAST_CHANGE:
+        warnings += (f"{names['ideal']}: too few samples: with every second one R changes by {change:.0e}",)
 
     return TableReliability(
         names=tuple(names[part] for part in ("a", "b") if part in names),
@@ -144,10 +178,9 @@ def reliability(
         given=tuple(limits or ()),
         source=source.name,
         period=cycle,
-        end=end,
-        a=assessed("a"),
-        b=assessed("b") if b is not None else {},
-        comparison=None if b is None else _compared(tables, cycle, settings),
+        a=of_a,
+        b={} if b is None else assessed("b", tables["ideal"]),
+        comparison=None if b is None else _compared(tables, thinned, cycle, settings),
         missing={
             quantity: lacking
             for quantity, channel in QUANTITIES.items()
@@ -157,15 +190,14 @@ def reliability(
     )
 
 
-def _compared(tables: Pairs[str, Table], cycle: float, settings: Reliability) -> ReliabilityComparison | None:
+def _compared(
+    tables: Pairs[str, Table], thinned: Table, cycle: float, settings: Reliability
+) -> ReliabilityComparison | None:
     shared = [name for name in CHANNELS if all(name in table.channels for table in tables.values())]
     if not shared:
         return None
     tables = {part: table.only(shared) for part, table in tables.items()}
-    ideal = tables["ideal"]
-    # What is between its samples: they are interpolated, and so is every second one.
-    thinned = replace(ideal, frame=pd.concat([ideal.frame.iloc[:-1:2], ideal.frame.iloc[-1:]]))
-    exact = Runs(ideal, coarser=thinned)
+    exact = Runs(tables["ideal"], coarser=thinned)
     runs = Runs(tables["a"], tables.get("finer a")), Runs(tables["b"], tables.get("finer b"))
     return ReliabilityComparison(
         settings, compare_reliability(runs, (exact, exact), cycle, settings, thresholds().k)
@@ -174,7 +206,8 @@ def _compared(tables: Pairs[str, Table], cycle: float, settings: Reliability) ->
 
 def _check(table: Table, name: str) -> None:
     if not table.channels:
-        raise TableError(f"{name}: holds none of {', '.join(CHANNELS)}")
+        hint = "a mapping file (--mapping) assigns columns to channels"
+        raise TableError(f"{name}: holds none of {', '.join(CHANNELS)}; {hint}")
     check(table, table.channels, name=name)
     if abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
         raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
@@ -196,19 +229,10 @@ def _recorded(table: Table) -> Scene | None:
 def _common_period(stated: Pairs[str, float]) -> float:
     if not stated:
         raise TableError(
-            "the period of the crank cycle is not known: no table has a recorded scene; state it"
+            "the period of the crank cycle is not known: no scene is recorded; give --period or --scene"
         )
     first, one = next(iter(stated.items()))
     for name, value in stated.items():
         if not isclose(value, one, rel_tol=_SAME_PERIOD):
             raise TableError(f"{name}: the crank cycle takes {value:g} s; that of {first} takes {one:g} s")
     return one
-
-
-def _with_limits(source: Scene, limits: Pairs[str, tuple[float, float]]) -> Reliability:
-    values = {
-        f"reliability.{quantity}.{end}": value
-        for quantity, both in limits.items()
-        for end, value in zip(("lower", "upper"), both, strict=True)
-    }
-    return source.with_values(values).reliability if values else source.reliability

@@ -45,12 +45,13 @@ def as_tables(
     given: Sequence[Table | pd.DataFrame | str | Path],
     sides: Sequence[str],
     mapping: Mapping | None = None,
+    at_events: str | None = None,
     only: Sequence[str] | None = None,
 ) -> tuple[list[Table], tuple[str, ...]]:
     """Return tables, data frames and the tables of files, these as `read_tables` does, as tables."""
     files = [(Path(one), side) for one, side in zip(given, sides, strict=True) if isinstance(one, str | Path)]
     paths, of_files = [path for path, _ in files], [side for _, side in files]
-    read, warnings = read_tables(paths, of_files, mapping, only=only) if files else ([], ())
+    read, warnings = read_tables(paths, of_files, mapping, at_events, only) if files else ([], ())
     rest = iter(read)
     return [
         one if isinstance(one, Table) else Table(one) if isinstance(one, pd.DataFrame) else next(rest)
@@ -71,6 +72,8 @@ def read_tables(
     the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
     With ``only`` these channels alone are read.
     """
+    if at_events is not None and at_events not in AT_EVENTS:
+        raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     mapping = mapping or Mapping()
     mapping = mapping if only is None else mapping.model_copy(update={"compare": list(only)})
     sources = [open_source(path) for path in paths]

@@ -1,11 +1,13 @@
 """A comparison as a mapping of all results without curves, for JSON, and as cases that pass or fail."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Literal, NamedTuple
 
+from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
+from comparison.reliability.tables import TableReliability
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
@@ -90,7 +92,8 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
             "bins": reliability.settings.bins,
             "errors": reliability.settings.errors,
             "quantities": {
-                name: _quantity(name, own, labels) for name, own in reliability.quantities.items()
+                name: _quantity(name, dict(zip(labels, (own.a, own.b), strict=True)), own)
+                for name, own in reliability.quantities.items()
             },
         },
         "channels": {
@@ -124,30 +127,57 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     }
 
 
-def _quantity(name: str, difference: Difference, labels: tuple[str, str]) -> dict[str, Any]:
-    models = {
-        label: {
-            "smallest": model.minimum,
-            "smallest_interval": list(model.interval),
-            "smallest_at_deg": float(model.angle[model.worst]),
-            **{"at_cap" if key == "capped" else key: getattr(model, key).tolist() for key in _OF_MODEL},
-        }
-        for label, model in zip(labels, (difference.a, difference.b), strict=True)
-    }
+def reliability_mapping(result: TableReliability) -> dict[str, Any]:
+    """Return the reliability of tables, for JSON; undefined numbers are nan (written as null)."""
+    differences = result.comparison.quantities if result.comparison else {}
     return {
-        "verdict": difference.verdict,
-        "unit": unit_of(name),
-        "lower_limit": difference.a.limits.lower,
-        "upper_limit": difference.a.limits.upper,
-        "cap": difference.a.cap,
-        "angle_deg": difference.a.angle.tolist(),
-        "cycles": difference.a.cycles.tolist(),
-        "difference": difference.minimum,
-        "half_width_sampling": difference.sampling,
-        "half_width_numerical": difference.numerical,
-        "half_width_quadrature": difference.quadrature,
-        "half_width": difference.half_width,
-        "differences": difference.curve.tolist(),
-        "half_widths": difference.curve_half_width.tolist(),
-        "models": models,
+        "tables": dict(zip("ab", result.names, strict=False)),
+        "verdict": result.comparison and result.comparison.verdict,
+        "period": result.period,
+        "bins": result.settings.bins,
+        "errors": result.settings.errors,
+        "limits_of": result.source,
+        "limits_given": result.given,
+        "missing": result.missing,
+        "warnings": result.warnings,
+        "quantities": {
+            name: _quantity(name, tables, differences.get(name))
+            for name, tables in result.by_quantity.items()
+        },
     }
+
+
+def _quantity(name: str, models: Mapping[str, Assessment], difference: Difference | None) -> dict[str, Any]:
+    first = next(iter(models.values()))
+    own = {
+        "unit": unit_of(name),
+        "lower_limit": first.limits.lower,
+        "upper_limit": first.limits.upper,
+        "cap": first.cap,
+        "angle_deg": first.angle.tolist(),
+        "cycles": first.cycles.tolist(),
+        "models": {
+            label: {
+                "smallest": model.minimum,
+                "smallest_interval": list(model.interval),
+                "smallest_at_deg": float(model.angle[model.worst]),
+                **{"at_cap" if key == "capped" else key: getattr(model, key).tolist() for key in _OF_MODEL},
+            }
+            for label, model in models.items()
+        },
+    }
+    return (
+        own
+        if difference is None
+        else own
+        | {
+            "verdict": difference.verdict,
+            "difference": difference.minimum,
+            "half_width_sampling": difference.sampling,
+            "half_width_numerical": difference.numerical,
+            "half_width_quadrature": difference.quadrature,
+            "half_width": difference.half_width,
+            "differences": difference.curve.tolist(),
+            "half_widths": difference.curve_half_width.tolist(),
+        }
+    )

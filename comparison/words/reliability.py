@@ -1,12 +1,16 @@
-"""Sentences about a scene's reliability: a line for the terminal, notes for the report."""
+"""Sentences about reliability: of a scene a line for the terminal and notes for the report; of tables."""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from comparison.execution.run import describe
-from comparison.reliability.assessment import ROUNDING
+from comparison.reliability.assessment import ROUNDING, Assessment
 from comparison.reliability.averages import ENOUGH
-from comparison.reliability.difference import Difference, FailedRun, ReliabilityComparison
-from comparison.reliability.errors import unit_of
+from comparison.reliability.difference import MARGIN, Difference, FailedRun, ReliabilityComparison
+from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.reliability.tables import TableReliability
+from comparison.scene import Reliability
 
 
 def rounded(value: float) -> str:
@@ -40,16 +44,19 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     """Return the notes on this scene's numbers: limits, cap, cycles."""
     if not comparison.quantities:
         return [f"Not available: {missing(comparison)}."]
-    settings, quantities = comparison.settings, comparison.quantities
+    return _notes(comparison.settings, {name: (d.a, d.b) for name, d in comparison.quantities.items()})
+
+
+def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
     size = "size of the error" if settings.errors == "absolute" else "signed error"
     limits, capped = [], []
-    for name, both in quantities.items():
-        limit, count = both.a.limits, int(np.sum(both.a.capped & both.b.capped))
+    for name, tables in quantities.items():
+        limit, count = tables[0].limits, int(np.sum(np.all([own.capped for own in tables], axis=0)))
         lower = f"{limit.lower:g} to " if limit.lower else ""
         limits.append(f"{name} {lower}{limit.upper:g} {unit_of(name)}")
-        capped += [f"{name} in {count} of {both.a.angle.size} parts"] if count else []
-    caps = " or ".join(dict.fromkeys(f"{both.a.cap:.10f}" for both in quantities.values()))
-    cycles = int(next(iter(quantities.values())).a.cycles.max())
+        capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
+    caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
+    cycles = int(next(iter(quantities.values()))[0].cycles.max())
     few = "" if cycles >= ENOUGH else ", few for an interval, and the first one still remembers its start"
     sampled = f"Cycles sampled: {cycles}{few}."
     if cycles == 1:
@@ -73,3 +80,65 @@ def _smallest(name: str, difference: Difference) -> str:
         return f"{name} {values} (the cap)"
     angles = " and ".join(dict.fromkeys(f"{model.angle[model.worst]:g}" for model in (a, b)))
     return f"{name} {values} at {angles} deg"
+
+
+def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]]:
+    """Return a heading and, by quantity and table, the smallest reliability, or that at every angle."""
+    head = ("by crank angle", "to deg") if every else ("smallest", "at deg")
+    rows: list[tuple[str, ...]] = [(*head, "R", "95 % from", "to", "mean error", "deviation")]
+    for name, tables in result.by_quantity.items():
+        for label, own in tables.items():
+            low, high = own.low, own.high
+            low[own.worst], high[own.worst] = own.interval
+            rows += [
+                (
+                    f"{name} {label}",
+                    f"{own.angle[k]:g}",
+                    rounded(own.reliability[k]),
+                    rounded(low[k]),
+                    rounded(high[k]),
+                    f"{own.mean[k]:.3g} {unit_of(name)}",
+                    f"{own.deviation[k]:.3g}",
+                )
+                for k in (range(own.angle.size) if every else [own.worst])
+            ]
+    return rows
+
+
+def difference_rows(comparison: ReliabilityComparison) -> list[tuple[str, ...]]:
+    """Return a heading and, by quantity, the difference of the smallest reliabilities of two tables."""
+    return [
+        ("a less b", "R", "±", "verdict"),
+        *(
+            (name, f"{own.minimum:.1e}", f"{np.linalg.norm(_known(own)):.1e}", own.verdict)
+            for name, own in comparison.quantities.items()
+        ),
+    ]
+
+
+def table_notes(result: TableReliability) -> list[str]:
+    """Return what the verdicts mean, what is missing, and what the numbers rest on."""
+    lines = []
+    if result.comparison:
+        lines.append(
+            "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
+            f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
+        )
+        if any(len(_known(own)) < 3 for own in result.comparison.quantities.values()):
+            lines.append(
+                "± holds what other cycles and samples leave open, not the numerical error of the tables: "
+                "that is known from finer runs of both (--finer-a, --finer-b)."
+            )
+    for name, tables in result.missing.items():
+        lines.append(f"Not computed: {name}, where {QUANTITIES[name]} is missing: {', '.join(tables)}.")
+    limits = f"The limits are those of scene {result.source!r}"
+    if result.given:
+        limits += f", but for {' and '.join(result.given)}, as given"
+    by_quantity = {name: list(tables.values()) for name, tables in result.by_quantity.items()}
+    lines += _notes(result.settings, by_quantity) if by_quantity else []
+    return [*lines, f"{limits}. The crank cycle takes {result.period:g} s."]
+
+
+def _known(difference: Difference) -> list[float]:
+    parts = (difference.sampling, difference.quadrature, difference.numerical)
+    return [part for part in parts if np.isfinite(part)]

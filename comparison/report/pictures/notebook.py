@@ -87,4 +87,6 @@ def simulate(scene: Scene, model: str = "reference", progress: Progress | None =
     >>> len(run.frame), len(run.events)
     (101, 7)
     """
-    return RunTable(**vars(run_one(scene, model, progress)))
+    run = run_one(scene, model, progress)
+    criteria = {"reliability": scene.reliability.model_dump()}
+    return RunTable(**vars(run) | {"provenance": run.provenance | criteria})

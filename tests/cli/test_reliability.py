@@ -1,0 +1,172 @@
+"""Reliability of tables of other programs, of motions whose errors, and so R by the paper, are known."""
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from scipy.stats import norm
+
+CYCLE = 0.5
+"""Of the crank, s."""
+TIME = np.arange(1001) * 1e-3
+"""Two cycles."""
+PHASE = 4 * np.pi * TIME
+Y, VY, AY = 0.1 * np.sin(PHASE), 0.4 * np.pi * np.cos(PHASE), -1.6 * np.pi**2 * np.sin(PHASE)
+RAMP = np.append(100 * np.mod(TIME[:-1], CYCLE) / CYCLE, 100)
+"""Error of acceleration, m/s^2, in every cycle."""
+MAPPING = """
+[columns.t]
+channel = "time"
+unit = "s"
+[a.y]
+channel = "slider_y"
+unit = "mm"
+[a.acc]
+channel = "slider_ay"
+unit = "mm/s^2"
+[b.down]
+channel = "slider_y"
+unit = "mm"
+sign = -1
+[ideal.y]
+channel = "slider_y"
+unit = "m"
+[ideal.v]
+channel = "slider_vy"
+unit = "m/s"
+[ideal.acc]
+channel = "slider_ay"
+unit = "m/s^2"
+"""
+COMMAND = "reliability a.mat b.tab --ideal ideal.csv --mapping names.toml"
+FINER = ["--period", CYCLE, "--finer-a", "a.mat", "--finer-b"]
+
+
+def expected(limits, mean, deviation):
+    """Eqs. 37-39."""
+    lower, upper = limits
+    return norm.cdf(((upper + lower) / 2 - mean) / np.hypot((upper - lower) / 6, deviation))
+
+
+def write(sixbar, name, error):
+    """Write a table of the second program."""
+    pairs = zip(TIME.tolist(), (-1e3 * (Y + error)).tolist(), strict=True)
+    sixbar.write(name, "Run 7\nt\tdown\n" + "".join(f"{t!r}\t{y!r}\n" for t, y in pairs))
+
+
+@pytest.fixture
+def tables(sixbar):
+    """MATLAB's table is off by 50 um and the ramp, the other one, of positions alone, by 80 um."""
+    savemat(sixbar.folder / "a.mat", {"t": TIME, "y": 1e3 * (Y + 5e-5), "acc": 1e3 * (AY + RAMP)})
+    write(sixbar, "b.tab", 8e-5)
+    ideal = {"t": TIME, "y": Y, "v": VY, "acc": AY}
+    for name, rows in (("ideal", slice(None)), ("short", slice(501)), ("coarse", slice(None, None, 40))):
+        sixbar.table(f"{name}.csv", **{column: values[rows] for column, values in ideal.items()})
+    sixbar.table("late.csv", **ideal | {"t": TIME + 0.1})
+    sixbar.write("names.toml", MAPPING)
+    return sixbar
+
+
+def test_two_foreign_tables(tables):
+    said = tables(*COMMAND.split(), "--period", CYCLE, "--json", code=3)
+    assert "Not computed: acceleration, where slider_ay is missing: b.tab." in said.err
+    assert "The limits are those of scene 'paper'. The crank cycle takes 0.5 s." in said.err
+    numbers = tables.numbers
+    assert (numbers["verdict"], numbers["period"]) == ("undecided", CYCLE)
+    assert numbers["missing"] == {"velocity": ["a.mat", "b.tab"], "acceleration": ["b.tab"]}
+    displacement, acceleration = numbers["quantities"].values()
+    # Constant errors: nothing differs between cycles or samples. 1e-11: of round-off of 0.1 m, over 33 um.
+    for label, error in (("a", 5e-5), ("b", 8e-5)):
+        own, known = displacement["models"][label], expected((0, 2e-4), error, 0)
+        assert own["reliability"] == pytest.approx([known] * 10, abs=1e-11)
+        assert own["smallest_interval"] == pytest.approx([known, known], abs=1e-11)
+        assert own["mean"] == pytest.approx([error] * 10, abs=1e-15)
+    difference = expected((0, 2e-4), 5e-5, 0) - expected((0, 2e-4), 8e-5, 0)
+    assert displacement["difference"] == pytest.approx(difference, abs=1e-11)
+    # Uniformly distributed between the ends of a tenth of the ramp; the square, linear between 50 samples
+    # there, is too large by a sixth of the square of a step: the interval tells.
+    (own,), means = acceleration["models"].values(), 5 + 10 * np.arange(10)
+    assert own["mean"][:9] == pytest.approx(means[:9], rel=1e-9)
+    assert own["deviation"][:9] == pytest.approx([10 * np.sqrt(1 / 12 + 1 / 50**2 / 6)] * 9, rel=1e-9)
+    known = expected((0, 150), means, 10 / np.sqrt(12))
+    # The fall at the end of the first cycle is between two samples. At R = 0.5 there is no error: round-off.
+    assert np.all((own["low"] <= known + 1e-12) & (known - 1e-12 <= own["high"]))
+    assert np.subtract(own["high"], own["low"])[:9].max() < 1e-2
+    assert (own["smallest_at_deg"], acceleration["angle_deg"][9]) == (360, 360)
+
+
+@pytest.mark.parametrize(
+    ("apart", "code", "verdict"),
+    # By which the error of the first cycle is larger, and that of the second smaller. The interval, by
+    # Student's distribution with one degree of freedom, is +- 12.7 of that, here of R 4.9e-4 and 4.9e-2.
+    [(1e-8, 0, "agree"), (1e-6, 3, "undecided")],
+)
+def test_the_difference_by_finer_runs_and_cycles(apart, code, verdict, tables):
+    write(tables, "b.tab", 5e-5 + apart * np.where(TIME < CYCLE, 1, -1))
+    tables(*COMMAND.split(), *FINER, "b.tab", "--json", code=code)
+    displacement = tables.numbers["quantities"]["displacement"]
+    half_width = norm.pdf(1.5) * 12.706 * apart / (1e-4 / 3)
+    # 10 %: the sample at the end of the first cycle belongs to both of its sides.
+    assert (displacement["verdict"], displacement["half_width"]) == (
+        verdict,
+        pytest.approx(half_width, rel=0.1),
+    )
+
+
+def test_exit_codes_of_a_known_and_an_unknown_difference(tables):
+    said = tables(*COMMAND.split(), *FINER, "b.tab", code=1)
+    assert any(line.split()[::3] == ["displacement", "differ"] and " 2.1e-01 " in line for line in said.lines)
+    assert "numerical error" not in said.out
+    said = tables(*COMMAND.split(), "--period", CYCLE, "--allow-indeterminate")
+    assert "not the numerical error of the tables" in said.out
+
+
+def test_limits_and_angles_of_one_table(tables):
+    command = "reliability a.mat --ideal ideal.csv --mapping names.toml --period 0.5 -v"
+    tables.write("names.toml", MAPPING)
+    said = tables(*command.split(), "--limits", "displacement=-1e-4,3e-4")
+    known = expected((-1e-4, 3e-4), 5e-5, 0)
+    assert said.out.count(f" {known:.5f}") == 3 * (10 + 1)  # R and its ends at each angle, and the smallest
+    assert "but for displacement, as given" in said.out
+    assert "a less b" not in said.out
+    angles = [line.split()[2] for line in said.lines if line.startswith("acceleration a")]
+    assert angles == [*(f"{36 * (k + 1)}" for k in range(10)), "360"]
+
+
+def test_the_scene_of_a_run_gives_limits_and_period(sixbar):
+    head = '[scene]\nextends = "ideal"\n[drive]\nspeed_rpm = 120\ncycles = 1\n'
+    sixbar.write("mine.toml", head + "[reliability]\nbins = 4\n[reliability.velocity]\nupper = 0.3\n")
+    sixbar("run", "mine.toml", "--model", "reference", "--out", "mine.csv", "-q")
+    said = sixbar(*["reliability", "mine.csv", "--ideal", "mine.csv", "--json"])
+    assert "those of scene 'mine'. The crank cycle takes 0.5 s." in said.err
+    velocity = sixbar.numbers["quantities"]["velocity"]
+    assert (velocity["upper_limit"], velocity["angle_deg"]) == (0.3, [90, 180, 270, 360])
+    assert velocity["models"]["a"]["smallest"] == pytest.approx(norm.cdf(3), abs=1e-12)
+
+
+def test_warnings_tell_what_limits_the_result(tables):
+    said = tables(*COMMAND.replace("ideal.csv", "short.csv").split(), "--period", CYCLE, code=3)
+    assert said.err.count("only its first 0.5 s count, where short.csv ends") == 2
+    said = tables(*COMMAND.replace("ideal.csv", "coarse.csv").split(), "--period", CYCLE, code=3)
+    assert "coarse.csv: too few samples" in said.err
+
+
+REFUSED = {
+    COMMAND: "period|--period or --scene",
+    f"{COMMAND} --period 0": "--period 0|positive",
+    f"{COMMAND} --period 0.5 --scene ideal": "scene 'ideal'|0.4 s|0.5 s",
+    f"{COMMAND} --period 0.5 --limits velocity=1": "'velocity=1'|two numbers",
+    f"{COMMAND} --period 0.5 --limits velocity=2,1": "velocity.lower = 2.0 m/s|< upper = 1",
+    f"{COMMAND} --period 0.5 --limits speed=0,1": "reliability.speed",
+    f"{COMMAND.replace('ideal.csv', 'late.csv')} --period 0.5": "late.csv|starts at 0.1 s|0 s",
+    f"{COMMAND.replace('ideal.csv', 'nowhere.csv')} --period 0.5": "nowhere.csv|No such file",
+    "reliability a.mat --mapping names.toml": "--ideal",
+    "reliability a.mat --ideal ideal.csv --period 0.5": "a.mat|none of slider_y|--mapping",
+    "reliability a.mat --ideal ideal.csv --finer-a a.mat": "finer|two tables",
+    "reliability t.csv --ideal t.csv --period 1": "t.csv|none of slider_y",
+}
+
+
+@pytest.mark.parametrize("command", REFUSED)
+def test_refused(command, tables):
+    tables.table("t.csv", time=TIME, slider_x=Y)
+    tables.refused(command, *REFUSED[command].split("|"))

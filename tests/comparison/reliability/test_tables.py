@@ -1,0 +1,66 @@
+"""The reliability of tables is that of `validate`, whose runs have ten times the samples."""
+
+import numpy as np
+import pytest
+
+import sixbar
+from comparison.execution.run import Job, run_all
+from comparison.models import MODELS
+from comparison.reliability.difference import dense_scene
+
+SCENE = sixbar.load_scene(
+    "150rpm-0.2mm",
+    {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-8, "drive.cycles": 1},
+)
+
+
+@pytest.fixture(scope="module")
+def validated():
+    (result,) = sixbar.validate([SCENE], n_jobs=0, tiers=["standard"])
+    return result.comparison.reliability.quantities
+
+
+def tables(scene):
+    """The runs of both models, and the reference's of the ideal mechanism."""
+    ideal = scene.with_values({"joints.slider": "ideal"})
+    jobs = [*(Job(scene, model) for model in MODELS), Job(ideal, "reference")]
+    return [outcome.table for outcome in run_all(jobs, 0)]
+
+
+def test_at_the_samples_of_validate_the_numbers_are_its_own(validated):
+    a, b, ideal = tables(dense_scene(SCENE))
+    result = sixbar.reliability(a, b, ideal=ideal)
+    assert list(validated) == list(result.comparison.quantities)
+    for name, both in validated.items():
+        own, difference = result.a[name], result.comparison.quantities[name]
+        for part in ("reliability", "low", "high", "mean", "deviation", "within"):
+            assert np.array_equal(getattr(own, part), getattr(both.a, part))
+        assert (own.minimum, own.worst, own.interval) == (both.a.minimum, both.a.worst, both.a.interval)
+        # There Exudyn's run has the ideal motion of Exudyn, whose error is in what is stated.
+        assert abs(difference.minimum - both.minimum) <= both.half_width
+        assert difference.verdict == "undecided"  # without finer runs
+
+
+def test_at_fewer_samples_the_numbers_are_within_the_error_that_these_leave(validated):
+    a, b, ideal = tables(SCENE)
+    for given, period in (((a, b, ideal), None), ((a.frame, b.frame, ideal.frame), SCENE.period)):
+        result = sixbar.reliability(*given[:2], ideal=given[2], period=period)
+        for name, both in validated.items():
+            for own, dense in ((result.a[name], both.a), (result.b[name], both.b)):
+                left = own.density * [left.quadrature for left in own.left_open]
+                # And the error of Exudyn's own ideal motion.
+                assert np.all(np.abs(own.reliability - dense.reliability) <= left + both.numerical)
+                assert own.interval[0] < dense.minimum < own.interval[1]
+            change = result.comparison.quantities[name].minimum - both.minimum
+            assert abs(change) <= both.half_width + result.comparison.quantities[name].quadrature
+
+
+def test_finer_runs_give_the_difference_its_numerical_uncertainty(validated):
+    finer = SCENE.with_values({"solver.reference.tolerance": 1e-10, "solver.exudyn.tolerance": 1e-9})
+    (a, b, ideal), (finer_a, finer_b, _) = tables(SCENE), tables(finer)
+    result = sixbar.reliability(a, b, ideal=ideal, finer_a=finer_a, finer_b=finer_b)
+    assert result.comparison.verdict == "agree"
+    for name, difference in result.comparison.quantities.items():
+        assert 0 < difference.numerical < 1e-4
+        both = validated[name]
+        assert abs(difference.minimum - both.minimum) <= difference.half_width + both.half_width
