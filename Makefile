@@ -11,11 +11,12 @@ endif
 # uv installs the same in a fraction of the time.
 INSTALL := $(if $(shell command -v uv 2>/dev/null),uv pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
-.PHONY: help install validate test test-slow test-browser lint reports clean
+.PHONY: help install validate test test-slow test-browser lint reports docs clean
 help:
 	@echo "make validate      run the shipped scenes in both models and write the report"
 	@echo "make test          the tests (under 10 minutes); test-slow, test-browser: the others"
 	@echo "make reports       what reports/ and the README hold about the current code"
+	@echo "make docs          the documents as a site, in build/site"
 	@echo "make lint          ruff, mypy --strict, import contracts"
 	@echo "make clean         remove the environment and what it produced"
 
@@ -51,6 +52,14 @@ test-browser: $(VENV)/.developed
 
 reports: $(VENV)/.installed
 	$(BIN)/python -m comparison.cli.reports
+
+# A warning, such as of a link or an anchor that leads nowhere, fails.
+docs: $(VENV)/.installed
+	$(INSTALL) -c constraints.txt -e '.[docs]'
+	rm -rf build/site
+	$(BIN)/python -m sphinx --quiet --fresh-env --fail-on-warning --keep-going -c docs . build/site
+	@echo '<meta http-equiv="refresh" content="0; url=docs/index.html">' > build/site/index.html
+	@echo build/site/index.html
 
 lint: $(VENV)/.developed
 	$(BIN)/ruff check .

@@ -19,7 +19,6 @@ from comparison.tables.table_files import write
 ROOT = Path(str(files("comparison"))).parent
 TEXT = (ROOT / "docs" / "ci.md").read_text("utf-8")
 BLOCKS = dict(re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", TEXT, re.DOTALL | re.MULTILINE))
-COMMANDS = [shlex.split(line) for line in re.findall(r"^(?: *- run: | *- )?(sixbar .*)$", TEXT, re.MULTILINE)]
 FAILING = """
 
 def test_differ(assert_agree):
@@ -104,23 +103,13 @@ def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
 def test_the_commands_of_the_recipes_pass_one_after_another(capsys):
     extends = '[scene]\nextends = "paper"\n[output]\nsamples_per_cycle = 100\ngroups = []\n'
     Path("tiny.toml").write_text(extends)
-    assert [command[:2] for command in COMMANDS] == [
-        ["sixbar", name] for name in ("gate", "gate", "gate", "validate", "gate")
-    ]
-    for number, (_, *arguments) in enumerate(COMMANDS):
-        named = [word.replace("150rpm-0.2mm", "tiny.toml") for word in arguments]
-        first = ["tiny.toml"] if number == 0 else []  # instead of all the shipped ones
-        assert main([*named, *first, "--jobs", "1"]) == 0, capsys.readouterr()
-    # What later steps of the recipes take.
-    recipe = block("GitHub Actions", "yaml")
-    for path in re.findall(r"out/[\w./*]+", recipe + block("GitLab", "yaml")):
-        assert list(Path().glob(path)), path
+    commands = [shlex.split(line) for line in block("The regression gate", "sh").splitlines()]
+    assert commands == [["sixbar", "gate", "--update"], ["sixbar", "gate"]]
+    for arguments in (
+        ["gate", "tiny.toml", "--update"],
+        ["gate", "--out", "out/gate"],
+        ["validate", "tiny.toml", "--out", "out/validate"],
+    ):
+        assert main([*arguments, "--jobs", "1"]) == 0, capsys.readouterr()
     for name in re.findall(r"`(\w+\.(?:xml|md|json|html))`", BLOCKS["What both commands write"]):
         assert list(Path("out").glob(f"*/{name}")), name
-
-
-@pytest.mark.parametrize("section", ["GitHub Actions", "GitLab"])
-def test_the_recipes_are_indented_as_yaml_must_be(section):
-    """Every line is a key, an item of a list, or a line of the one literal block."""
-    for line in filter(None, block(section, "yaml").splitlines()):
-        assert re.match(r"(  )*((- )?[\w-]+:( |$)|- \S|out/)", line), line
