@@ -191,7 +191,9 @@ class Contacts:
             rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
             if not noted or not len(rows) or self.names[number].startswith(PIN):
                 continue
-            time, force = np.concatenate(noted, axis=1)
+            points = np.concatenate(noted, axis=1)
+            # The points of a step of a tree may be closer than times are rounded
+            time, force = points[:, np.append(True, np.diff(points[0]) > 0.0)]
             row = rows[np.searchsorted(table["start"][rows], time, side="right") - 1]
             # A tree may find in a step that a contact has ended at its start; a run may end with nan
             kept = (time <= table["end"][row]) & np.isfinite(force)

@@ -105,9 +105,9 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(make_scen
         np.testing.assert_array_equal(column, whole.pulses[name][kept])
 
 
-def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
+def test_a_time_is_noted_once_and_neither_what_is_no_number_nor_what_follows_a_contact():
     contacts = tables.Contacts(CORNERS, shared=False)
-    contacts.note(1, np.array([0.1, 0.2, 0.25, 0.3]), np.array([1.0, 2.0, 0.0, np.nan]))
+    contacts.note(1, np.array([0.1, 0.1, 0.2, 0.25, 0.3]), np.array([1.0, 1.0, 2.0, 0.0, np.nan]))
     events = {
         "corner": np.array(["ul", "lr", "lr"]),
         "start": np.array([0.05, 0.1, 0.3]),
