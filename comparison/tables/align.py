@@ -127,7 +127,7 @@ def over_angle(table: Table, start: float, speed: float) -> Table:
 def continuous(values: Array, channel: Channel) -> Array:
     """Unwrap an angle; one without jumps, or that always turns so far in a step, is returned unchanged."""
     steps = np.abs(np.diff(values))
-    if not channel.angle or steps.max() <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
+    if not channel.angle or steps.max(initial=0.0) <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
         return values
     return np.unwrap(values, period=channel.turn)
 

@@ -115,7 +115,7 @@ def read_tables(
         names = [abscissa, *(name for name in columns if name not in (abscissa, TIME))]
         converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
         frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
-        if abscissa != TIME and len(frame) > 1:
+        if abscissa != TIME:
             frame[abscissa] = continuous(frame[abscissa].to_numpy(), channels()[abscissa])
         frame = frame.rename(columns={abscissa: TIME})
         provenance = source.record

@@ -247,6 +247,8 @@ def test_whole_revolutions_of_the_crank_do_not_matter(sixbar):
     sixbar.table("p.csv", time=TIME, crank_angle=angle, crank_speed=speed)
     sixbar.table("q.csv", time=TIME, crank_angle=np.mod(angle, 2 * np.pi) - 2 * np.pi, crank_speed=speed)
     sixbar("compare", "p.csv", "q.csv", "--tolerance", "1e-9")
+    sixbar.table("one.csv", time=TIME[:1], crank_angle=angle[:1], crank_speed=speed[:1])
+    sixbar.refused("compare p.csv q.csv --finer-a=one.csv --finer-b=q.csv", "p finer: 1 data rows")
 
 
 def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(sixbar):
