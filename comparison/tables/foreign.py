@@ -97,7 +97,7 @@ def read_tables(
     sources = [each if isinstance(each, Source) else open_source(each) for each in paths]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [
-        _by_rules(source, {**mapping.columns, **getattr(mapping, side)}, mapping, abscissa)
+        _by_rules(source, _rules(source, side, mapping), mapping, abscissa)
         for source, side in zip(sources, sides, strict=True)
     ]
     ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
@@ -146,6 +146,14 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *every}:
             raise TableError(f"{compare}: {name!r} is not a channel")
+
+
+def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
+    """Return the rules for a table: without its own, an ideal one has those of the program that wrote it."""
+    own: dict[str, Rule] = getattr(mapping, side)
+    if side == "ideal" and not own:
+        own = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
+    return {**mapping.columns, **own}
 
 
 def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping, abscissa: str) -> Assigned:

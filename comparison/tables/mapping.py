@@ -56,7 +56,7 @@ class Mapping(Section):
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
     ideal: dict[str, Rule] = Field(default={})
-    """The same for the table of the ideal mechanism, of which a reliability is computed."""
+    """The same for the table of the ideal mechanism, which without has the rules of the side that it fits."""
     gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")

@@ -94,6 +94,23 @@ def test_two_foreign_tables(tables):
     assert (own["smallest_at_deg"], acceleration["angle_deg"][9]) == (360, 360)
 
 
+@pytest.mark.parametrize("side", ["a", "b"])
+def test_an_ideal_table_has_the_rules_of_the_program_that_wrote_it(side, tables):
+    """Without rules of its own, whichever side that is."""
+    tables.write("names.toml", MAPPING[: MAPPING.index("[ideal")])
+    name = {"a": "ideal.mat", "b": "ideal.tab"}[side]
+    if side == "a":
+        savemat(tables.folder / name, {"t": TIME, "y": 1e3 * Y, "acc": 1e3 * AY})
+    else:
+        write(tables, name, 0.0)
+    command = f"reliability a.mat b.tab --ideal {name} --mapping names.toml --json --period"
+    tables(*command.split(), CYCLE, code=3)
+    models = tables.numbers["quantities"]["displacement"]["models"]
+    for label, error in (("a", 5e-5), ("b", 8e-5)):
+        # Round-off of 0.1 m over 33 um
+        assert models[label]["reliability"] == pytest.approx([expected((0, 2e-4), error, 0)] * 10, abs=1e-11)
+
+
 @pytest.mark.parametrize(
     ("apart", "code", "verdict"),
     # By which the error of the first cycle is larger, and that of the second smaller. The interval, by
