@@ -38,7 +38,7 @@ def keys() -> str:
     for key in scene_keys():
         if section != (section := key.name.partition(".")[0]):
             lines += ["", f"## `{section.removesuffix('[]')}`", ""]
-            lines += ["| key | unit | bounds | default | source | |", "|---|---|---|---|---|---|"]
+            lines += ["| key | unit | bounds | default | source | description |", "|---|---|---|---|---|---|"]
         default = "" if key.default is None else f"`{json.dumps(key.default)}`"
         cells = (f"`{key.name}`", key.unit, key.bounds, default, key.source, key.description)
         lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
