@@ -199,7 +199,7 @@ def _far(scene: Scene, other: Scene) -> tuple[tuple[str, float], ...]:
     for name, value in flat(scene.data).items():
         both = name.rpartition(".")[0]  # of one partner of a contact
         before = there.get(name, there.get(both))
-        if name in ("contact.law", "contact.impact_speed"):
+        if name == "contact.law":
             keys += [(name, nan)] if value != before else []
         elif positive & {name, both} or name == "drive.speed_rpm":
             times = abs(value / before) if value and before else 1.0

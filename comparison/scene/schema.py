@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
@@ -181,10 +182,8 @@ CHOICE = Discriminator(lambda value: "partners" if isinstance(value, dict | Sect
 class Contact(Section):
     """Contact law and materials; journal and bearing of the crank pin are of the guide's material."""
 
-    law: Literal["hertz-corners", "paper-switching", "foundation"]
-    """Contact force model: each corner by Hertz, the paper's switch to a surface, or a foundation."""
-    impact_speed: Literal["frozen", "current"] = "frozen"
-    """Speed that the damping refers to: that of the touch, kept until separation, or the current one."""
+    law: Literal["hertz-corners", "paper-switching", "foundation", "adams-impact"]
+    """Contact force model: each corner by Hertz, the paper's switch to a surface, a foundation, or IMPACT of ADAMS."""
     youngs_modulus: Annotated[
         Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
@@ -199,6 +198,12 @@ class Contact(Section):
     """Radius (rounding) of the slider's corners in Hertz's law."""
     impact_speed_floor: Annotated[Positive, M_S]
     """Smallest impact speed that the damping refers to."""
+    stiffness: Annotated[Positive | None, Unit("N/m^n")] = None
+    """Stiffness k of the law adams-impact; without it K of Hertz's law, from the materials."""
+    damping: Annotated[NotNegative, Unit("N s/m")]
+    """Largest damping coefficient c_max of the law adams-impact."""
+    damping_depth: Annotated[Positive, M]
+    """Depth d_max at which the damping of the law adams-impact is the largest."""
 
 
 class Friction(Section):
@@ -210,6 +215,21 @@ class Friction(Section):
     """Sliding speed v0 below which there is no friction."""
     transition_speed: Annotated[Positive, M_S, TABLE_2]
     """Sliding speed v1 above which friction is full; it exceeds static_speed."""
+
+
+class Load(Section):
+    """Workpiece that pushes the slider up near bottom dead centre, by a power law or a table; none by default."""
+
+    surface: Annotated[Real, M]
+    """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
+    force: Annotated[NotNegative, Unit("N")] = 0.0
+    """Force of the workpiece (press force) at load.depth; 0 is no workpiece."""
+    depth: Annotated[Positive, M]
+    """Depth below the surface at which the power law has load.force."""
+    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
+    """Exponent q (power) of the depth in the force of the workpiece."""
+    table: list[Annotated[list[Real], Field(min_length=2, max_length=2)]] = []
+    """Rows [depth in m, force in N] in place of the power law, from [0, 0]; linear between, constant beyond."""
 
 
 class Environment(Section):
@@ -348,6 +368,7 @@ class SceneKeys(Section):
     clearance: Clearance
     contact: Contact
     friction: Friction
+    load: Load
     environment: Environment
     output: Output = Output()
     solver: Solver = Solver()
@@ -387,6 +408,13 @@ class SceneKeys(Section):
         if friction.transition_speed <= friction.static_speed:
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
+        rows = self.load.table
+        if rows and self.load.force:
+            yield "load.table", rows, f"takes the place of load.force = {self.load.force:g} N: give one of both"
+        if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
+            yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
+        if any(after[0] <= before[0] for before, after in pairwise(rows)):
+            yield "load.table", rows, "must have rising depths"
         if len(set(self.output.groups)) < len(self.output.groups):
             yield "output.groups", self.output.groups, "must not contain a group twice"
         for name, settings in (self.solver.model_extra or {}).items():

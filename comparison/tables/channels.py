@@ -83,6 +83,11 @@ def touching(place: str, scene: Mapping[str, Any]) -> list[str]:
     return [f"{end}{place[1]}" for end in "lu"] if of_side else [place]
 
 
+def has_load(scene: Mapping[str, Any]) -> bool:
+    """Return whether a workpiece pushes the slider."""
+    return bool(scene["load"]["force"] or scene["load"]["table"])
+
+
 def is_uncertainty(column: str) -> bool:
     """Return whether a column is the estimated error of a channel of the press."""
     return column.endswith(UNCERTAINTY) and column.removesuffix(UNCERTAINTY) in channels()
@@ -93,6 +98,7 @@ def expected(scene: Mapping[str, Any]) -> list[str]:
     groups, joints = {"motion", *scene["output"]["groups"]}, scene["joints"]
     absent = ["corner_" if joints["slider"] == "ideal" else "guide_"]
     absent += ["journal_"] * (joints["crank_pin"] == "ideal")
+    absent += ["energy_load"] * (not has_load(scene))
     known = channels().items()
     return [name for name, channel in known if channel.group in groups and not name.startswith(tuple(absent))]
 
