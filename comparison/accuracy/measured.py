@@ -35,7 +35,7 @@ USUAL = {
     ("crank_pin", "slider"): "both-clearances",
 }
 """Joints with clearance -> scene whose numbers are used for unmeasured scenes."""
-_PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "environment")
+_PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "load", "environment")
 FAR = 10.0
 """By so many times a length, mass, stiffness, speed ... differs from that of a scene that tells nothing."""
 _METHODS = {"reference": ("dop853",), "exudyn": ("auto", "generalized-alpha", "dopri5")}
