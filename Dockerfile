@@ -7,8 +7,8 @@ RUN apt-get update -qq \
 COPY . /opt/sixbar
 RUN python -m pip install --no-cache-dir -c /opt/sixbar/constraints.txt /opt/sixbar \
  && useradd --create-home sixbar \
- && install --directory --owner=sixbar /work
+ && install --directory --owner=sixbar /press
 USER sixbar
-WORKDIR /work
+WORKDIR /press
 ENTRYPOINT ["sixbar"]
 CMD ["validate"]

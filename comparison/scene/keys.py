@@ -76,7 +76,8 @@ def _bounds(notes: list[Any]) -> str:
     choices = [" | ".join(map(str, get_args(note))) for note in notes if get_origin(note) is Literal]
     if list in notes:
         choices = [f"any of {choice.replace(' | ', ', ')}" for choice in choices]
-        choices += [f"{note.max_length} values" for note in notes if hasattr(note, "max_length")]
+        rows = "rows of " if notes.count(list) > 1 else ""
+        choices += [f"{rows}{note.max_length} values" for note in notes if hasattr(note, "max_length")]
     words = {dict: "numbers by name", int: "integer", str: "text"}
     kinds = [word for kind, word in words.items() if kind in notes and not choices][:1]
     return ", ".join(dict.fromkeys(kinds + choices + rules))
