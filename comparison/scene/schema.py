@@ -183,7 +183,7 @@ class Contact(Section):
     """Contact law and materials; journal and bearing of the crank pin are of the guide's material."""
 
     law: Literal["hertz-corners", "paper-switching", "foundation", "adams-impact"]
-    """Contact force model: each corner by Hertz, the paper's switch to a surface, a foundation, or IMPACT of ADAMS."""
+    """Contact force model: each corner by Hertz, the paper's surface switch, a foundation, or ADAMS' IMPACT."""
     youngs_modulus: Annotated[
         Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
@@ -218,7 +218,7 @@ class Friction(Section):
 
 
 class Load(Section):
-    """Workpiece that pushes the slider up near bottom dead centre, by a power law or a table; none by default."""
+    """Workpiece that pushes the slider up near bottom dead centre; none by default."""
 
     surface: Annotated[Real, M]
     """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
@@ -229,7 +229,7 @@ class Load(Section):
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
     """Exponent q (power) of the depth in the force of the workpiece."""
     table: list[Annotated[list[Real], Field(min_length=2, max_length=2)]] = []
-    """Rows [depth in m, force in N] in place of the power law, from [0, 0]; linear between, constant beyond."""
+    """Rows [depth in m, force in N] in place of the power law, from [0, 0]; constant beyond the last."""
 
 
 class Environment(Section):
@@ -410,7 +410,7 @@ class SceneKeys(Section):
             yield "friction.transition_speed", friction.transition_speed, bound
         rows = self.load.table
         if rows and self.load.force:
-            yield "load.table", rows, f"takes the place of load.force = {self.load.force:g} N: give one of both"
+            yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: give one of both"
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
             yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
