@@ -51,7 +51,7 @@ FORMULATIONS = {
     "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
     "both": {"joints.crank_pin": "clearance"},
 }
-LAWS = ("hertz-corners", "paper-switching", "foundation")
+LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 FINISHED, STOPPED, REFUSED = "finished", "stopped by the checker", "refused"
 JUDGED = (FINISHED, STOPPED)
 """Runs that the reference itself stops have no result to check."""
@@ -98,7 +98,8 @@ def contacts(rng: np.random.Generator) -> dict[str, Any]:
         "contact.corner_radius": float(10.0 ** rng.uniform(-4.0, -1.0)),
         "friction.coefficient": float(rng.choice([0.0, rng.uniform()], p=[0.2, 0.8])),
         "environment.gravity": float(rng.choice([0.0, 9.81, -9.81, rng.uniform(-30.0, 30.0)])),
-        "contact.impact_speed": str(rng.choice(["frozen", "current"], p=[0.8, 0.2])),
+        "contact.damping": float(10.0 ** rng.uniform(0.0, 4.0)),
+        "contact.damping_depth": float(10.0 ** rng.uniform(-7.0, -3.0)),
     }
 
 

@@ -183,7 +183,7 @@ class Contact(Section):
     """Contact law and materials; journal and bearing of the crank pin are of the guide's material."""
 
     law: Literal["hertz-corners", "paper-switching", "foundation", "adams-impact"]
-    """Contact force model: each corner by Hertz, the paper's surface switch, a foundation, or ADAMS' IMPACT."""
+    """Contact force model: each corner by Hertz, the paper's surface switch, a foundation, or IMPACT."""
     youngs_modulus: Annotated[
         Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
@@ -408,7 +408,9 @@ class SceneKeys(Section):
         if friction.transition_speed <= friction.static_speed:
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
-        rows = self.load.table
+        contact, rows = self.contact, self.load.table
+        if contact.stiffness is not None and contact.law != "adams-impact":
+            yield "contact.stiffness", contact.stiffness, f"has no part in contact.law = {contact.law!r}"
         if rows and self.load.force:
             yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: give one of both"
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):

@@ -13,7 +13,7 @@ MISTAKES = {
     "scenes extra": "extra",
     "channels nowhere": "'nowhere'|150rpm-0.2mm|wedge",
     "plan idael": "'idael'|did you mean 'ideal'",
-    "keys stifness": "'stifness'|did you mean contact.youngs_modulus?",
+    "keys stifness": "'stifness'|did you mean contact.stiffness?",
     "new a.json": "a.json|.toml",
     "new a.toml --from idael": "'idael'|did you mean 'ideal'",
     "new a+/\u00e9.toml": "\u00e9.toml|letters",
@@ -128,9 +128,12 @@ VALUES = {
     "clearance=3": "clearance = 3|section|did you mean clearance.slider?",
     "contact.friction=0.3": "contact.friction |did you mean friction.coefficient?",
     "contact.colour=3": "contact.colour |sixbar keys lists all",
-    "contact.law=nope": "contact.law = 'nope'|'hertz-corners'|'paper-switching'|'foundation'",
+    "contact.law=nope": "contact.law = 'nope'|'hertz-corners'|'paper-switching'|'foundation'|'adams-impact'",
     "contact.law=strip": "contact.law = 'strip'|'foundation'",  # a law of earlier versions
-    "contact.impact_speed=now": "contact.impact_speed = 'now'|'frozen'|'current'",
+    "contact.impact_speed=current": "contact.impact_speed |contact.impact_speed_floor",  # of earlier versions
+    "contact.stiffness=1e9": "contact.stiffness = 1000000000.0|contact.law = 'hertz-corners'",
+    "load.table=[[0, 0], [0, 5]]": "load.table|rising depths",
+    "load.table=[[1e-3, 5]]": "load.table|begin with [0, 0]",
     "contact.restitution=1.1": "contact.restitution = 1.1|<= 1",
     "contact.poisson=0.6": "contact.poisson = 0.6|<= 0.5",
     "friction.transition_speed=1e-5": "friction.transition_speed = 1e-05 m/s|friction.static_speed",

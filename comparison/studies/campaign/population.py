@@ -1,6 +1,7 @@
 """The random scenes of the campaign: three in four drawn from ranges that both models carry to the end.
 
-One in four is a shipped scene of which only the start is moved.
+One in four is a shipped scene of which only the start is moved. One in eight besides has a workpiece, the law
+of ADAMS, or both.
 """
 
 from __future__ import annotations
@@ -45,6 +46,16 @@ RANGES = {
     "friction": (0.0, 0.8, "1"),
     OTHER_GRAVITY: (-20.0, 20.0, "m/s^2"),
 }
+EVERY = 8
+"""One scene in so many has a workpiece, the law of ADAMS, or both; the others are drawn as without these."""
+AT_WORK = {
+    "damping": (1.0, 1e4, "N s/m"),
+    "depth of the full damping": (1e-6, 1e-4, "m"),
+    "force of the workpiece": (10.0, 2000.0, "N"),
+    "depth of this force": (0.5e-3, 10e-3, "m"),
+    "exponent of the workpiece": (1.0, 3.0, "1"),
+}
+BOTTOM = -0.0348  # y of the slider at its bottom dead centre, m
 GRAVITY = {"usual": 0.6, "none": 0.1, "reversed": 0.1, "drawn": 0.2}
 _shipped = cache(load_scene)
 
@@ -68,6 +79,8 @@ def case(number: int, seed: int) -> Case:
     rng = np.random.default_rng([seed, number])
     drawn = _beside_shipped(rng) if rng.uniform() < SHIPPED_SHARE else _anywhere(rng)
     texts = {"scene.name": f"campaign-{number}", "scene.title": f"Scene {number} of the seed {seed}"}
+    if number % EVERY == EVERY - 1:
+        drawn = _at_work(drawn, np.random.default_rng([seed, number, 1]))
     common = {"drive.cycles": CYCLES, "output.groups": ["accelerations", "corners"]}
     scene = at_tier(drawn.with_values(common | texts), "tight")
     return Case(number, scene, bool(rng.uniform() < DRAWN_SHARE))
@@ -83,6 +96,24 @@ def _beside_shipped(rng: np.random.Generator) -> Scene:
             "initial.slider_angle": float(start["slider_angle"] + 2.0 * rotation / length),
         }
     )
+
+
+def _at_work(base: Scene, rng: np.random.Generator) -> Scene:
+    """Return a scene with a workpiece, the law of ADAMS, or both."""
+    damping, full, force, depth = (log_uniform(rng, bounds[:2]) for bounds in list(AT_WORK.values())[:4])
+    exponent = float(rng.uniform(*AT_WORK["exponent of the workpiece"][:2]))
+    which = str(rng.choice(["law", "power law", "table", "both"]))
+    values: dict[str, object] = {}
+    if which in ("law", "both"):
+        values |= {"contact.law": "adams-impact", "contact.damping": damping, "contact.damping_depth": full}
+    if which != "law":
+        values["load.surface"] = BOTTOM + depth
+    if which == "table":
+        middle = [float(rng.uniform(0.2, 0.8)) * depth, float(rng.uniform(0.0, 1.0)) * force]
+        values["load.table"] = [[0.0, 0.0], middle, [depth, force]]
+    elif which != "law":
+        values |= {"load.force": force, "load.depth": depth, "load.exponent": exponent}
+    return base.with_values(values)
 
 
 def _anywhere(rng: np.random.Generator) -> Scene:

@@ -22,7 +22,7 @@ from comparison.studies.campaign.population import Case
 from comparison.studies.shared.frames import markdown, rows_table, write_csv
 from comparison.studies.shared.rates import share, upper_limit
 from comparison.studies.shared.study import Study
-from comparison.tables.channels import CONTACTS, channels
+from comparison.tables.channels import CONTACTS, channels, has_load
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows
 NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", adjudication.OPEN: "open"}
@@ -76,6 +76,8 @@ def tables(rows: Cases) -> dict[str, pd.DataFrame]:
                 "speed_rpm": data["drive"]["speed_rpm"],
                 "clearance_m": data["clearance"][loose[0]],
                 "restitution": data["contact"]["restitution"],
+                "law": data["contact"]["law"],
+                "workpiece": has_load(data),
                 "outcome": row["outcome"],
                 "stage": row["stage"],
                 "distance_m": (row["screening"] or {}).get("distance"),
@@ -118,6 +120,10 @@ def page(rows: Cases) -> dict[str, object]:
     frames = tables(rows)
     lines = frames["scenes"]
     counts = pd.crosstab(lines["clearance at"], lines["outcome"], margins=True, margins_name="all")
+    at_work = lines[lines["workpiece"] | (lines["law"] == "adams-impact")]
+    counts.loc["of all with a workpiece or the law of ADAMS"] = at_work["outcome"].value_counts()
+    counts["all"] = counts["all"].fillna(len(at_work))
+    counts = counts.fillna(0).astype(int)
     counts = counts.reindex(columns=["all", *stages.OUTCOMES], fill_value=0).rename(columns={"all": "scenes"})
     # Of the drawn scenes those that would have stopped after single runs.
     drawn = [row for case, row in rows if case.family and row["stage"] == stages.COMPARED]
