@@ -27,7 +27,7 @@ from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed, write_csv
+from comparison.studies.shared.frames import crossed, rows_table, write_csv
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
@@ -165,8 +165,25 @@ def page(results: Results) -> dict[str, object]:
         "smallest": _by_quantity(long),
         "two": _by_quantity(results.tables["two-cycles"]),
         "alone": results.tables["one-model"],
+        "load": _loaded(results.tables["one-model"]),
         "figures": {_picture(name): scene.title for name, scene in results.scenes.items()},
     }
+
+
+def _loaded(alone: pd.DataFrame) -> str:
+    """Return what a workpiece changes in the central case, a row a quantity."""
+    idle, loaded = (alone[alone["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
+    rows = [
+        {
+            "quantity": name,
+            "largest mean error, idle": quantity(idle["largest_mean"][name], unit_of(name), 3),
+            "with the workpiece": quantity(loaded["largest_mean"][name], unit_of(name), 3),
+            "smallest R, idle": rounded(idle["smallest_R"][name]),
+            "smallest R, with the workpiece": rounded(loaded["smallest_R"][name]),
+        }
+        for name in loaded.index
+    ]
+    return rows_table(rows)
 
 
 def _picture(scene: str) -> str:
@@ -212,10 +229,11 @@ def draw(results: Results, folder: Path) -> None:
 
 
 CASES = ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm", "crank-pin")
+LOADED = "workpiece"  # the first of them with a workpiece
 STUDY = Study(
     "reliability",
-    small=Config(cases=("150rpm-0.2mm", "crank-pin"), cycles=3, samples=100),
-    full=Config(cases=CASES, cycles=11, samples=1000),
+    small=Config(cases=("150rpm-0.2mm", LOADED), cycles=3, samples=100),
+    full=Config(cases=(*CASES, LOADED), cycles=11, samples=1000),
     measure=measure,
     page=page,
     draw=draw,
