@@ -17,21 +17,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference_model import linkage
+from reference_model import linkage, workpiece
 from reference_model.compiled import inlined
 from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
 from reference_model.journal import journal_force, journal_motion
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
+from reference_model.workpiece import Load
 
 ideal_rod4 = inlined(linkage.ideal_rod4)
+load_force = inlined(workpiece.load_force)
 
 
 class Chain(NamedTuple):
     """The formulation: a state holds theta_2 .. theta_5 (ideal slider: the first two), rates, integrals."""
 
     mechanism: Mechanism
+    load: Load
     ideal_slider: bool
 
 
@@ -102,6 +105,8 @@ def derivative(
     Fx = Fy = M = damping = friction = 0.0
     if not model.ideal_slider:
         Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+    if pose[1] < model.load.surface:
+        Fy += load_force(model.load, pose[1])
     nx, ny, px, py, Px, Py = bearing(m, law, t, rod2, rocker, contacts)
     Gx, Gy, damping_A, friction_A = journal_force(law, modes, nx, ny, contacts)
     b, m45 = m.L2 - m.Ls2, m.m4 + m.m5

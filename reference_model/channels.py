@@ -11,6 +11,7 @@ from reference_model.energy import ENERGIES
 from reference_model.linkage import Array
 from reference_model.parameters import CORNERS, Parameters
 from reference_model.reactions import REACTIONS
+from reference_model.workpiece import exists
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
@@ -31,7 +32,7 @@ def requested(p: Parameters) -> list[str]:
     if "joints" in p.groups:
         names += REACTIONS if p.ideal_slider else REACTIONS[:-2]
     if "energy" in p.groups:
-        names += ENERGIES
+        names += [name for name in ENERGIES if name != "energy_load" or exists(p.load)]
     return names
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from reference_model.compiled import inlined
 from reference_model.friction import friction_force
-from reference_model.laws import damping_factor, is_damped, resultant_share, side_force, touches_as_one
+from reference_model.laws import damped_force, is_damped, resultant_share, side_force, touches_as_one
 from reference_model.linkage import Array
 from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
@@ -57,6 +57,12 @@ def is_of_side(law: Law, k: int) -> bool:
 
 
 @inlined
+def stiffness(law: Law, k: int) -> float:
+    """Return the stiffness of contact `k` as a point, N/m^n."""
+    return law.Kj if k == JOURNAL else law.K
+
+
+@inlined
 def inward(k: int) -> float:
     """Return the x component of the wall's normal into the guide: +1 at the left wall, -1 at the right."""
     return 1.0 if k % 2 == 0 else -1.0
@@ -96,12 +102,12 @@ def side_motion(law: Law, contacts: Array, k: int) -> tuple[float, float, float]
 
 @inlined
 def point_contact(
-    law: Law, modes: Array, k: int, elastic: float, gap_rate: float, slip: float
+    law: Law, modes: Array, k: int, elastic: float, depth: float, gap_rate: float, slip: float
 ) -> tuple[float, float]:
     """Return normal force and friction (N) of contact `k` from its elastic force, in its mode (Eqs. 9-13)."""
     if modes[CLIPPED + k] > 0.0:
         return 0.0, 0.0
-    normal = elastic * damping_factor(law, -gap_rate, modes[MEMORY + k])
+    normal = damped_force(law, elastic, depth, -gap_rate, modes[MEMORY + k])
     return normal, friction_force(law, normal, slip, modes[REGIME + k])
 
 
@@ -138,7 +144,7 @@ def slider_forces(
             f1, f2, contacts[STORED + side] = side_force(law, d1, d2, True)
             share, gap_rate, slip = side_motion(law, contacts, side)
             keeper = side if memory1 > 0.0 else upper
-            normal, tangential = point_contact(law, modes, keeper, f1 + f2, gap_rate, slip)
+            normal, tangential = point_contact(law, modes, keeper, f1 + f2, max(d1, d2), gap_rate, slip)
             contacts[NORMAL + side], contacts[FRICTION + side] = share * normal, share * tangential
             contacts[NORMAL + upper] = (1.0 - share) * normal
             contacts[FRICTION + upper] = (1.0 - share) * tangential
@@ -152,7 +158,8 @@ def slider_forces(
                 if modes[MEMORY + k] > 0.0:
                     elastic, gap_rate, slip = f1 if k == side else f2, contacts[RATE + k], contacts[SLIP + k]
                     if is_damped(law, both):
-                        normal, tangential = point_contact(law, modes, k, elastic, gap_rate, slip)
+                        depth = -contacts[GAP + k]
+                        normal, tangential = point_contact(law, modes, k, elastic, depth, gap_rate, slip)
                     else:
                         normal, tangential = elastic, friction_force(law, elastic, slip, modes[REGIME + k])
                     contacts[NORMAL + k], contacts[FRICTION + k] = normal, tangential

@@ -1,18 +1,22 @@
 """The audit: work of the motor and of gravity against what is stored and lost.
 
-    residual = drive + gravity - (kinetic - kinetic_0) - (contact - contact_0) - damping - friction
+    residual = drive + gravity - damping - friction
+               - (kinetic - kinetic_0) - (contact - contact_0) - (load - load_0)
 
-kinetic and contact are the energies stored now, the others accumulate from t = 0. Damping and friction are
-integrated with the motion (power of the force's excess over its potential, N - dU/dd, times d'; friction
-force times slip); gravity is the bodies' change of height. Motions of the bodies have the shape (5, 9, n).
+kinetic, contact and load (of a workpiece) are the energies stored now, the others accumulate from t = 0.
+Damping and friction are integrated with the motion (power of the force's excess over its potential, N -
+dU/dd, times d'; friction force times slip); gravity is the bodies' change of height. Motions of the bodies
+have the shape (5, 9, n).
 """
 
 import numpy as np
 
 from reference_model.linkage import Array, Mechanism
+from reference_model.workpiece import Load, load_energy
 
 ENERGIES = tuple(
-    f"energy_{part}" for part in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
+    f"energy_{part}"
+    for part in ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction", "residual")
 )
 
 
@@ -31,6 +35,7 @@ def height_energy(m: Mechanism, bodies: Array) -> Array:
 
 def balance(
     m: Mechanism,
+    load: Load,
     bodies: Array,
     start: Array,
     stored: Array,
@@ -38,12 +43,12 @@ def balance(
     works: Array,
     driven: int,
 ) -> Array:
-    """Return the energies in the order of `ENERGIES`, shape (7, n).
+    """Return the energies in the order of `ENERGIES`, shape (8, n).
 
     Parameters
     ----------
-    m, bodies, start
-        Mechanism; motion of all bodies, (5, 9, n), and at t = 0, (5, 9, 1).
+    m, load, bodies, start
+        Mechanism; workpiece; motion of all bodies, (5, 9, n), and at t = 0, (5, 9, 1).
     stored, stored_at_start
         Energy of the contacts (n,) and at t = 0, J.
     works
@@ -56,5 +61,7 @@ def balance(
     kinetic0, height0 = kinetic_energy(m, start), height_energy(m, start)
     drive = works[0] + (kinetic - kinetic0 + height - height0)[:driven].sum(0)
     gravity, moving = (height0 - height).sum(0), kinetic.sum(0)
-    residual = drive + gravity - (moving - kinetic0.sum()) - (stored - stored_at_start) - works[1] - works[2]
-    return np.stack([drive, gravity, moving, stored, works[1], works[2], residual])
+    pressed, pressed0 = (load_energy(load, motion[4, 1]) for motion in (bodies, start))
+    residual = drive + gravity - (moving - kinetic0.sum()) - (stored - stored_at_start) - (pressed - pressed0)
+    residual = residual - works[1] - works[2]
+    return np.stack([drive, gravity, moving, stored, pressed, works[1], works[2], residual])

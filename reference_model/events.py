@@ -26,6 +26,7 @@ from reference_model.contact import (
     TAIL,
     is_of_side,
     other_corner,
+    stiffness,
 )
 from reference_model.dop853 import END, NOW, POINT, Nodes, Work, dense
 from reference_model.equations import Model, motion, tabulate
@@ -42,6 +43,7 @@ from reference_model.isolation import (
     crossing,
     dips,
 )
+from reference_model.laws import is_lossless, push
 from reference_model.linkage import Array
 from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, UPPER, margin
 from reference_model.parameters import Law
@@ -186,7 +188,9 @@ def start_contact(law: Law, k: int, t: float, rate: float, slip: float, run: Run
     speed = max(-rate, law.speed_floor)
     run.modes[INSIDE + k], run.modes[MEMORY + k] = 1.0, speed
     run.modes[REGIME + k] = friction_regime(law, slip)
-    run.modes[CLIPPED + k] = 1.0 if speed - law.C * rate < 0.0 and law.memoryless == 0.0 else 0.0
+    depth = -run.nodes.contacts[0, GAP + k]
+    pulls = not is_lossless(law) and push(law, stiffness(law, k), depth, -rate, speed) < 0.0
+    run.modes[CLIPPED + k] = 1.0 if pulls else 0.0
     row, contacts = run.open_contacts[k], run.nodes.contacts
     row[CONTACT], row[BEGIN], row[SPEED], row[IMPULSE] = k, t, speed, impulse(law, k, run)
     row[PEAK], row[DEPTH] = 0.0, 0.0

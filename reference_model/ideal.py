@@ -8,6 +8,7 @@ from reference_model.channels import ACCELERATIONS, MOTION, Extrema
 from reference_model.energy import ENERGIES, balance
 from reference_model.linkage import Array, Mechanism, ideal_motion
 from reference_model.reactions import REACTIONS, reactions
+from reference_model.workpiece import Load, kinks, load_force
 
 MARKS = 1000
 """Instants of a cycle at which channels are looked at for their extrema."""
@@ -17,71 +18,126 @@ _PIECE = 1 << 14
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
-def observe_ideal(m: Mechanism, names: list[str], times: Array, cycles: int) -> tuple[Array, Extrema]:
+def observe_ideal(
+    m: Mechanism, load: Load, names: list[str], times: Array, cycles: int
+) -> tuple[Array, Extrema]:
     """Return the channels at the times (s), shape (names, n), and their extrema.
 
-    The drive's work is the integral of the torque (six Gauss points a sample interval), not a difference of
-    energies, so the residual is a real check.
+    The drive's work is the integral of the torque (six Gauss points an interval between samples and kinks of
+    the load), not a difference of energies, so the residual is a real check.
     """
     values, work = np.empty((len(names), times.size)), 0.0
     for first in range(0, max(1, times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
         piece = slice(first, first + _PIECE + 1)
-        values[:, piece], work = _observe(m, names, times[piece], work)
-    return values, _extrema(m, names, float(times[-1]), cycles)
+        values[:, piece], work = _observe(m, load, names, times[piece], work)
+    return values, _extrema(m, load, names, float(times[-1]), cycles)
 
 
-def _extrema(m: Mechanism, names: list[str], end: float, cycles: int) -> Extrema:
+def _extrema(m: Mechanism, load: Load, names: list[str], end: float, cycles: int) -> Extrema:
     """Return the extrema of each cycle up to `end`, s: all whole ones have those of the first."""
     period = 2.0 * np.pi / abs(m.omega)
     extrema, whole = Extrema(len(names), cycles, period), int(end / period + 1e-9)
     if whole:
-        extrema.values[:] = _extrema_to(m, names, period)
+        extrema.values[:] = _extrema_to(m, load, names, period)
     if cycles > whole:
-        extrema.values[whole] = _extrema_to(m, names, end - whole * period)
+        extrema.values[whole] = _extrema_to(m, load, names, end - whole * period)
     extrema.values[:, :, 1::2] += period * np.arange(cycles)[:, None, None]
     return extrema
 
 
-def _extrema_to(m: Mechanism, names: list[str], end: float) -> Array:
+def _extrema_to(m: Mechanism, load: Load, names: list[str], end: float) -> Array:
     """Return the extrema of the channels up to `end` (s) within the first cycle, shape (names, 4).
 
-    Of the closed form at `MARKS` a cycle, and of the parabola through the least or greatest value and its
-    neighbours.
+    Of the closed form at `MARKS` a cycle and at the kinks of the load, and of the parabola through the least
+    or greatest value and its neighbours where no kink is between them.
     """
     interval = 2.0 * np.pi / abs(m.omega) / MARKS
     times = np.append(interval * np.arange(math.ceil(end / interval - 1e-9)), end)
-    channels, _ = _observe(m, names, times, 0.0)
+    passed = _at_kinks(m, load, times)
+    together = np.union1d(times, passed)
+    values, _ = _observe(m, load, names, together, 0.0)
+    channels, at_them = (values[:, np.searchsorted(together, some)] for some in (times, passed))
     rows, extrema = np.arange(len(names)), np.empty((len(names), 4))
     for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
         middle = np.clip(at, 1, max(times.size - 3, 1))  # the last interval may be shorter
         before, value, after = (channels[rows, np.minimum(middle + by, times.size - 1)] for by in (-1, 0, 1))
         rise, curvature = (after - before) / 2.0, after - 2.0 * value + before
         inside = (middle == at) & (np.abs(rise) < np.abs(curvature))
+        first, last = times[middle - 1], times[np.minimum(middle + 1, times.size - 1)]
+        inside &= np.searchsorted(passed, first) == np.searchsorted(passed, last)
         by = np.divide(-rise, curvature, out=np.zeros(len(names)), where=inside)
         extrema[:, column] = np.where(inside, value + rise * by / 2.0, channels[rows, at])
         extrema[:, column + 1] = times[at] + interval * by
+        if passed.size:
+            sign = -1.0 if column else 1.0  # of the greatest, of the least
+            best = (sign * at_them).argmin(1)
+            value = at_them[rows, best]
+            beyond = sign * value < sign * extrema[:, column]
+            extrema[beyond, column], extrema[beyond, column + 1] = value[beyond], passed[best[beyond]]
     return extrema
 
 
-def _torque(m: Mechanism, motion: Array) -> Array:
-    return reactions(m, motion, 0.0, 0.0, ideal_slider=True, journal=None)
+def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
+    """Return when the slider passes a height at which its load is not smooth, ascending, s.
+
+    Between such heights the slider turns at most once in an interval of the times.
+    """
+    heights = kinks(load)
+    if not heights.size:
+        return heights
+
+    def crossed(grid: Array, row: int, height: float) -> Array:
+        """Return where a row of the slider's motion passes a value, by halving."""
+        above = ideal_motion(m, grid)[4, row] > height
+        i = np.flatnonzero(above[:-1] != above[1:])
+        lo, hi, first = grid[i], grid[i + 1], above[i]
+        for _ in range(60):
+            middle = 0.5 * (lo + hi)
+            before = (ideal_motion(m, middle)[4, row] > height) == first
+            lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
+        return hi
+
+    grid = np.union1d(times, crossed(times, 4, 0.0))
+    return np.unique(np.concatenate([crossed(grid, 1, height) for height in heights]))
 
 
-def _observe(m: Mechanism, names: list[str], times: Array, work: float) -> tuple[Array, float]:
+def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
+    """Return the times, and others between them, such that the torque is smooth from one to the next.
+
+    The power law begins as a power of the time: towards that instant each interval is half as long.
+    """
+    passed = _at_kinks(m, load, times)
+    if passed.size and not load.starts.size:
+        interval = float(np.diff(times).max())
+        near = interval * 0.5 ** np.arange(30)
+        passed = np.concatenate(
+            [passed, np.add.outer(passed, near).ravel(), np.subtract.outer(passed, near).ravel()]
+        )
+        passed = passed[(passed > times[0]) & (passed < times[-1])]
+    return np.union1d(times, passed) if passed.size else times
+
+
+def _reactions(m: Mechanism, load: Load, motion: Array) -> Array:
+    return reactions(m, motion, 0.0, load_force(load, motion[4, 1]), ideal_slider=True, journal=None)
+
+
+def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: float) -> tuple[Array, float]:
     """Return the channels (names, n), and the drive's work, J; `work`: that up to the first time."""
     motion = ideal_motion(m, times)
     channels = dict(zip(MOTION + ACCELERATIONS, motion[4], strict=True))
     if REACTIONS[0] in names:
-        channels |= zip(REACTIONS, _torque(m, motion), strict=True)
+        channels |= zip(REACTIONS, _reactions(m, load, motion), strict=True)
     if ENERGIES[0] in names:
-        half = np.diff(times) / 2.0
-        nodes = (times[:-1] + half)[:, None] + half[:, None] * _NODES
-        power = m.omega * _torque(m, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
+        ends = _smooth_between(m, load, times)
+        half = np.diff(ends) / 2.0
+        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _NODES
+        power = m.omega * _reactions(m, load, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
         drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
+        drive = drive[np.searchsorted(ends, times)]
         none = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))
-        energies = balance(m, motion, start, none, 0.0, np.stack([drive, none, none]), 0)
+        energies = balance(m, load, motion, start, none, 0.0, np.stack([drive, none, none]), 0)
         channels |= zip(ENERGIES, energies, strict=True)
         work = float(drive[-1])
     return np.stack([channels[name] for name in names]), work

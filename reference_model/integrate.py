@@ -63,6 +63,7 @@ from reference_model.events import (
     switch,
 )
 from reference_model.isolation import POINTS
+from reference_model.kinks import share_to_kink, step_in_workpiece
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, NONE, has_ended, unsettled
 from reference_model.parameters import Law
@@ -216,6 +217,7 @@ def advance(
             status = CHATTER
             break
         h = step_before_separation(law, modes, contacts[0], h, tolerance)
+        h = step_in_workpiece(model.load, nodes.slider[0], h)
         final = h >= t_end - t
         if final:
             h = t_end - t
@@ -230,6 +232,11 @@ def advance(
             if attempt == 0:
                 factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
                 next_h = min(largest, h * factor)
+            to_kink = share_to_kink(model.load, nodes.slider[0], nodes.slider[END], h)
+            if to_kink < 1.0:
+                place, final = NONE, False
+                h *= to_kink
+                continue
             # Also a step that was taken again: it errs less, and could meet what the longer one stepped over.
             is_dense = unsettled(law, modes, h, contacts, work.scales, work.unsettled)
             if not is_dense:

@@ -12,11 +12,11 @@ import numpy as np
 
 from reference_model.contact import JOURNAL
 from reference_model.dop853 import VELOCITY_TIME
-from reference_model.events import BEGIN, CONTACT, PEAK, START_GAP, START_RATE, STOP
+from reference_model.events import BEGIN, CONTACT, DEPTH, PEAK, SPEED, START_GAP, START_RATE, STOP
 from reference_model.laws import acts_on_sides
 from reference_model.linkage import Array
 from reference_model.margins import LOCATED, LOCATED_SPEED
-from reference_model.parameters import CORNERS, PAPER_SWITCHING, Parameters
+from reference_model.parameters import ADAMS_IMPACT, CORNERS, PAPER_SWITCHING, Parameters
 
 VIOLATED = "invariant-violated"
 CONTACT_NAMES = (*CORNERS, "pin")
@@ -94,6 +94,11 @@ def check(
     ramp = law.c_f * force * excess / (law.v1 - law.v0)
     # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
     pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
+    if law.law == ADAMS_IMPACT:
+        # What the force changes by within that: its slopes are c, n K d^(n-1) and c' d', c' < 1.5 c / d_max.
+        deepest, fastest = (float(events[:, i].max(initial=0.0)) for i in (DEPTH, SPEED))
+        slope = law.n * (law.K if p.ideal_pin else max(law.K, law.Kj)) * deepest ** (law.n - 1.0)
+        pull = excess * law.c_max + 10.0 * depth * (slope + 1.5 * law.c_max / law.d_max * fastest)
     if law.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
         pull += 0.5 * law.Ks * depth
     begun = events[events[:, BEGIN] > 0.0]  # what is inside at t = 0 may leave

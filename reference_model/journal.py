@@ -59,7 +59,7 @@ def journal_force(
         return 0.0, 0.0, 0.0, 0.0
     gap, rate, slip = contacts[GAP + JOURNAL], contacts[RATE + JOURNAL], contacts[SLIP + JOURNAL]
     elastic = point_force(law.Kj, law.n, -gap)
-    normal, tangential = point_contact(law, modes, JOURNAL, elastic, rate, slip)
+    normal, tangential = point_contact(law, modes, JOURNAL, elastic, -gap, rate, slip)
     contacts[NORMAL + JOURNAL], contacts[FRICTION + JOURNAL] = normal, tangential
     contacts[STORED + JOURNAL] = elastic * max(-gap, 0.0) / (law.n + 1.0)
     # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.

@@ -3,7 +3,8 @@
 A law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the potential U
 that they derive from (`side_force`); whether the damping of Eq. 11 applies (`is_damped`); and whether the
 corners touch independently, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one
-memory of the impact speed, one damping and one friction.
+memory of the impact speed, one damping and one friction; and how the force is damped (`damped_force`), and
+until when it pushes (`push`).
 
 HERTZ_CORNERS
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): each penetrating corner independently (Eqs. 9-11).
@@ -23,12 +24,20 @@ FOUNDATION
     second corner goes in or out, which the integrators locate. It goes by the signs of the depths, not by the
     located modes: a trial step across such an instant, behind which the triangle's formulas have a pole,
     stays bounded.
+ADAMS_IMPACT
+    As HERTZ_CORNERS, with k = contact.stiffness where the scene gives it, but damped by c(d) d', which refers
+    to no impact speed. c falls with d^2 as a corner leaves its wall. An elastic force of n < 2 falls more
+    slowly: one that was clipped pushes again before it is out. With n > 2 each contact ends clipped.
 """
 
 import math
 
 from reference_model.compiled import inlined
-from reference_model.parameters import FOUNDATION, PAPER_SWITCHING, Law
+from reference_model.parameters import ADAMS_IMPACT, FOUNDATION, PAPER_SWITCHING, Law
+
+SHALLOWEST = 1.0e-11
+"""m, from which on `push` follows the depth: five times what a touch is located to. Nearer to the wall its
+slope would magnify the rounding of the depth without bound, and the force is nothing."""
 
 
 @inlined
@@ -58,13 +67,58 @@ def is_damped(law: Law, both: bool) -> bool:
 
 @inlined
 def damping_factor(law: Law, depth_rate: float, impact_speed: float) -> float:
-    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull.
-
-    v is `impact_speed` (m/s), or the present one where the law has no memory: then it is at least 1 - C > 0.
-    """
-    if law.memoryless > 0.0:
-        impact_speed = math.sqrt(depth_rate * depth_rate + law.speed_floor * law.speed_floor)
+    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull."""
     return 1.0 + law.C * depth_rate / impact_speed
+
+
+@inlined
+def damping_coefficient(law: Law, depth: float) -> float:
+    """Return c(d) of the law adams-impact, N s/m."""
+    s = min(max(depth / law.d_max, 0.0), 1.0)
+    return law.c_max * s * s * (3.0 - 2.0 * s)
+
+
+@inlined
+def damped_force(law: Law, elastic: float, depth: float, depth_rate: float, impact_speed: float) -> float:
+    """Return the normal force (N) from the elastic one; negative where the wall would have to pull."""
+    if law.law == ADAMS_IMPACT:
+        return elastic + damping_coefficient(law, depth) * depth_rate
+    return elastic * damping_factor(law, depth_rate, impact_speed)
+
+
+@inlined
+def is_lossless(law: Law) -> bool:
+    """Return whether nothing is damped."""
+    return law.c_max == 0.0 if law.law == ADAMS_IMPACT else law.C == 0.0
+
+
+@inlined
+def push(law: Law, K: float, depth: float, depth_rate: float, impact_speed: float) -> float:
+    """Return a speed (m/s) that has the sign of the damped force.
+
+    v (1 + C d'/v), or of adams-impact the force over c_max s^m, s = d / d_max, with m = n or 2, whichever is
+    less, and none where s > 1: then neither the elastic part nor the damped one grows without bound as s
+    vanishes, and one of them stays.
+
+    Parameters
+    ----------
+    law
+        The contact.
+    K
+        Its stiffness, N/m^n.
+    depth, depth_rate, impact_speed
+        m, m/s, m/s.
+    """
+    if law.law != ADAMS_IMPACT:
+        return impact_speed + law.C * depth_rate
+    s, elastic, m = (
+        max(depth, SHALLOWEST) / law.d_max,
+        K * math.pow(law.d_max, law.n) / law.c_max,
+        min(law.n, 2.0),
+    )
+    if s > 1.0:
+        return elastic * math.pow(s, law.n) + depth_rate
+    return elastic * math.pow(s, law.n - m) + math.pow(s, 2.0 - m) * (3.0 - 2.0 * s) * depth_rate
 
 
 @inlined

@@ -4,15 +4,14 @@
 number  margin                      lasts while                                 unit
 ======  ==========================  ==========================================  =======
 GATE    +gap (open), -gap (closed)  open, or in contact                         m
-PULL    +-(v - C gap')              the damped force pushes, or is clipped      m/s
+PULL    +-`laws.push`               the damped force pushes, or is clipped      m/s
 LOWER   slip - lower                the friction stays in its regime            m/s
 UPPER   upper - slip                the friction stays in its regime            m/s
 ======  ==========================  ==========================================  =======
 
 Where a side is one contact every corner has a gap to go in or out by; the corner that keeps the contact has
-the other margins, with gap' and slip of the resultant's point. A law without memory never pulls. The
-journal's gap c - |e| has a kink where the pin is centred; in its place stands (c^2 - e^2) / 2 c, which has
-the same zero, slope and sign and is smooth.
+the other margins, with gap' and slip of the resultant's point. The journal's gap c - |e| has a kink where the
+pin is centred; in its place stands (c^2 - e^2) / 2 c, which has the same zero, slope and sign and is smooth.
 
 Most steps are settled by their stages, without dense output (`unsettled`). A gap is compared with the cubic
 Hermite polynomial of both ends, a rate or slip with the straight line. What the interior stages deviate from
@@ -40,11 +39,13 @@ from reference_model.contact import (
     is_of_side,
     other_corner,
     side_motion,
+    stiffness,
 )
 from reference_model.dop853 import END
 from reference_model.friction import regime_bounds
+from reference_model.laws import SHALLOWEST, is_lossless, push
 from reference_model.linkage import Array
-from reference_model.parameters import Law
+from reference_model.parameters import ADAMS_IMPACT, Law
 from reference_model.tableau import SHARES
 
 GATE, PULL, LOWER, UPPER = range(4)
@@ -84,7 +85,7 @@ def smooth_rate(law: Law, k: int, gap: float, rate: float) -> float:
 
 
 @inner
-def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent: float) -> float:
+def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, scale: float) -> float:
     """Return a margin of contact `k`, m or m/s; infinite where the contact does not have it in its mode.
 
     Parameters
@@ -95,8 +96,8 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
         Contact, and which of its MARGINS.
     contacts
         States of the contacts, shape (STATES,).
-    extent
-        Of `pull_scale`: by which the pull of a side is multiplied.
+    scale
+        Of `pull_scale`: by which the pull is multiplied.
     """
     if number == GATE:
         gap: float = smooth_gap(law, k, contacts[GAP + k])
@@ -112,9 +113,9 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
     if is_of_side(law, k):
         _, rate, slip = side_motion(law, contacts, k)
     if number == PULL:
-        if law.C == 0.0 or law.memoryless > 0.0:
+        if is_lossless(law):
             return math.inf
-        pull: float = (modes[MEMORY + k] - law.C * rate) * extent  # 1 + C d'/v, times v
+        pull: float = push(law, stiffness(law, k), -contacts[GAP + k], -rate, modes[MEMORY + k]) * scale
         return -pull if modes[CLIPPED + k] > 0.0 else pull
     lower, upper = regime_bounds(law, modes[REGIME + k])
     return slip - lower if number == LOWER else upper - slip
@@ -122,18 +123,42 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
 
 @inner
 def pull_scale(law: Law, contacts: Array, k: int) -> float:
-    """Return a factor that makes the pull of a side round no more than other margins.
+    """Return a factor that makes the pull in a step round no more than other margins.
 
     A change of depth moves the resultant's point by up to a third of that over |d1| + |d2|, as a share of the
     side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where
-    the side is hardly inside.
+    the side is hardly inside. The push of adams-impact follows the depth itself, at a rate that grows with
+    that of the depth.
+
+    Parameters
+    ----------
+    law, k
+        The contacts, and which of them.
+    contacts
+        Their states at the nodes of the step.
     """
+    start = contacts[0]
+    if law.law == ADAMS_IMPACT:
+        if is_lossless(law):
+            return 1.0
+        K, rate = stiffness(law, k), max(abs(start[RATE + k]), abs(contacts[END, RATE + k]))
+        depth = max(-start[GAP + k], SHALLOWEST)
+        step = 1e-3 * depth
+        change = abs(push(law, K, depth + step, rate, 0.0) - push(law, K, depth, rate, 0.0))
+        factor: float = step / (step + change)
+        return factor
     if not is_of_side(law, k):
         return 1.0
     m = other_corner(k)
-    extent: float = abs(contacts[GAP + k]) + abs(contacts[GAP + m]) + SECOND_CORNER
-    turning: float = abs(contacts[RATE + k] - contacts[RATE + m])
+    extent: float = abs(start[GAP + k]) + abs(start[GAP + m]) + SECOND_CORNER
+    turning: float = abs(start[RATE + k] - start[RATE + m])
     return extent / (extent + law.C * turning)
+
+
+@inlined
+def located_to(law: Law, number: int) -> float:
+    """Return what a margin is located to, m/s or m; the push of adams-impact, as scaled, like a gap."""
+    return LOCATED if number == GATE or (number == PULL and law.law == ADAMS_IMPACT) else LOCATED_SPEED
 
 
 @inlined
@@ -162,7 +187,8 @@ def speed_is_settled(law: Law, modes: Array, k: int, number: int, scale: float, 
     if p0 == math.inf:
         return True
     p1 = margin(law, modes, k, number, contacts[END], scale)
-    if p0 < -LOCATED_SPEED or p1 < -LOCATED_SPEED:
+    located = located_to(law, number)
+    if p0 < -located or p1 < -located:
         return False
     error = 0.0
     for i in range(_X.size):
@@ -195,7 +221,7 @@ def unsettled(
         if not gap_is_settled(law, modes, k, h, contacts):
             open_[MARGINS * k] = any_open = True
         if modes[MEMORY + k] > 0.0:
-            scales[k] = pull_scale(law, contacts[0], k)
+            scales[k] = pull_scale(law, contacts, k)
             for number in range(PULL, MARGINS):
                 if not speed_is_settled(law, modes, k, number, scales[k], contacts):
                     open_[MARGINS * k + number] = any_open = True
@@ -207,4 +233,4 @@ def has_ended(law: Law, modes: Array, place: int, scales: Array, contacts: Array
     """Return whether the margin at a `place` is down to what it is located to."""
     k, number = place // MARGINS, place % MARGINS
     left = margin(law, modes, k, number, contacts, scales[k])
-    return left <= (LOCATED if number == GATE else LOCATED_SPEED)
+    return left <= located_to(law, number)

@@ -6,20 +6,22 @@ theta_5 are free:
     I4 theta4'' = -S4 n4 . (C'' - g) + L4 n4 . F,   n4 = (-s4, c4)
     J5 theta5'' = M
 
-F and M are force and moment of all corners on the slider. It is the projection of Eqs. 14-21 onto their
-constraints.
+F and M are force and moment of all corners, and of a workpiece, on the slider. It is the projection of Eqs.
+14-21 onto their constraints.
 """
 
 from typing import NamedTuple
 
-from reference_model import linkage
+from reference_model import linkage, workpiece
 from reference_model.compiled import inlined
 from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
+from reference_model.workpiece import Load
 
 four_bar = inlined(linkage.four_bar)
+load_force = inlined(workpiece.load_force)
 Tip = tuple[float, float, float, float, float, float]
 """Position (m), velocity (m/s) and acceleration (m/s^2) of the rocker's tip C, each x and y."""
 
@@ -31,6 +33,7 @@ class Minimal(NamedTuple):
     """The formulation: a state holds theta_4, theta_5, their rates, and the integrals behind them."""
 
     mechanism: Mechanism
+    load: Load
     table: Array
     """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step
     (`tabulate`)."""
@@ -92,6 +95,8 @@ def derivative(
     _, _, vCx, vCy, aCx, aCy = tip
     pose, c4, s4 = slider_pose(m, tip, y)
     Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+    if pose[1] < model.load.surface:
+        Fy += load_force(model.load, pose[1])
     w4 = y[2]
     bx, by = aCx, aCy + m.gravity  # acceleration of C relative to free fall
     a4 = (m.S4 * (s4 * bx - c4 * by) + m.L4 * (c4 * Fy - s4 * Fx)) / m.I4
@@ -99,7 +104,7 @@ def derivative(
     turn_x, turn_y = -(a4 * s4 + w4 * w4 * c4), a4 * c4 - w4 * w4 * s4
     slider[0], slider[1], slider[2], slider[3], slider[4], slider[5] = pose
     slider[6], slider[7], slider[8] = aCx + m.L4 * turn_x, aCy + m.L4 * turn_y, dy[3]
-    # Force of the pin at C on rod 4: what moves the two bodies, less gravity and contact.
+    # Force of the pin at C on rod 4: what moves the two bodies, less gravity, contact and load.
     Px = (m.m4 + m.m5) * bx + m.S4 * turn_x - Fx
     Py = (m.m4 + m.m5) * by + m.S4 * turn_y - Fy
     write_tail(dy, contacts, Px * vCx + Py * vCy, damping, friction)

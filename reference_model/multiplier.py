@@ -19,10 +19,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_model import workpiece
 from reference_model.compiled import inlined, inner, kernel
 from reference_model.contact import corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
+from reference_model.workpiece import NO_LOAD, Load
+
+load_force = inlined(workpiece.load_force)
 
 FRAME = -1
 """In place of a body's number."""
@@ -50,6 +54,8 @@ class Linkage(NamedTuple):
     """The body that the slider's channels are of."""
     clearance: bool
     """Whether its corners touch the walls."""
+    load: Load
+    """Of the workpiece below it."""
     omega: float
     """rad/s."""
     theta0: float
@@ -84,6 +90,7 @@ def assemble(
     *,
     gravity: float = 0.0,
     baumgarte: tuple[float, float] = (0.0, 0.0),
+    load: Load = NO_LOAD,
 ) -> Linkage:
     """Describe a planar linkage.
 
@@ -103,6 +110,8 @@ def assemble(
         Along -y, m/s^2.
     baumgarte
         alpha and beta, 1/s.
+    load
+        Of the workpiece below the slider.
 
     Returns
     -------
@@ -121,6 +130,7 @@ def assemble(
         driven=drive[0],
         slider=slider[0],
         clearance=slider[1],
+        load=load,
         omega=drive[1],
         theta0=drive[2],
         alpha=baumgarte[0],
@@ -135,7 +145,7 @@ def assemble(
     )
 
 
-def press(m: Mechanism, *, ideal_slider: bool, baumgarte: tuple[float, float]) -> Linkage:
+def press(m: Mechanism, load: Load, *, ideal_slider: bool, baumgarte: tuple[float, float]) -> Linkage:
     """Describe the press; its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide."""
     return assemble(
         bodies=list(zip(m.masses, m.inertias, strict=True)),
@@ -152,6 +162,7 @@ def press(m: Mechanism, *, ideal_slider: bool, baumgarte: tuple[float, float]) -
         slider=(4, not ideal_slider),
         gravity=m.gravity,
         baumgarte=baumgarte,
+        load=load,
     )
 
 
@@ -246,8 +257,8 @@ def solve_definite(matrix: Array, right: Array) -> None:
 def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
 
-    The forces `model.applied` (Q: weights and contact forces, N and N m) are given; `model.lambdas` (N and N
-    m) is written: -lambda is what a joint exerts on the body named first.
+    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; `model.lambdas` (N and N m)
+    is written: -lambda is what a joint exerts on the body named first.
 
     Parameters
     ----------
@@ -311,6 +322,8 @@ def derivative(
         applied[x] += Fx
         applied[x + 1] += Fy
         applied[x + 2] += M
+    if q[x + 1] < model.load.surface:
+        applied[x + 1] += load_force(model.load, q[x + 1])
     solve(model, t, q, v, acceleration)
     for i in range(3):
         slider[i], slider[3 + i], slider[6 + i] = q[x + i], v[x + i], acceleration[x + i]

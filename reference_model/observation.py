@@ -42,6 +42,7 @@ from reference_model.recording import (
     TIME,
 )
 from reference_model.results import begun_cycles
+from reference_model.workpiece import load_force
 
 _NOTES = 200_000
 """Forces that are noted of each contact, about; later ones have no pulse: a run of many cycles must fit."""
@@ -87,7 +88,7 @@ class Observation:
     """
 
     def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
-        self._model, self._m, self._law = model, p.mechanism, p.law
+        self._model, self._m, self._law, self._load = model, p.mechanism, p.law, p.load
         self._names, self._run = names, run
         self.samples = np.zeros((len(names), samples))
         """(names, n)."""
@@ -173,7 +174,7 @@ class Observation:
 
     def _energies(self, bodies: Array, stored: Array, works: Array) -> Array:
         driven = 3 if isinstance(self._model, Minimal) else 0
-        return balance(self._m, bodies, self._start, stored.sum(0), self._stored, works, driven)
+        return balance(self._m, self._load, bodies, self._start, stored.sum(0), self._stored, works, driven)
 
     def _channels(self, rows: Array) -> Array:
         """Return the wanted channels, shape (names, n)."""
@@ -206,7 +207,7 @@ class Observation:
         elif isinstance(model, Linkage):
             ideal = not model.clearance
         Fx = contacts[NORMAL] + contacts[NORMAL + 2] - contacts[NORMAL + 1] - contacts[NORMAL + 3]
-        Fy = contacts[FRICTION : FRICTION + JOURNAL].sum(0)
+        Fy = contacts[FRICTION : FRICTION + JOURNAL].sum(0) + load_force(self._load, bodies[4, 1])
         return reactions(self._m, bodies, Fx, Fy, ideal_slider=ideal, journal=journal)
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
@@ -244,8 +245,9 @@ class Observation:
         y, stored = nodes.y[:1].T, nodes.contacts[:1, STORED : STORED + CONTACTS].T
         energies = self._energies(self._bodies(t, y), stored, y[-WORKS:])[:, 0]
         # Where nothing is lost the balance is no more accurate than what flows through it.
-        self._flow = max(self._flow, energies[4] + energies[5], energies[2], abs(energies[1]))
-        share = float(abs(energies[6]) / self._flow)
+        _, gravity, kinetic, _, pressed, damping, friction, residual = energies.tolist()
+        self._flow = max(self._flow, damping + friction, kinetic, abs(gravity), pressed)
+        share = abs(residual) / self._flow
         if not share <= self._imbalance[0]:
             self._imbalance = share, float(t[0] + self._run.clock[3]), -1
 

@@ -5,16 +5,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from reference_model.linkage import Mechanism
+from reference_model.workpiece import NO_LOAD, Load, tabulated
 
 CORNERS = ("ll", "lr", "ul", "ur")
 """Lower/upper in the slider's y, left/right in its x."""
-LAWS = ("hertz-corners", "paper-switching", "foundation")
+LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 """Contact laws of the slider, by their number in `Law.law` (`reference_model.laws`)."""
-HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION = 0.0, 1.0, 2.0
+HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = 0.0, 1.0, 2.0, 3.0
 """Their numbers."""
-IMPACT_SPEEDS = ("frozen", "current")
-"""What the damping refers to, by its number in `Law.memoryless`."""
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
@@ -34,16 +35,18 @@ class Law(NamedTuple):
 
     law: float
     """One of the numbers above."""
-    memoryless: float
-    """1: the damping refers to the present depth rate; 0: to the impact speed frozen at the touch."""
     K: float
-    """Contact stiffness of a corner, Eq. 10, N/m^n."""
+    """Contact stiffness of a corner, Eq. 10 or of adams-impact, N/m^n."""
     Ks: float
     """Stiffness of a whole side, Eq. 8, N/m."""
     n: float
     """Exponent of the contact law."""
     C: float
     """3 (1 - c_e^2) / 4 of Eq. 11."""
+    c_max: float
+    """Largest damping coefficient of adams-impact, N s/m, ..."""
+    d_max: float
+    """... and the depth from which on it is that, m."""
     speed_floor: float
     """Smallest impact speed in the damping term, m/s."""
     c_f: float
@@ -66,7 +69,7 @@ class Law(NamedTuple):
     bearing_radius: float
     """R_b of the bearing in rod 2, m."""
     Kj: float
-    """Contact stiffness of journal and bearing, Eq. 10 with R = R_j R_b / (R_b - R_j), N/m^n."""
+    """The like of `K` of journal and bearing, in Eq. 10 with R = R_j R_b / (R_b - R_j)."""
     pin_mass: float
     """The like of `corner_mass` for the journal, m2, kg."""
     pin_arm: float
@@ -79,6 +82,7 @@ class Parameters:
 
     mechanism: Mechanism
     law: Law
+    load: Load
     reach: tuple[float, float]
     """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
     slider_offset: float
@@ -148,6 +152,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     p = Parameters(
         mechanism=_read_mechanism(mechanism, speed, float(scene["environment"]["gravity"])),
         law=_read_law(scene, guide),
+        load=_read_load(scene["load"]),
         reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
         slider_offset=float(initial["slider_offset"]),
         slider_angle=0.0 if ideal_slider else float(initial["slider_angle"]),
@@ -180,7 +185,6 @@ def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation
         ("joints.slider", joints["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
         ("contact.law", contact["law"], LAWS),
-        ("contact.impact_speed", contact.get("impact_speed", "frozen"), IMPACT_SPEEDS),
         ("solver.reference.formulation", formulation, FORMULATIONS),
         ("solver.reference.method", scene["solver"]["reference"]["method"], METHODS),
         *(("output.groups", group, GROUPS) for group in sorted(groups)),
@@ -221,13 +225,18 @@ def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
     journal, pin = float(clearance["journal_radius"]), float(clearance["crank_pin"])
     bearing = journal + pin
     compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
+    # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
+    radius = journal * bearing / pin if pin > 0.0 else math.inf
+    conformal = point_stiffness(2.0 * _compliance(contact, "guide"), radius)
+    given = float(contact.get("stiffness") or 0.0) if contact["law"] == "adams-impact" else 0.0
     return Law(
         law=float(LAWS.index(contact["law"])),
-        memoryless=float(IMPACT_SPEEDS.index(contact.get("impact_speed", "frozen"))),
-        K=point_stiffness(compliance, float(contact["corner_radius"])),
+        K=given or point_stiffness(compliance, float(contact["corner_radius"])),
         Ks=(float(slider["thickness"]) + length) / (0.475 * compliance),
         n=float(contact["exponent"]),
         C=0.75 * (1.0 - float(contact["restitution"]) ** 2),
+        c_max=float(contact["damping"]),
+        d_max=float(contact["damping_depth"]),
         speed_floor=float(contact["impact_speed_floor"]),
         c_f=float(friction["coefficient"]),
         v0=static if static > NARROWEST_RANGE else 0.0,
@@ -239,13 +248,30 @@ def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
         corner_mass=float(slider["inertia"]) / (0.5 * length) ** 2,
         pin_clearance=pin,
         bearing_radius=bearing,
-        # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
-        Kj=point_stiffness(2.0 * _compliance(contact, "guide"), journal * bearing / pin)
-        if pin > 0.0
-        else math.inf,
+        Kj=given or conformal,
         pin_mass=float(rod2["mass"]),
         pin_arm=float(rod2["length"]),
     )
+
+
+def _read_load(load: Mapping[str, Any]) -> Load:
+    surface, force, rows = float(load["surface"]), float(load["force"]), load["table"]
+    depth, exponent = float(load["depth"]), float(load["exponent"])
+    if rows and force:
+        raise ValueError(f"load.table takes the place of load.force = {force!r}: give one of both")
+    if rows:
+        table = np.array(rows, dtype=np.float64)
+        if table[0].any() or np.any(table[:, 1] < 0.0) or np.any(np.diff(table[:, 0]) <= 0.0):
+            raise ValueError("load.table must begin with [0, 0], with rising depths and no negative force")
+        return tabulated(surface, table)
+    if force < 0.0 or depth <= 0.0 or exponent < 1.0:
+        raise ValueError(
+            f"load.force = {force!r} must be at least 0, load.depth = {depth!r} positive, load.exponent = "
+            f"{exponent!r} at least 1"
+        )
+    if force == 0.0:
+        return NO_LOAD
+    return NO_LOAD._replace(surface=surface, scale=force / depth**exponent, exponent=exponent)
 
 
 def _compliance(contact: Mapping[str, Any], part: str) -> float:

@@ -29,7 +29,7 @@ def reactions(
     m, bodies
         Mechanism; motion of all bodies (5, 9, n).
     Fx, Fy
-        Contact force on a slider with clearance, N.
+        Force of contacts and workpiece on the slider, N; of an ideal slider Fx is 0.
     ideal_slider
         What the guide is.
     journal

@@ -61,9 +61,6 @@ _FLAT = 2.0e-3
 such a square: a share of 0.1 to 0.3 in the parabola's slope. What is missed all the same is 3e-5 of it."""
 PARTS = 5
 """Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
-_ROUNDS = 9
-"""Of such points, the next between the neighbours of the largest, for a law without memory: there the damping
-factor falls from 1 + C to 1 - C while the depth's rate changes its sign, and the peak is narrow."""
 
 
 def instants(samples: int, cycles: float, period: float) -> Array:
@@ -153,7 +150,7 @@ def find_peaks(law: Law, run: Run, peaks: NDArray[np.bool_]) -> bool:
             flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
             rises = (early - first) * _SQUARES[1] - (later - first) * _SQUARES[0] > flat
             falls = (late - last) * _SQUARES[3] - (sooner - last) * _SQUARES[2] > flat
-            peaks[k, 1] = (rises and falls) or (turns and law.memoryless > 0.0)
+            peaks[k, 1] = rises and falls
         some = some or peaks[k, 0] or peaks[k, 1]
     return some
 
@@ -197,23 +194,18 @@ def record_peaks(model: Model, law: Law, run: Run, work: Work, t: float, h: floa
     """
     nodes, counters, values = run.nodes, run.counters, work.parts
     contacts, slider = nodes.contacts[POINT], nodes.slider[POINT]
-    rounds, parted = _ROUNDS if law.memoryless > 0.0 else 1, False
+    parted = False
     for place in range(2 * CONTACTS):
         k, force = place // 2, place % 2
         if not work.peaks[k, force]:
             continue
-        lo, width = 0.0, 1.0
-        for point in range((PARTS + 1) * rounds):
-            j = point % (PARTS + 1)
-            share = lo + 0.25 * j * width if j < PARTS else lo + width * top(values)
+        for j in range(PARTS + 1):
+            share = 0.25 * j if j < PARTS else top(values)
             dense(share, nodes.y.shape[1], nodes.y, work.f)
             evaluate_nodes(model, law, t + share * h, 0.0, POINT, POINT, run.modes, nodes)
             if j < PARTS:
                 values[j] = normal_force(law, contacts, k) if force else -contacts[GAP + k]
-            else:
-                lo += 0.25 * width * max(0, min(largest(values) - 1, PARTS - 3))
-                width *= 0.5
-            if point < PARTS and not parted:
+            if j < PARTS and not parted:
                 part = run.accelerations[counters[PARTED]]
                 part[0] = t + share * h + run.clock[3]
                 part[1], part[2], part[3] = slider[6], slider[7], slider[8]

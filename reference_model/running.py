@@ -85,14 +85,14 @@ class Integrator(Protocol):
 def formulation(p: Parameters) -> tuple[Model, str]:
     """Return the smallest formulation for a scene, or the paper's where asked for, and its name."""
     if p.multipliers:
-        model = press(p.mechanism, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
+        model = press(p.mechanism, p.load, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
         return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
     if p.ideal_pin:
         table = np.empty((TIP_ROWS, int(POINT)))
-        return Minimal(p.mechanism, table), "minimal: rod 4 and slider (2 coordinates)"
+        return Minimal(p.mechanism, p.load, table), "minimal: rod 4 and slider (2 coordinates)"
     if p.ideal_slider:
-        return Chain(p.mechanism, True), "minimal: rod 2 and rocker (2 coordinates)"
-    return Chain(p.mechanism, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
+        return Chain(p.mechanism, p.load, True), "minimal: rod 2 and rocker (2 coordinates)"
+    return Chain(p.mechanism, p.load, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
 
 
 def start(p: Parameters, model: Model) -> Array:

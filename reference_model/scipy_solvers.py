@@ -2,7 +2,8 @@
 
 The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's
 ode15s), which is BDF here. Every margin of `reference_model.margins` is a terminal event of `solve_ivp`, so
-the modes change as in `reference_model.integrate`; after every event the solver starts anew.
+the modes change as in `reference_model.integrate`; after every event the solver starts anew. So it does at
+each kink of the load of a workpiece.
 
 What that misses: scipy looks for an event only where a margin has opposite signs at the two ends of a step. A
 contact that begins and ends within one step is stepped over (`reference_model.integrate` isolates it for
@@ -32,6 +33,7 @@ from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
 from reference_model.parameters import Law, Parameters
 from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
+from reference_model.workpiece import kinks
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
 """The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
@@ -200,9 +202,8 @@ class ScipySolver:
                     run.clock[0], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
                     last = solution.sol.interpolants[-1]  # all of the step, beyond the event too
                     self._last_step = float(last.t - last.t_old)
-                hits = [
-                    place for place, at in zip(self._places, solution.t_events[1:], strict=True) if at.size
-                ]
+                at_margins = solution.t_events[1 : 1 + len(self._places)]
+                hits = [place for place, at in zip(self._places, at_margins, strict=True) if at.size]
                 ended = hits[0] if hits else None
                 if solution.t_events[0].size:
                     return integrate.STEP_LIMIT
@@ -213,6 +214,8 @@ class ScipySolver:
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
                 self._first_step = min(0.5 * self._last_step, touch)
+            elif run.clock[0] < self._t_end:  # at a kink
+                self._first_step = 0.5 * self._last_step
         return integrate.REACHED
 
     def _all_margins(self, t: float, y: Array) -> Array:
@@ -263,6 +266,18 @@ class ScipySolver:
             value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
             return value
 
+        def height_over(kink: float) -> Callable[[float, Array], float]:
+            def value(t: float, y: Array) -> float:
+                self._evaluate(t, y)
+                return float(run.nodes.slider[POINT, 1]) - kink
+
+            # From where it is, or is about to be.
+            self._evaluate(t, run.nodes.y[0])
+            above, speed = float(run.nodes.slider[POINT, 1]) - kink, float(run.nodes.slider[POINT, 4])
+            falls = above > 0.0 if abs(above) > self._p.tolerance else speed > 0.0
+            value.terminal, value.direction = True, -1.0 if falls else 1.0  # type: ignore[attr-defined]
+            return value
+
         left.terminal = True  # type: ignore[attr-defined]
         options: dict[str, Any] = {}
         if self._method != "DOP853":
@@ -270,9 +285,10 @@ class ScipySolver:
             options["jac"] = lambda t, y: np.nan_to_num(jacobian(derivative, t, y), posinf=0.0, neginf=0.0)
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, self._t_end - t)
+        events = [left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
         return solve_ivp(  # type: ignore[call-overload]
             derivative, (t, self._t_end), run.nodes.y[0].copy(), self._method, dense_output=True, rtol=RTOL,
-            atol=self._atol, max_step=self._largest, events=[left, *map(margin_at, self._places)], **options,
+            atol=self._atol, max_step=self._largest, events=events, **options,
         )  # fmt: skip
 
     def _record(self, solution: Any) -> None:

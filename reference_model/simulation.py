@@ -74,7 +74,7 @@ def _versions() -> dict[str, str]:
 
 def _ideal(p: Parameters, times: Array) -> Result:
     names, cycles = requested(p), begun_cycles(p)
-    values, extrema = observe_ideal(p.mechanism, names, times, cycles)
+    values, extrema = observe_ideal(p.mechanism, p.load, names, times, cycles)
     finite = np.isfinite(values).all(axis=0)
     if not finite.all():
         raise ValueError(

@@ -90,7 +90,7 @@ def in_state(
 
 
 def _multiplier(p: Parameters) -> multiplier.Linkage:
-    return multiplier.press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    return multiplier.press(p.mechanism, p.load, ideal_slider=False, baumgarte=(p.alpha, p.beta))
 
 
 def by_formulation(
@@ -98,9 +98,9 @@ def by_formulation(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return states of the contacts and motion of all bodies (5, 9); name: slider, pin, both, multiplier."""
     model = {
-        "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, int(POINT)))),
-        "pin": lambda: Chain(p.mechanism, True),
-        "both": lambda: Chain(p.mechanism, False),
+        "slider": lambda: Minimal(p.mechanism, p.load, np.empty((TIP_ROWS, int(POINT)))),
+        "pin": lambda: Chain(p.mechanism, p.load, True),
+        "both": lambda: Chain(p.mechanism, p.load, False),
         "multiplier": lambda: _multiplier(p),
     }[name]()
     contacts, _, bodies = in_state(model, p, time, head, all_modes(modes))

@@ -91,7 +91,7 @@ def test_start_is_consistent(scene, changes) -> None:
         return
     y = np.concatenate([start(p, model), np.zeros(TAIL)])[:, None]
     bodies = all_bodies(model, p.mechanism, np.zeros(1), y, np.zeros_like(y))[:, :, 0]
-    linkage = press(p.mechanism, ideal_slider=p.ideal_slider, baumgarte=(0.0, 0.0))
+    linkage = press(p.mechanism, p.load, ideal_slider=p.ideal_slider, baumgarte=(0.0, 0.0))
     q, computed = np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()]), np.empty((2, 1))
     drift(linkage, np.zeros(1), q[:, None], computed)
     # A few roundings of coordinates up to 0.55 m and angles up to 3 rad; speeds up to 20 rad/s.

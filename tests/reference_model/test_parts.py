@@ -11,7 +11,7 @@ from reference_model.compiled import kernel
 from reference_model.contact import MODES
 from reference_model.dop853 import END, START
 from reference_model.isolation import BELOW, CROSSES, NODES, RESOLUTION, SETTLED, UNCLEAR
-from reference_model.laws import damping_factor, side_force
+from reference_model.laws import damped_force, push, side_force
 from reference_model.parameters import LAWS, read_parameters
 from reference_model.running import formulation, start
 from reference_model.trigonometry import LARGEST, cos_sin
@@ -25,8 +25,8 @@ def forces(law, d1, d2, both):
 
 
 @kernel
-def factor(law, rate, speed):
-    return damping_factor(law, rate, speed)
+def impact(law, elastic, depth, rate):
+    return damped_force(law, elastic, depth, rate, 1.0), push(law, law.K, depth, rate, 1.0)
 
 
 @kernel
@@ -102,10 +102,24 @@ def test_forces_of_a_foundation_are_those_of_the_pressure(scene, d1, d2) -> None
     assert np.abs(touching[1] - touching[0]).max() <= law.Ks * 1e-13
 
 
-def test_the_damping_without_memory_never_pulls(scene) -> None:
-    law, speeds = law_of(scene, impact_speed="current", restitution=0.0), np.geomspace(1e-8, 1e3, 40)
-    for rate in [0.0, *speeds, *-speeds]:
-        assert factor(law, rate, 1e-9) == pytest.approx(1.0 + 0.75 * rate / np.hypot(rate, 1e-4), rel=1e-14)
+@pytest.mark.parametrize("n", [1.0, 1.5, 1.8, 2.0, 2.2, 3.0])
+def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_positive(scene, n) -> None:
+    """Force, and the sign of `push` but where rounding decides: 1e-12 of the parts of the force."""
+    law = law_of(scene, law="adams-impact", stiffness=3e9 * 1e-5 ** (1.5 - n), exponent=n)
+    signs = set()
+    for depth in [2e-11, *np.geomspace(1e-9, 1e-4, 26)]:
+        s = min(depth / 1e-5, 1.0)
+        elastic, c = law.K * depth**n, 260.0 * (3.0 * s**2 - 2.0 * s**3)
+        for rate in [0.0, *np.geomspace(1e-6, 1e2, 25), *-np.geomspace(1e-6, 1e2, 25)]:
+            computed, margin = impact(law, elastic, depth, rate)
+            assert computed == pytest.approx(elastic + c * rate, abs=1e-12 * (elastic + c * abs(rate)))
+            if abs(computed) > 1e-12 * (elastic + c * abs(rate)):
+                assert (margin > 0.0) == (computed > 0.0)
+                signs.add(margin > 0.0)
+    assert signs == {True, False}
+    assert impact(law, 0.0, -1e-6, 1.0)[0] == 0.0
+    given, own = (law_of(scene, law=name, stiffness=7.0) for name in ("adams-impact", "hertz-corners"))
+    assert given.K == given.Kj == 7.0 < own.K < own.Kj
 
 
 @pytest.mark.parametrize("static", [1e-4, 0.0])
