@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exudyn_model.laws import LAWS
+from exudyn_model.laws import IMPACT, LAWS
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,14 @@ class Contact:
     clearance: float  # m
     stiffness: float  # K of Eq. 10, N/m^1.5 (used as it is with any exponent)
     exponent: float  # n of Eq. 9
-    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11
-    impact_speed: str  # What the damping refers to: "frozen" at the touch, or "current"
+    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11; of "adams-impact" c_max, N s/m
     impact_speed_floor: float  # Least speed of impact that is used, m/s
     friction: float  # c_f of Eq. 12
     # v0 and v1 of Eq. 13, m/s
     static_speed: float
     transition_speed: float
-    law: str = LAWS[0]  # Of the two corners of a side of the slider, one of ``LAWS``
+    law: str = LAWS[0]  # One of ``LAWS``; a journal has either the first one or "adams-impact"
+    damping_depth: float = 0.0  # d_max of "adams-impact", m
     side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
     journal_radius: float = 0.0  # Of the crank pin's journal, m
 
@@ -208,22 +208,25 @@ def _compliance(scene: Mapping[str, Any], part: str) -> float:
 
 
 def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[str, Any]:
-    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares."""
+    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares.
+
+    In the law "adams-impact" the scene's own stiffness and damping take their places.
+    """
     contact, friction = scene["contact"], scene["friction"]
-    return {
+    point = {
         "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
-        "exponent": float(contact["exponent"]),
         "damping": 0.75 * (1 - contact["restitution"] ** 2),
-        "impact_speed": _impact_speed(scene),
+    }
+    if contact["law"] == LAWS[IMPACT]:
+        own = ("stiffness", "damping", "damping_depth")
+        point |= {key: float(contact[key]) for key in own if contact.get(key) is not None}
+    return point | {
+        "exponent": float(contact["exponent"]),
         "impact_speed_floor": float(contact["impact_speed_floor"]),
         "friction": float(friction["coefficient"]),
         "static_speed": float(friction["static_speed"]),
         "transition_speed": float(friction["transition_speed"]),
     }
-
-
-def _impact_speed(scene: Mapping[str, Any]) -> str:
-    return str(scene["contact"].get("impact_speed", "frozen"))
 
 
 def _guide(scene: Mapping[str, Any]) -> Contact:
@@ -244,6 +247,7 @@ def _journal(scene: Mapping[str, Any]) -> Contact:
     return Contact(
         clearance=clearance,
         journal_radius=radius,
+        law=LAWS[IMPACT] if scene["contact"]["law"] == LAWS[IMPACT] else LAWS[0],
         **_point(scene, radius * (radius + clearance) / clearance, 2 * _compliance(scene, "guide")),
     )
 
@@ -254,7 +258,6 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
         ("contact.law", scene["contact"]["law"], LAWS),
-        ("contact.impact_speed", _impact_speed(scene), ("frozen", "current")),
         *(
             ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
             for group in scene["output"]["groups"]
@@ -271,6 +274,7 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         ("drive.cycles", cycles),
         ("output.samples_per_cycle", samples),
         ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
+        ("contact.damping_depth", scene["contact"]["damping_depth"]),
     ):
         if not value > 0:
             raise ValueError(f"{key} = {value} must be positive")

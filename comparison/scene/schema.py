@@ -410,7 +410,11 @@ class SceneKeys(Section):
             yield "friction.transition_speed", friction.transition_speed, bound
         rows = self.load.table
         if rows and self.load.force:
-            yield "load.table", rows, f"takes the place of load.force = {self.load.force:g} N: give one of both"
+            yield (
+                "load.table",
+                rows,
+                f"takes the place of load.force = {self.load.force:g} N: give one of both",
+            )
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
             yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
