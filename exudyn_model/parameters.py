@@ -7,6 +7,7 @@ damping of Eq. 11, and what the solver does where the scene does not say.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from exudyn_model.laws import IMPACT, LAWS
@@ -96,6 +97,16 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Load:
+    """Workpiece that pushes the slider's centre up."""
+
+    surface: float  # Height at which the centre meets it, m
+    # Depths below the surface (m) and forces (N): of a table, from (0, 0), or the one of the power law
+    rows: tuple[tuple[float, float], ...]
+    exponent: float  # Of the power law; 0: a table
+
+
+@dataclass(frozen=True)
 class Integration:
     """Time integration and output."""
 
@@ -118,12 +129,14 @@ class Parameters:
     """Everything the model needs to know of a scene.
 
     ``guide`` and ``journal`` are the contacts of slider and crank pin; None where the joint is ideal.
+    ``load`` is None where there is no workpiece.
     """
 
     mechanism: Mechanism
     initial: Initial
     guide: Contact | None
     journal: Contact | None
+    load: Load | None
     integration: Integration
     cycles: float
 
@@ -179,6 +192,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         Initial(*(float(initial[f"slider_{key}"]) for key in ("offset", "angle", "vx", "omega"))),
         _guide(scene) if has_guide else None,
         _journal(scene) if has_journal else None,
+        _load(scene),
         Integration(
             formulation=solver["formulation"],
             method=solver["method"],
@@ -252,6 +266,17 @@ def _journal(scene: Mapping[str, Any]) -> Contact:
     )
 
 
+def _load(scene: Mapping[str, Any]) -> Load | None:
+    load = scene["load"]
+    rows = tuple((float(depth), float(force)) for depth, force in load["table"])
+    if rows:
+        return Load(float(load["surface"]), rows, 0.0)
+    if load["force"] == 0:
+        return None
+    point = float(load["depth"]), float(load["force"])
+    return Load(float(load["surface"]), (point,), float(load["exponent"]))
+
+
 def _require_supported(scene: Mapping[str, Any]) -> None:
     """Raise a ValueError of one line for what this model does not simulate."""
     choices = [
@@ -275,11 +300,18 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         ("output.samples_per_cycle", samples),
         ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
         ("contact.damping_depth", scene["contact"]["damping_depth"]),
+        ("load.depth", scene["load"]["depth"]),
+        ("load.exponent", scene["load"]["exponent"]),
     ):
         if not value > 0:
             raise ValueError(f"{key} = {value} must be positive")
     if round(cycles * samples) < 1:
         raise ValueError(f"drive.cycles = {cycles} must last at least one sample: {samples} samples a cycle")
+    rows, force = [list(row) for row in scene["load"]["table"]], scene["load"]["force"]
+    if rows and force:
+        raise ValueError(f"load.table takes the place of load.force = {force}: one of both must be left out")
+    if rows and (rows[0] != [0, 0] or any(after[0] <= before[0] for before, after in pairwise(rows))):
+        raise ValueError(f"load.table = {rows} must begin with [0, 0] and have rising depths")
     slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
     if not fast > slow:
         raise ValueError(

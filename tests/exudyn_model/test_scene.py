@@ -70,6 +70,13 @@ REFUSED = [
     ({"solver.exudyn.step": -1e-6}, "solver.exudyn.step = -1e-06 must be positive"),
     ({"contact.impact_speed_floor": 0.0}, "contact.impact_speed_floor = 0.0 must be positive"),
     ({"contact.damping_depth": 0.0}, "contact.damping_depth = 0.0 must be positive"),
+    ({"load.depth": 0.0}, "load.depth = 0.0 must be positive"),
+    ({"load.exponent": 0.0}, "load.exponent = 0.0 must be positive"),
+    ({"load.force": 5.0, "load.table": [[0.0, 0.0], [1e-3, 9.0]]},
+     "load.table takes the place of load.force = 5.0: one of both must be left out"),
+    ({"load.table": [[0.0, 0.0], [1e-3, 9.0], [1e-3, 8.0]]},
+     "load.table = [[0.0, 0.0], [0.001, 9.0], [0.001, 8.0]] must begin with [0, 0] and have rising depths"),
+    ({"load.table": [[0.0, 1.0]]}, "load.table = [[0.0, 1.0]] must begin with [0, 0] and have rising depths"),
     ({"friction.transition_speed": 1e-4},
      "friction.transition_speed = 0.0001 must be greater than friction.static_speed = 0.0001"),
 ]  # fmt: skip
