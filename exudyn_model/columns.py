@@ -10,7 +10,7 @@ The kernels take plain arrays of numbers: one array a contact law, one row a con
     STIFFNESS,
     EXPONENT,
     DAMPING,
-    CURRENT,  # 1: the damping has no memory
+    DAMPING_DEPTH,  # Only of the law "adams-impact"
     SPEED_FLOOR,
     FRICTION_COEFFICIENT,
     STATIC_SPEED,

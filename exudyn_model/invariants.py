@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, SHARED
 from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
 from exudyn_model.parameters import Parameters
-from exudyn_model.tables import PIN, Contacts
+from exudyn_model.tables import LOAD, PIN, Contacts
 
 Array = NDArray[np.float64]
 
@@ -313,10 +313,12 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed
 def _energy(
     columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]
 ) -> Observed:
-    """Return the largest residual, over all that was dissipated and the largest kinetic energy."""
+    """Return the largest residual, over what was dissipated and the largest energies of motion and load."""
     residual = extrema["energy_residual"]
     side = "max" if residual["max"] > -residual["min"] else "min"
     base = extrema["energy_kinetic"]["max"]
+    if LOAD in extrema:
+        base += extrema[LOAD]["max"]
     base += max(float(columns["energy_damping"][-1] + columns["energy_friction"][-1]), 0.0)
     return Observed("energy", abs(residual[side]) / base, residual[f"time_of_{side}"])
 

@@ -51,7 +51,7 @@ def journal_forces(
     if motion.gap >= 0.0 or impact_speed == 0.0:
         return 0.0, 0.0, 0.0
     elastic = law[STIFFNESS] * (-motion.gap) ** law[EXPONENT]
-    normal = damped(elastic, -motion.rate, impact_speed, law)
+    normal = damped(elastic, -motion.gap, -motion.rate, impact_speed, law)
     return normal, elastic, friction_force(normal, motion.slip, law)
 
 

@@ -2,8 +2,8 @@
 
 Of a side depths and rates of both corners go in, forces and energies come out.
 
-Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``REMEMBERED_BY_SIDE``
-names those where it is the side that remembers its touch:
+Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` or of :func:`damped`, and
+``REMEMBERED_BY_SIDE`` names those where it is the side that remembers its touch:
 
 - "hertz-corners": each corner follows Eqs. 9-11 independently.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
@@ -15,6 +15,8 @@ names those where it is the side that remembers its touch:
   derivatives. The forces in the corners are statically equivalent to the layer's pressure: the corner that is
   outside bears its part too. Damping and friction are those of the point which divides the side as the
   forces in its corners do.
+- "adams-impact": each corner independently, with a damping that follows from its depth alone: the function
+  IMPACT of ADAMS. Also that of the journal.
 """
 
 from typing import NamedTuple
@@ -23,21 +25,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.columns import (
-    CURRENT,
     DAMPING,
+    DAMPING_DEPTH,
     EXPONENT,
     FRICTION_COEFFICIENT,
     LAW,
     SIDE_STIFFNESS,
-    SPEED_FLOOR,
     STATIC_SPEED,
     STIFFNESS,
     TRANSITION_SPEED,
 )
 from exudyn_model.kernels import kernel
 
-LAWS = ("hertz-corners", "paper-switching", "foundation")
-SWITCHING, FOUNDATION = 1, 2
+LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
+SWITCHING, FOUNDATION, IMPACT = 1, 2, 3
 REMEMBERED_BY_SIDE = ("foundation",)
 
 
@@ -70,14 +71,20 @@ class SideForces(NamedTuple):
 
 
 @kernel
-def damped(elastic: float, depth_rate: float, impact_speed: float, law: NDArray[np.float64]) -> float:
-    """Eq. 11: elastic (1 + C depth_rate / impact_speed) in N, at least 0: a surface cannot pull.
+def damped(
+    elastic: float, depth: float, depth_rate: float, impact_speed: float, law: NDArray[np.float64]
+) -> float:
+    """Return an elastic force with its damping (N), at least 0: a surface cannot pull.
 
-    Without memory the impact speed (m/s) is replaced by sqrt(depth_rate^2 + floor^2).
+    Eq. 11: elastic (1 + C depth_rate / impact_speed), which does not depend on the depth (m) itself. The law
+    "adams-impact" has no impact speed: elastic + c depth_rate, c from 0 to c_max at the depth d_max by a
+    cubic step.
     """
-    if law[CURRENT] > 0.0:
-        impact_speed = np.sqrt(depth_rate * depth_rate + law[SPEED_FLOOR] * law[SPEED_FLOOR])
-    force: float = elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)
+    if law[LAW] == IMPACT:
+        share = min(depth / law[DAMPING_DEPTH], 1.0)
+        force: float = elastic + law[DAMPING] * share * share * (3.0 - 2.0 * share) * depth_rate
+    else:
+        force = elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)
     return max(force, 0.0)
 
 
@@ -146,7 +153,7 @@ def side_forces(
         if lower_speed == 0.0 or not total > 0.0:
             return SideForces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan)
         rate, slip = (f1 * r1 + f2 * r2) / total, (f1 * lower.slip + f2 * upper.slip) / total
-        factor = damped(1.0, rate, lower_speed, law)
+        factor = damped(1.0, max(d1, d2), rate, lower_speed, law)
         friction = friction_force(factor, slip, law)
         return SideForces(
             factor * f1,
@@ -160,8 +167,8 @@ def side_forces(
         )
     f1 = law[STIFFNESS] * d1 ** law[EXPONENT] if d1 > 0.0 and lower_speed > 0.0 else 0.0
     f2 = law[STIFFNESS] * d2 ** law[EXPONENT] if d2 > 0.0 and upper_speed > 0.0 else 0.0
-    n1 = damped(f1, r1, lower_speed, law) if f1 > 0.0 else 0.0
-    n2 = damped(f2, r2, upper_speed, law) if f2 > 0.0 else 0.0
+    n1 = damped(f1, d1, r1, lower_speed, law) if f1 > 0.0 else 0.0
+    n2 = damped(f2, d2, r2, upper_speed, law) if f2 > 0.0 else 0.0
     degree = law[EXPONENT] + 1.0
     if law[LAW] == SWITCHING and lower_speed > 0.0 and upper_speed > 0.0:
         sixth = law[SIDE_STIFFNESS] / 6.0

@@ -1,4 +1,4 @@
-"""Memory of the contacts: what a damping refers to (Eq. 11), and what the table of contacts says.
+"""Memory of the contacts: what the damping of Eq. 11 refers to, and what the table of contacts says.
 
 One row a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal. It
 is updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step does
@@ -16,8 +16,8 @@ from exudyn_model.columns import (
     ACROSS_Y,
     BEARING_RADIUS,
     CLEARANCE,
-    CURRENT,
     DAMPING,
+    DAMPING_DEPTH,
     DIRECTION,
     EXPONENT,
     FRICTION_COEFFICIENT,
@@ -66,9 +66,9 @@ def law_array(
         Of the axis across its guide, rad.
     """
     law = np.zeros(LAW_COLUMNS)
-    law[LAW], law[CURRENT] = LAWS.index(contact.law), contact.impact_speed == "current"
-    law[SHARED] = contact.law in REMEMBERED_BY_SIDE
+    law[LAW], law[SHARED] = LAWS.index(contact.law), contact.law in REMEMBERED_BY_SIDE
     law[STIFFNESS], law[EXPONENT], law[DAMPING] = contact.stiffness, contact.exponent, contact.damping
+    law[DAMPING_DEPTH] = contact.damping_depth
     law[SPEED_FLOOR], law[SIDE_STIFFNESS] = contact.impact_speed_floor, contact.side_stiffness
     law[FRICTION_COEFFICIENT] = contact.friction
     law[STATIC_SPEED], law[TRANSITION_SPEED] = contact.static_speed, contact.transition_speed

@@ -7,9 +7,10 @@ damping of Eq. 11, and what the solver does where the scene does not say.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
-from exudyn_model.laws import LAWS
+from exudyn_model.laws import IMPACT, LAWS
 
 
 @dataclass(frozen=True)
@@ -83,16 +84,26 @@ class Contact:
     clearance: float  # m
     stiffness: float  # K of Eq. 10, N/m^1.5 (used as it is with any exponent)
     exponent: float  # n of Eq. 9
-    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11
-    impact_speed: str  # What the damping refers to: "frozen" at the touch, or "current"
+    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11; of "adams-impact" c_max, N s/m
     impact_speed_floor: float  # Least speed of impact that is used, m/s
     friction: float  # c_f of Eq. 12
     # v0 and v1 of Eq. 13, m/s
     static_speed: float
     transition_speed: float
-    law: str = LAWS[0]  # Of the two corners of a side of the slider, one of ``LAWS``
+    law: str = LAWS[0]  # One of ``LAWS``; a journal has either the first one or "adams-impact"
+    damping_depth: float = 0.0  # d_max of "adams-impact", m
     side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
     journal_radius: float = 0.0  # Of the crank pin's journal, m
+
+
+@dataclass(frozen=True)
+class Load:
+    """Workpiece that pushes the slider's centre up."""
+
+    surface: float  # Height at which the centre meets it, m
+    # Depths below the surface (m) and forces (N): of a table, from (0, 0), or the one of the power law
+    rows: tuple[tuple[float, float], ...]
+    exponent: float  # Of the power law; 0: a table
 
 
 @dataclass(frozen=True)
@@ -118,12 +129,14 @@ class Parameters:
     """Everything the model needs to know of a scene.
 
     ``guide`` and ``journal`` are the contacts of slider and crank pin; None where the joint is ideal.
+    ``load`` is None where there is no workpiece.
     """
 
     mechanism: Mechanism
     initial: Initial
     guide: Contact | None
     journal: Contact | None
+    load: Load | None
     integration: Integration
     cycles: float
 
@@ -179,6 +192,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         Initial(*(float(initial[f"slider_{key}"]) for key in ("offset", "angle", "vx", "omega"))),
         _guide(scene) if has_guide else None,
         _journal(scene) if has_journal else None,
+        _load(scene),
         Integration(
             formulation=solver["formulation"],
             method=solver["method"],
@@ -208,22 +222,25 @@ def _compliance(scene: Mapping[str, Any], part: str) -> float:
 
 
 def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[str, Any]:
-    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares."""
+    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares.
+
+    In the law "adams-impact" the scene's own stiffness and damping take their places.
+    """
     contact, friction = scene["contact"], scene["friction"]
-    return {
+    point = {
         "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
-        "exponent": float(contact["exponent"]),
         "damping": 0.75 * (1 - contact["restitution"] ** 2),
-        "impact_speed": _impact_speed(scene),
+    }
+    if contact["law"] == LAWS[IMPACT]:
+        own = ("stiffness", "damping", "damping_depth")
+        point |= {key: float(contact[key]) for key in own if contact.get(key) is not None}
+    return point | {
+        "exponent": float(contact["exponent"]),
         "impact_speed_floor": float(contact["impact_speed_floor"]),
         "friction": float(friction["coefficient"]),
         "static_speed": float(friction["static_speed"]),
         "transition_speed": float(friction["transition_speed"]),
     }
-
-
-def _impact_speed(scene: Mapping[str, Any]) -> str:
-    return str(scene["contact"].get("impact_speed", "frozen"))
 
 
 def _guide(scene: Mapping[str, Any]) -> Contact:
@@ -244,8 +261,20 @@ def _journal(scene: Mapping[str, Any]) -> Contact:
     return Contact(
         clearance=clearance,
         journal_radius=radius,
+        law=LAWS[IMPACT] if scene["contact"]["law"] == LAWS[IMPACT] else LAWS[0],
         **_point(scene, radius * (radius + clearance) / clearance, 2 * _compliance(scene, "guide")),
     )
+
+
+def _load(scene: Mapping[str, Any]) -> Load | None:
+    load = scene["load"]
+    rows = tuple((float(depth), float(force)) for depth, force in load["table"])
+    if rows:
+        return Load(float(load["surface"]), rows, 0.0)
+    if load["force"] == 0:
+        return None
+    point = float(load["depth"]), float(load["force"])
+    return Load(float(load["surface"]), (point,), float(load["exponent"]))
 
 
 def _require_supported(scene: Mapping[str, Any]) -> None:
@@ -254,7 +283,6 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
         ("contact.law", scene["contact"]["law"], LAWS),
-        ("contact.impact_speed", _impact_speed(scene), ("frozen", "current")),
         *(
             ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
             for group in scene["output"]["groups"]
@@ -271,11 +299,19 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         ("drive.cycles", cycles),
         ("output.samples_per_cycle", samples),
         ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
+        ("contact.damping_depth", scene["contact"]["damping_depth"]),
+        ("load.depth", scene["load"]["depth"]),
+        ("load.exponent", scene["load"]["exponent"]),
     ):
         if not value > 0:
             raise ValueError(f"{key} = {value} must be positive")
     if round(cycles * samples) < 1:
         raise ValueError(f"drive.cycles = {cycles} must last at least one sample: {samples} samples a cycle")
+    rows, force = [list(row) for row in scene["load"]["table"]], scene["load"]["force"]
+    if rows and force:
+        raise ValueError(f"load.table takes the place of load.force = {force}: one of both must be left out")
+    if rows and (rows[0] != [0, 0] or any(after[0] <= before[0] for before, after in pairwise(rows))):
+        raise ValueError(f"load.table = {rows} must begin with [0, 0] and have rising depths")
     slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
     if not fast > slow:
         raise ValueError(

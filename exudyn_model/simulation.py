@@ -18,12 +18,12 @@ from exudyn_model.kernels import seal
 from exudyn_model.parameters import Parameters, read_scene
 from exudyn_model.tables import (
     ACCELERATIONS,
-    ENERGIES,
     JOURNAL,
     REACTIONS,
     STATE,
     by_cycle,
     corner_channels,
+    energies,
     whole,
 )
 from exudyn_model.tree.solver import run_tree
@@ -156,5 +156,5 @@ def _channels(parameters: Parameters) -> tuple[str, ...]:
         if parameters.guide is None:
             channels += ("guide_force", "guide_moment")
     if integration.energy:
-        channels += ENERGIES
+        channels += energies(parameters.load is not None)
     return channels

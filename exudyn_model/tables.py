@@ -17,9 +17,8 @@ Array = NDArray[np.float64]
 STATE = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
 REACTIONS = tuple(f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy")
-ENERGIES = tuple(
-    f"energy_{name}" for name in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
-)
+LOAD = "energy_load"
+_ENERGIES = ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
 JOURNAL = ("journal_x", "journal_y")
 PIN = "pin"
 
@@ -41,6 +40,12 @@ _NOTES = 200_000
 def corner_channels(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the channels of contacts."""
     return tuple(f"corner_{name}_{part}" for name in names for part in ("gap", "normal", "friction"))
+
+
+def energies(load: bool) -> tuple[str, ...]:
+    """Return the channels of the audit of the energy, with that of a load where there is one."""
+    names = tuple(f"energy_{name}" for name in _ENERGIES)
+    return (*names[:4], LOAD, *names[4:]) if load else names
 
 
 class Extrema:

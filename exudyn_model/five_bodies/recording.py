@@ -32,15 +32,16 @@ from exudyn_model.tables import (
     ACCELERATION,
     ACCELERATIONS,
     CONTACT,
-    ENERGIES,
     JOURNAL,
     MOTION,
     PER_CONTACT,
     STATE,
     TO_RATE,
     corner_channels,
+    energies,
     turning_points,
 )
+from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class BodiesRecorder(Recorder):
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
         channels = (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
-            *(ENERGIES if settings.energy else ()),
+            *(energies(system.load is not None) if settings.energy else ()),
         )  # fmt: skip
         shared = any(bool(part.law[SHARED]) for part in model.parts)
         super().__init__(channels, names, shared, settings.samples, settings.period, settings.duration)
@@ -174,6 +175,12 @@ class BodiesRecorder(Recorder):
             for number, body in enumerate(part.bodies):
                 own = slice(PER_BODY * body, PER_BODY * (body + 1))
                 force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
+        pressed: list[Array] = []
+        if self._model.workpiece is not None:
+            y = PER_BODY * system.observed + Y
+            push, energy = workpiece_forces(q[y] + system.reference[y], self._model.workpiece)
+            force[y] += push
+            pressed.append(energy)
         joints = constraints(system, times, q, v)
         self._take_drift(times, required, joints)
         acceleration, _ = accelerations(system, joints, force)
@@ -188,7 +195,7 @@ class BodiesRecorder(Recorder):
         of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
         rest += [-multipliers, *(load[PER_BODY : PER_BODY + ANGLE] for load in of_journals)]
         if self._settings.energy:
-            rest.append(self._energies(times, q, v, multipliers, memory))
+            rest.append(self._energies(times, q, v, multipliers, memory, pressed))
         values[end:] = np.concatenate(rest)
         return values
 
@@ -200,12 +207,15 @@ class BodiesRecorder(Recorder):
                 if not amounts[most] <= self.drift[name][0]:
                     self.drift[name] = float(amounts[most]), float(times[most])
 
-    def _energies(self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array) -> Array:
+    def _energies(
+        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array, pressed: list[Array]
+    ) -> Array:
         """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
 
-        Return the energies (J), shape (7, n), in the order of ``tables.ENERGIES``: drive, gravity, damping
-        and friction count from t = 0, kinetic and contact energy are those stored now. The residual is the
-        work of motor and gravity less the increase of what is stored, less what is dissipated.
+        Return the energies (J), shape (7 or 8, n), in the order of ``tables.energies``: drive, gravity,
+        damping and friction count from t = 0, kinetic and contact energy are those stored now, and so is that
+        of a workpiece, which ``pressed`` holds where there is one. The residual is the work of motor and
+        gravity less the increase of what is stored, less what is dissipated.
         """
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
@@ -219,12 +229,13 @@ class BodiesRecorder(Recorder):
         kinetic = 0.5 * system.masses @ (v * v)
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
-        stored = memory[:, STORED].sum(axis=0)
+        parts = [memory[:, STORED].sum(axis=0), *pressed]
+        stored = sum(parts)
         if times[0] == 0.0:
             self._initial = float(height[0]), float(kinetic[0] + stored[0])
         gravity = self._initial[0] - height
         residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
-        return np.array([works[0], gravity, kinetic, stored, works[1], works[2], residual])
+        return np.array([works[0], gravity, kinetic, *parts, works[1], works[2], residual])
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""

@@ -62,7 +62,7 @@ def choose_settings(parameters: Parameters) -> Settings:
     # kinks (two corners at once, the pin's friction): a Jacobian from one side of a kink misleads on the
     # other, where an old one from free flight converges, slowly, as the masses over the square of the step
     # outweigh the contact. Then Exudyn's own default
-    smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners")
+    smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners", "adams-impact")
     return Settings(
         method=integration.method,
         sample_interval=interval,

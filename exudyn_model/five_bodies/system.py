@@ -22,12 +22,14 @@ from exudyn.itemInterface import (
 from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNER_COUNT, CORNERS
-from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY, X
-from exudyn_model.five_bodies.parts import JournalPart, Part, SliderPart
+from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY, X, Y
+from exudyn_model.five_bodies.parts import ForceUserFunction, JournalPart, Part, SliderPart
+from exudyn_model.kernels import machine_code
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
 from exudyn_model.memory import law_array, new_contacts
-from exudyn_model.parameters import Contact, Parameters
+from exudyn_model.parameters import Contact, Load, Parameters
 from exudyn_model.tables import PIN
+from exudyn_model.workpiece import workpiece_array, workpiece_force
 
 Array = NDArray[np.float64]
 
@@ -94,7 +96,10 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class System:
-    """A linkage; ``observed`` is the body whose motion is recorded, ``gravity`` (m/s^2) acts along -y."""
+    """A linkage; ``gravity`` (m/s^2) acts along -y.
+
+    ``observed`` is the body whose motion is recorded, and which a workpiece pushes where there is one.
+    """
 
     bodies: list[Body]
     pins: list[Pin]
@@ -103,6 +108,7 @@ class System:
     drive: Drive
     observed: int
     gravity: float = 0.0
+    load: Load | None = None
 
     @property
     def sliders(self) -> list[SliderContact]:
@@ -188,7 +194,7 @@ def press(parameters: Parameters, state: InitialState) -> System:
         for (mass, inertia), q, v in zip(inertias, *state, strict=True)
     ]
     drive = Drive(CRANK, mechanism.omega)
-    return System(bodies, pins, guides, contacts, drive, SLIDER, mechanism.gravity)
+    return System(bodies, pins, guides, contacts, drive, SLIDER, mechanism.gravity, parameters.load)
 
 
 @dataclass(frozen=True)
@@ -201,6 +207,7 @@ class Model:
     parts: list[Part]  # Its contacts
     contacts: Array  # Their memory: see ``memory``
     step: Array  # Of the step in progress: see ``contact_forces``
+    workpiece: Array | None
 
 
 def build(system: System, step: float) -> Model:
@@ -254,8 +261,28 @@ def build(system: System, step: float) -> Model:
                 forceUserFunction=part.force,
             )
         )
+    workpiece = None
+    if system.load is not None:
+        workpiece, below = workpiece_array(system.load), system.reference[PER_BODY * system.observed + Y]
+        mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[nodes[system.observed]],
+                massMatrix=np.zeros((PER_BODY, PER_BODY)),
+                forceUserFunction=_pushed(workpiece, float(below)),
+            )
+        )
     mbs.Assemble()
-    return Model(mbs, container, system, parts, contacts, current)
+    return Model(mbs, container, system, parts, contacts, current, workpiece)
+
+
+def _pushed(workpiece: Array, below: float) -> ForceUserFunction:
+    """Make the ``forceUserFunction`` of a workpiece on a body whose y counts from ``below`` (m)."""
+    force = machine_code(workpiece_force, 0.0, workpiece)
+
+    def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
+        return 0.0, force(below + q[Y], workpiece)[0], 0.0
+
+    return user_function
 
 
 def _parts(system: System, contacts: Array, step: Array) -> list[Part]:

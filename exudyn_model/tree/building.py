@@ -1,4 +1,4 @@
-"""The trees of the press in Exudyn: what the drive leaves free, with the contacts' moments as user function.
+"""The trees of the press in Exudyn: what the drive leaves free, with the loads' moments as user function.
 
 No joint is left as a constraint, which Exudyn's explicit integrators would ignore.
 
@@ -53,6 +53,7 @@ from exudyn_model.linkage import (
 from exudyn_model.memory import law_array, new_contacts
 from exudyn_model.parameters import Mechanism, Parameters
 from exudyn_model.tree.motion import ROWS, State, chain_accelerations, contact_loads, rod4_moment
+from exudyn_model.workpiece import workpiece_array
 
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
@@ -71,6 +72,7 @@ class Tree:
     # Laws
     guide: Array | None
     journal: Array | None
+    workpiece: Array | None
     contacts: Array  # Memory: of the corners, then of the journal, whether there or not
 
 
@@ -96,15 +98,16 @@ def slider_tree_moments(
     w5: float,
     linkage: Array,
     guide: Array,
+    workpiece: Array | None,
     contacts: Array,
 ) -> tuple[float, float]:
-    """Return the moments (N m) of inertia and contact on rod 4's coordinate and on the slider's.
+    """Return the moments (N m) of inertia, contact and load on rod 4's coordinate and on the slider's.
 
     Arguments: time (s), both coordinates (rad), their rates (rad/s).
     """
     tip, angle, rate, acceleration = driven_rod4(time, linkage)
     state = State(0.0, 0.0, angle + ahead, theta5, 0.0, 0.0, rate + ahead_rate, w5)
-    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, None)
+    loads = contact_loads(time, state, tip, linkage, guide, None, workpiece, contacts, None)
     inertial = linkage[CARRIED_INERTIA] * acceleration
     return rod4_moment(state.theta4, tip, loads, linkage) - inertial, loads.moment
 
@@ -117,9 +120,10 @@ def rocker_tree_moments(
     linkage: Array,
     guide: Array | None,
     journal: Array,
+    workpiece: Array | None,
     contacts: Array,
 ) -> tuple[float, float, float, float]:
-    """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs from H.
+    """Return the moments (N m) of contact, load and guide on the coordinates of the tree that hangs from H.
 
     Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not
     got, is 0.
@@ -127,7 +131,7 @@ def rocker_tree_moments(
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
     tip = carried_tip(theta3, w3, 0.0, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, None)
+    loads = contact_loads(time, state, tip, linkage, guide, journal, workpiece, contacts, None)
     fx = loads.fx
     if guide is None:
         fx = chain_accelerations(state, loads, linkage, guide)[3]
@@ -151,15 +155,16 @@ def build_tree(parameters: Parameters, state: InitialState) -> Tree:
         guide = law_array(parameters.guide, slider.mass, slider.width / 2, slider.length / 2)
     if parameters.journal is not None:
         journal = law_array(parameters.journal, mechanism.rod2.mass)
+    workpiece = None if parameters.load is None else workpiece_array(parameters.load)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    force = _user_function(linkage, guide, journal, contacts)
+    force = _user_function(linkage, guide, journal, workpiece, contacts)
     if journal is None:
         _add_rotors(mbs, linkage, state, force)
     else:
         _add_chain(mbs, mechanism, _links(mechanism, guide is None), state, force)
     mbs.Assemble()
-    return Tree(mbs, container, linkage, guide, journal, contacts)
+    return Tree(mbs, container, linkage, guide, journal, workpiece, contacts)
 
 
 def _add_rotors(mbs: Any, linkage: Array, state: InitialState, force: ForceUserFunction) -> None:
@@ -240,23 +245,24 @@ def _from_parents(values: Array, links: list[Link]) -> list[float]:
 
 
 def _user_function(
-    linkage: Array, guide: Array | None, journal: Array | None, contacts: Array
+    linkage: Array, guide: Array | None, journal: Array | None, workpiece: Array | None, contacts: Array
 ) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
     if journal is None:
-        moments = machine_code(slider_tree_moments, *(0.0,) * 5, linkage, guide, contacts)
+        known = linkage, guide, workpiece, contacts
+        moments = machine_code(slider_tree_moments, *(0.0,) * 5, *known)
 
         def on_rotors(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
             (ahead, theta5), (ahead_rate, w5) = q, v
-            return moments(t, ahead, theta5, ahead_rate, w5, linkage, guide, contacts)
+            return moments(t, ahead, theta5, ahead_rate, w5, *known)
 
         return on_rotors
-    known = linkage, guide, journal, contacts
-    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
+    of_chain = linkage, guide, journal, workpiece, contacts
+    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *of_chain)
 
     def on_chain(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         if guide is None:
-            return chain_moments(t, (*q, 0.0), (*v, 0.0), *known)[:3]
-        return chain_moments(t, tuple(q), tuple(v), *known)
+            return chain_moments(t, (*q, 0.0), (*v, 0.0), *of_chain)[:3]
+        return chain_moments(t, tuple(q), tuple(v), *of_chain)
 
     return on_chain

@@ -1,5 +1,7 @@
 """Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
 
+Likewise where the force of a workpiece has a kink, which may be too short-lived for the error control to see.
+
 Over a step the distance of a contact (``motion``) is the quintic Hermite polynomial through both
 ends. A polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is
 negative, neither is the polynomial, however often it turns. Most steps are settled by that; else the step is
@@ -18,7 +20,8 @@ from exudyn_model.columns import CLOSED, END, IMPACT_SPEED, NAME, RATE, SHARED, 
 from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.kernels import kernel
 from exudyn_model.memory import ROUNDED
-from exudyn_model.tree.motion import ACCELERATION, DISTANCE, PIN_ROW, ROWS, SPEED
+from exudyn_model.tree.motion import ACCELERATION, DISTANCE, HEIGHT_ROW, PIN_ROW, ROWS, SPEED
+from exudyn_model.workpiece import DEPTH, EXPONENT, SURFACE
 
 Array = NDArray[np.float64]
 
@@ -28,6 +31,8 @@ NEVER = 2.0
 # a step of free flight takes some 100
 _SEARCH_LIMIT = 1000
 _DEGREE = 5
+# Beyond a kink of a workpiece's force, m, where a step ends: no slope makes a force of it that counts
+_BEYOND = 1e-9
 
 
 @kernel
@@ -152,11 +157,14 @@ def accepted_fraction(
     after: Array,
     guide: Array | None,
     journal: Array | None,
+    workpiece: Array | None,
     contacts: Array,
     least: float,
     work: Array,
 ) -> float:
     """Return the fraction of a step up to the first contact that begins or ends; 1: it can be accepted.
+
+    Or up to the first kink of a workpiece's force.
 
     Where a side remembers also up to where a corner goes into its wall, or out of it, while the other one of
     its side is inside.
@@ -192,6 +200,34 @@ def accepted_fraction(
                     elif guide is not None:
                         close(row, contacts, start, guide)
         first = min(first, fraction)
+    if workpiece is not None:
+        first = min(first, kink_fraction(before[HEIGHT_ROW], after[HEIGHT_ROW], step, workpiece, work))
+    return first
+
+
+@kernel
+def kink_fraction(before: Array, after: Array, step: float, workpiece: Array, work: Array) -> float:
+    """Return the fraction of a step up to where it has passed a kink of a workpiece's force; 1: none.
+
+    Passed by twice ``_BEYOND``, located at ``_BEYOND``: the step that ends there has not passed it, and the
+    next one starts on its other side. ``before`` and ``after`` are the height at both ends.
+    """
+    first = 1.0
+    for row in range(1, len(workpiece)):
+        # A power law has its only kink at the surface
+        depth = 0.0 if workpiece[0, EXPONENT] > 0.0 else workpiece[row, DEPTH]
+        height = workpiece[0, SURFACE] - depth
+        sign = 1.0 if before[DISTANCE] >= height else -1.0
+        if bernstein(before, after, sign, step, work[0]) - sign * height >= -_BEYOND:
+            continue
+        for k in range(_DEGREE + 1):
+            work[0, k] += 2.0 * _BEYOND - sign * height
+        if first_change(work[0], work[1]) == NEVER:
+            continue
+        for k in range(_DEGREE + 1):
+            work[0, k] -= _BEYOND
+        fraction = first_change(work[0], work[1])
+        first = min(first, 0.5 if np.isnan(fraction) else fraction)
     return first
 
 

@@ -7,10 +7,12 @@ Arguments of the kernels have the same names throughout, times and steps are in 
 
 - ``linkage``, ``guide``, ``journal``: constants of linkage and contacts. A joint that is ideal has ``None``
   for its law: numba compiles what is needed for the other one alone.
+- ``workpiece``: that of a load (``workpiece.workpiece_array``), or ``None``.
 - ``contacts``, shape (5, columns): memory of the corners, then of the journal, whether there or not.
 - ``values``, shape (``WIDTH``,): of a state, filled; see below.
-- ``distances``, shape (5, 3): from touching, filled. Of each corner its gap (m), of the journal
-  (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0; with first and second derivative.
+- ``distances``, shape (6, 3): from touching, filled. Of each corner its gap (m), of the journal
+  (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0; last the slider's y (m); with first and
+  second derivative.
 
 Steps end where a contact begins or ends: inside of one, what is in contact keeps its frozen impact speed, and
 what was open stays without force, even where a trial state lies behind the wall. The motion of a trial step
@@ -54,6 +56,7 @@ from exudyn_model.linkage import (
     driven_tip,
 )
 from exudyn_model.tables import CONTACT, PER_CONTACT
+from exudyn_model.workpiece import workpiece_force
 
 Array = NDArray[np.float64]
 
@@ -64,6 +67,8 @@ ROD2, ROCKER, ROD4, SLIDER = range(4)
 # Rows of the contacts' memory, whether there or not
 PIN_ROW = CORNER_COUNT
 ROWS = CORNER_COUNT + 1
+# After the contacts' distances the slider's height, by which a workpiece pushes
+HEIGHT_ROW = ROWS
 # Values of a state: those of `tables`, then angles and rates of rod 2 and rocker
 JOURNAL_E = CONTACT + PER_CONTACT * ROWS
 ANGLES = JOURNAL_E + 2
@@ -86,7 +91,7 @@ class State(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Forces (N) and moments about the centres (N m) of the contacts on the slider and on rod 2.
+    """Forces (N) and moments about the centres (N m) of contacts and load on the slider and on rod 2.
 
     ``along_x``, ``along_y`` (m): from joint C to the slider.
     """
@@ -136,10 +141,11 @@ def contact_loads(
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
+    workpiece: Array | None,
     contacts: Array,
     values: Array | None,
 ) -> Loads:
-    """Return the loads of the contacts in progress: those with a frozen impact speed.
+    """Return the loads of a workpiece and of the contacts in progress: those with a frozen impact speed.
 
     Of joint C, ``tip``, the acceleration is not read. If there are ``values``, the slider's motion, the
     contacts and e are filled in.
@@ -168,6 +174,8 @@ def contact_loads(
             if values is not None:
                 note_contact(side, lower.gap, forces.lower, forces.lower_friction, values)
                 note_contact(side + UPPER, upper.gap, forces.upper, forces.upper_friction, values)
+    if workpiece is not None:
+        fy += workpiece_force(tip.y + along_y, workpiece)[0]
     if journal is not None:
         w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
         ax, ay, bx, by, rod_x, rod_y = journal_arms(time, state, linkage)
@@ -277,6 +285,7 @@ def complete(
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
+    workpiece: Array | None,
     contacts: Array,
     values: Array,
     distances: Array,
@@ -287,11 +296,11 @@ def complete(
     alpha2, alpha3, alpha4, alpha5 = 0.0, 0.0, 0.0, 0.0
     if journal is None:
         tip = driven_tip(time, linkage)
-        loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
+        loads = contact_loads(time, state, tip, linkage, guide, journal, workpiece, contacts, values)
         alpha4 = rod4_moment(state.theta4, tip, loads, linkage) / linkage[CARRIED_INERTIA]
     else:
         tip = carried_tip(state.theta3, state.w3, 0.0, linkage)
-        loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
+        loads = contact_loads(time, state, tip, linkage, guide, journal, workpiece, contacts, values)
         alpha2, alpha3, alpha4, _ = chain_accelerations(state, loads, linkage, guide)
     # Of C, what its rocker's angular acceleration adds; 0 behind an ideal pin
     arm_x, arm_y = tip.x - linkage[PIVOT_X], tip.y - linkage[PIVOT_Y]
@@ -312,6 +321,8 @@ def complete(
     if journal is not None:
         _journal_distance(time, state, alpha2, alpha3, linkage, journal, values, distances)
     values[6], values[7], values[8] = ax, ay, alpha5
+    height = distances[HEIGHT_ROW]
+    height[DISTANCE], height[SPEED], height[ACCELERATION] = values[1], values[4], ay
     # What the watch of a journal reads
     values[ANGLES], values[ANGLES + 1] = state.theta2, state.theta3
     values[ANGLES + 2], values[ANGLES + 3] = state.w2, state.w3

@@ -35,7 +35,7 @@ from exudyn_model.tables import (
     corner_channels,
 )
 from exudyn_model.tree.building import Tree
-from exudyn_model.tree.motion import ANGLES, END_COLUMNS, JOURNAL_E, PIN_ROW, ROWS, WIDTH
+from exudyn_model.tree.motion import ANGLES, END_COLUMNS, HEIGHT_ROW, JOURNAL_E, PIN_ROW, ROWS, WIDTH
 from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
 
 Array = NDArray[np.float64]
@@ -87,13 +87,13 @@ class TreeRecorder(Recorder):
         self.steps = 0
         self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
         self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
-        self._distances = np.zeros((2, ROWS, 3))
-        laws = tree.linkage, tree.guide, tree.journal
+        self._distances = np.zeros((2, HEIGHT_ROW + 1, 3))
+        laws = tree.linkage, tree.guide, tree.journal, tree.workpiece
         room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
         self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
         vector = np.zeros(2)
         self._judge = machine_code(judge, 0.0, vector, vector, False, *self._fixed, 0)
-        self._room = np.zeros(END_COLUMNS), np.zeros((ROWS, 3)), tree.contacts.copy()
+        self._room = np.zeros(END_COLUMNS), np.zeros((HEIGHT_ROW + 1, 3)), tree.contacts.copy()
         points = self._log, np.zeros(1, dtype=np.int64), vector
         self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
 
@@ -104,7 +104,7 @@ class TreeRecorder(Recorder):
             self._start_contacts()
 
     def _start_contacts(self) -> None:
-        tree, gaps, rates = self._tree, self._distances[0, :, 0], self._distances[0, :, 1]
+        tree, gaps, rates = self._tree, self._distances[0, :ROWS, 0], self._distances[0, :ROWS, 1]
         contacts = tree.contacts
         if contacts[:, CLOSED].any():
             return
@@ -194,7 +194,7 @@ class TreeRecorder(Recorder):
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
         """Return all values of states at fractions of the steps of these numbers, shape (``WIDTH``, n)."""
         tree, values = self._tree, np.zeros((len(number), WIDTH))
-        laws = tree.linkage, tree.guide, tree.journal
+        laws = tree.linkage, tree.guide, tree.journal, tree.workpiece
         self._observe(self._log, number, fraction, *laws, *self._room, values)
         return values.T.copy()
 

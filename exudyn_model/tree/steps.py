@@ -42,6 +42,7 @@ def judge(
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
+    workpiece: Array | None,
     contacts: Array,
     least: float,
     values: Array,
@@ -50,6 +51,8 @@ def judge(
     count: int,
 ) -> float:
     """Accept the step to a state, or return the fraction of it after which a contact begins or ends.
+
+    Also that up to a kink of a workpiece's force.
 
     Not a number if the coordinates are not finite. Of an accepted step, returned as 1, row ``count`` of
     ``steps`` is filled, the memory of the contacts and the first of the ``ends`` are moved on.
@@ -62,7 +65,7 @@ def judge(
         Coordinates of the tree and their rates: see ``building``.
     is_start : bool
         Whether this is the initial state, to which no step leads.
-    ends, distances : ndarray, shape (2, 13) and (2, 5, 3)
+    ends, distances : ndarray, shape (2, 13) and (2, 6, 3)
         Of the step at both ends: see ``motion``.
     least : float
         Shortest step that ends where a contact begins or ends, s.
@@ -86,12 +89,12 @@ def judge(
             end[THETA + body], end[RATE + body] = q[0] + q[number], v[0] + v[number]
         if guide is not None:
             end[THETA + SLIDER], end[RATE + SLIDER] = end[THETA + ROD4] + q[3], end[RATE + ROD4] + v[3]
-    complete(end, linkage, guide, journal, contacts, values, distances[1])
+    complete(end, linkage, guide, journal, workpiece, contacts, values, distances[1])
     switched = False
     if not is_start:
         step = time - start[TIME]
         fraction = accepted_fraction(
-            start[TIME], step, distances[0], distances[1], guide, journal, contacts, least, work
+            start[TIME], step, distances[0], distances[1], guide, journal, workpiece, contacts, least, work
         )
         if fraction < 1.0:
             return fraction
@@ -114,10 +117,10 @@ def judge(
             over = contact[IMPACT_SPEED] == 0.0 or contact[START] != kept[ENDS + ROWS + row]
             kept[ENDS + 3 * ROWS + row] = contact[END] if over else np.inf
     if switched:  # what the contacts that go on make of the state: its right limit
-        complete(end, linkage, guide, journal, contacts, values, distances[1])
+        complete(end, linkage, guide, journal, workpiece, contacts, values, distances[1])
     for k in range(END_COLUMNS):
         start[k] = end[k]
-    for row in range(ROWS):
+    for row in range(len(distances[0])):
         for k in range(3):
             distances[0, row, k] = distances[1, row, k]
     return 1.0
@@ -131,6 +134,7 @@ def observe(
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
+    workpiece: Array | None,
     here: Array,
     distances: Array,
     contacts: Array,
@@ -146,4 +150,4 @@ def observe(
         for row in range(ROWS):
             contacts[row, IMPACT_SPEED] = step[ENDS + row]
         interpolate(step[:END_COLUMNS], step[END_COLUMNS:ENDS], fraction[k], here)
-        complete(here, linkage, guide, journal, contacts, values[k], distances)
+        complete(here, linkage, guide, journal, workpiece, contacts, values[k], distances)

@@ -92,7 +92,7 @@ def by_reference(law, times, tolerance, baumgarte=(0.0, 0.0)):
 def by_exudyn(law, times, step):
     """The same by Exudyn's five-body builder, and how many contacts there were."""
     contact = Contact(
-        CLEARANCE, law.K, law.n, law.C, "frozen", law.speed_floor, law.c_f, law.v0, law.v1
+        CLEARANCE, law.K, law.n, law.C, law.speed_floor, law.c_f, law.v0, law.v1
     )  # fmt: skip
     system = System(
         [Body(*body, place, rate) for body, place, rate in zip(BODIES, *start(), strict=True)],

@@ -30,7 +30,7 @@ FRICTIONLESS = {"friction": 0.0}
 def guide(law, direction=0.0, **changes):
     """Constants of the paper's guide."""
     values = {
-        "clearance": CLEARANCE, "stiffness": K, "exponent": 1.5, "damping": C, "impact_speed": "frozen",
+        "clearance": CLEARANCE, "stiffness": K, "exponent": 1.5, "damping": C, "damping_depth": 1e-5,
         "impact_speed_floor": 1e-4, "friction": 0.15, "static_speed": 1e-4, "transition_speed": 1e-3,
         "side_stiffness": KS,
     }  # fmt: skip
@@ -69,7 +69,7 @@ def forces(depths, law, **motion):
 def test_elastic_forces_are_the_derivatives_of_the_page_s_potential(law, depths):
     def stored(first, second):
         deeper, other = max(first, second), min(first, second)
-        if law == "hertz-corners" or (law == "paper-switching" and other <= 0.0):
+        if law in ("hertz-corners", "adams-impact") or (law == "paper-switching" and other <= 0.0):
             return K / 2.5 * (max(first, 0.0) ** 2.5 + max(second, 0.0) ** 2.5)
         if other > 0.0:
             return KS / 6 * (first**2 + first * second + second**2)
@@ -105,12 +105,24 @@ def test_damping_follows_the_frozen_speed_and_never_pulls(law):
         factor = max(0.0, 1 + C * rate / speed)
         np.testing.assert_allclose(computed, np.multiply(still, factor), rtol=1e-9, atol=1e-9)
     assert forces(depths, guide(law), rates=(-0.4, -0.4)) == (0.0, 0.0)
-    # Without memory the damping refers to the present speed and never takes the whole force
-    current = guide(law, impact_speed="current", **FRICTIONLESS)
-    for rate in (3e-4, -3e-4, -1.0):
-        computed = forces(depths, current, rates=(rate, rate))
-        factor = 1 + C * rate / math.hypot(rate, 1e-4)
-        np.testing.assert_allclose(computed, np.multiply(still, factor), rtol=1e-9)
+
+
+@given(
+    depths=st.tuples(st.floats(1e-8, 3e-5), st.floats(1e-8, 3e-5)),
+    rates=st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)),
+    speed=st.floats(1e-4, 1.0),
+)
+def test_the_damping_of_impact_follows_each_corner_s_depth_and_no_speed_of_a_touch(depths, rates, speed):
+    c_max, d_max = 260.0, 1e-5
+    law = guide("adams-impact", **FRICTIONLESS, damping=c_max, damping_depth=d_max)
+    exact = []
+    for depth, rate in zip(depths, rates, strict=True):
+        # The cubic by its conditions: 0 and c_max at the ends, both without slope
+        share = np.clip(np.polynomial.Polynomial([0, 0, 3, -2])(min(depth / d_max, 1.0)), 0.0, 1.0)
+        exact.append(max(K * depth**1.5 + c_max * share * rate, 0.0))
+    computed = forces(depths, law, rates=rates, speed=speed)
+    # Depths are differences of 2e-4 m: 1e-19 m; rates of a tilted slider are sums of some m/s
+    np.testing.assert_allclose(computed, exact, rtol=1e-8, atol=1e-8 * max(exact) + 1e-9)
 
 
 @given(

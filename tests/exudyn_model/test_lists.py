@@ -12,7 +12,7 @@ from exudyn_model.five_bodies.system import Body, Drive, Guide, Pin, SliderConta
 from exudyn_model.parameters import Contact
 
 CRANK, ROD, OMEGA, START = 0.1, 0.4, 2 * math.pi, 0.3
-STEEL = Contact(2e-4, 4.8e9, 1.5, 0.1425, "frozen", 1e-4, 0.15, 1e-4, 1e-3)
+STEEL = Contact(2e-4, 4.8e9, 1.5, 0.1425, 1e-4, 0.15, 1e-4, 1e-3)
 
 
 def along_guide(angle):

@@ -32,16 +32,26 @@ def test_contact_constants_by_hand(make_scene):
     assert apart.journal == journal
 
 
+def test_constants_of_impact_are_the_scene_s_own_at_every_contact(make_scene):
+    impact = {"contact.law": "adams-impact", "contact.damping": 90.0, "contact.damping_depth": 3e-6}
+    hertz, own = (read_scene(make_scene(PIN, changes)) for changes in ({}, impact))
+    for contact, usual in zip(own.contacts, hertz.contacts, strict=True):
+        assert (contact.law, contact.damping, contact.damping_depth) == ("adams-impact", 90.0, 3e-6)
+        assert contact.stiffness == usual.stiffness
+    stiff = read_scene(make_scene(PIN, impact, {"contact.stiffness": 1e9}))
+    assert [contact.stiffness for contact in stiff.contacts] == [1e9, 1e9]
+    # Keys of this law alone
+    assert read_scene(make_scene(PIN, {"contact.stiffness": 1e9})).contacts == hertz.contacts
+
+
 FORMULATION, METHOD, GROUPS = "solver.exudyn.formulation", "solver.exudyn.method", "output.groups"
 TREE = {FORMULATION: "tree", METHOD: "dopri5"}
 JOINTS_BY = "use 'trapezoidal-index2' (formulation 'full')"
 REFUSED = [
     ({"contact.law": "strip"}, "contact.law = 'strip' is not simulated by the Exudyn model yet; "
-     "use 'hertz-corners' or 'paper-switching' or 'foundation'"),
+     "use 'hertz-corners' or 'paper-switching' or 'foundation' or 'adams-impact'"),
     ({GROUPS: ["corners", "strain"]}, "output.groups = 'strain' is not simulated by the Exudyn model yet; "
      "use 'accelerations' or 'corners' or 'joints' or 'energy'"),
-    ({"contact.impact_speed": "mean"},
-     "contact.impact_speed = 'mean' is not simulated by the Exudyn model yet; use 'frozen' or 'current'"),
     ({METHOD: "dopri5"}, "solver.exudyn.method = 'dopri5' does not integrate "
      "solver.exudyn.formulation = 'full'; use 'generalized-alpha'"),
     ({FORMULATION: "tree"}, "solver.exudyn.method = 'generalized-alpha' does not integrate "
@@ -59,6 +69,14 @@ REFUSED = [
     ({"drive.cycles": 4e-4}, "drive.cycles = 0.0004 must last at least one sample: 1000 samples a cycle"),
     ({"solver.exudyn.step": -1e-6}, "solver.exudyn.step = -1e-06 must be positive"),
     ({"contact.impact_speed_floor": 0.0}, "contact.impact_speed_floor = 0.0 must be positive"),
+    ({"contact.damping_depth": 0.0}, "contact.damping_depth = 0.0 must be positive"),
+    ({"load.depth": 0.0}, "load.depth = 0.0 must be positive"),
+    ({"load.exponent": 0.0}, "load.exponent = 0.0 must be positive"),
+    ({"load.force": 5.0, "load.table": [[0.0, 0.0], [1e-3, 9.0]]},
+     "load.table takes the place of load.force = 5.0: one of both must be left out"),
+    ({"load.table": [[0.0, 0.0], [1e-3, 9.0], [1e-3, 8.0]]},
+     "load.table = [[0.0, 0.0], [0.001, 9.0], [0.001, 8.0]] must begin with [0, 0] and have rising depths"),
+    ({"load.table": [[0.0, 1.0]]}, "load.table = [[0.0, 1.0]] must begin with [0, 0] and have rising depths"),
     ({"friction.transition_speed": 1e-4},
      "friction.transition_speed = 0.0001 must be greater than friction.static_speed = 0.0001"),
 ]  # fmt: skip
