@@ -8,6 +8,7 @@
 | Eqs. 7-11 | contact laws, each of a side | `laws` |
 | Eqs. 12-13 | modified Coulomb friction | `friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
+| - | load of a workpiece, steps that end at its kinks | `workpiece`, `kinks` |
 | Eqs. 14-21 | coordinates and multipliers of any planar linkage, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
 | - | one interface to these three | `equations` |

@@ -115,6 +115,47 @@ def test_slider_bounces_off_its_wall_like_a_point_mass(scene, c_e) -> None:
     assert events["peak_force"][0] == pytest.approx(peak, rel=1e-3)
 
 
+def impact_hit(n, k, c_max, mass, speed):
+    """Return rebound speed, duration, largest depth of a point mass's hit by adams-impact, written anew."""
+
+    def force(d, v):
+        s = min(max(d / 1e-5, 0.0), 1.0)
+        return max(0.0, k * max(d, 0.0) ** n + c_max * (3.0 * s**2 - 2.0 * s**3) * v)
+
+    def out(_, state):
+        return state[0]
+
+    out.terminal, out.direction = True, -1
+    solution = solve_ivp(
+        lambda _, state: [state[1], -force(*state) / mass], (0.0, 1.0), [0.0, speed], method="Radau",
+        rtol=1e-11, atol=[1e-18, 1e-14], events=out, first_step=1e-9, max_step=1e-6, dense_output=True,
+    )  # fmt: skip
+    turn = brentq(lambda t: solution.sol(t)[1], 0.0, solution.t[-1])
+    return -solution.y[1, -1], solution.t[-1], solution.sol(turn)[0]
+
+
+@pytest.mark.parametrize(("n", "c_max"), [(1.5, 260.0), (1.5, 5e3), (2.2, 2600.0), (1.0, 2600.0)])
+def test_a_bounce_by_adams_impact_is_that_of_a_point_mass(scene, n, c_max) -> None:
+    """As above; the inclination makes 2e-9, the point mass's integrator at a clipping 1e-7."""
+    k = 4.6e9 * 5e-6 ** (1.5 - n)
+    law = {"contact.law": "adams-impact", "contact.exponent": n, "contact.damping": c_max}
+    result = on_the_wall(scene, law | {"contact.stiffness": k})
+    p, events = read_parameters(scene()), result.events
+    mass = p.mechanism.I4 / p.mechanism.L4**2 / 2.0
+    rebound, duration, depth = impact_hit(n, k, c_max, mass, SPEED)
+    after = result.columns["slider_vx"][(result.columns["time"] > events["end"][:2].max())][0]
+    assert after == pytest.approx(rebound, rel=1e-6)
+    assert events["end"][0] - events["start"][0] == pytest.approx(duration, rel=1e-6)
+    assert events["largest_depth"][0] == pytest.approx(depth, rel=1e-6)
+    assert events["impulse"][0] == pytest.approx(mass * (SPEED + rebound), rel=1e-6)
+
+
+def test_the_default_damping_of_adams_impact_is_the_one_that_the_page_says() -> None:
+    """K of Eq. 10; the damping is rounded to 10 N s/m, a 26th of the loss of 0.087."""
+    k = 4.0 * math.sqrt(1e-3) / (3.0 * 2.0 * (1.0 - 0.28**2) / 210e9)
+    assert impact_hit(1.5, k, 260.0, 0.0195, 0.07)[0] / 0.07 == pytest.approx(0.913, abs=0.087 / 26)
+
+
 def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene) -> None:
     """A frictionless hit by one corner: 1/m = sin^2(theta4) L4^2/I + r_y^2/J5, 0.0195 kg at the start."""
     p, tilt = read_parameters(scene()), 1e-3

@@ -11,7 +11,6 @@ from page_formulas import (
     impact_speed,
     journal_load,
     journal_motion,
-    normal_force,
     point_elastic,
 )
 from scipy.integrate import solve_ivp
@@ -120,6 +119,7 @@ class Engine:
         """Q, and F_n, F_t and the elastic force of each contact."""
         Q, motions, numbers = np.zeros(15), self.contacts(q, v), self.numbers
         Q[1::3] = -self.masses * self.g
+        Q[13] += numbers.pressed(q[13])[0]
         states = np.zeros((5, 3))
         for k in np.flatnonzero(self.v_i):
             δ, dδ, v_t, *place = motions[k]
@@ -128,7 +128,7 @@ class Engine:
                 f, F_n = numbers.elastic(δ, other), numbers.normal(δ, other, dδ, self.v_i[k])
             else:
                 f = point_elastic(numbers.K_j, δ, numbers.n)
-                F_n = normal_force(f, numbers.C, δ, dδ, self.v_i[k])
+                F_n = numbers.damped(numbers.K_j, f, δ, dδ, self.v_i[k])
             F_t = friction(*numbers.rub, F_n, v_t)
             states[k] = F_n, F_t, f
             if k < 4:
@@ -161,13 +161,14 @@ class Engine:
         return -self.contacts(y[:15], y[15:30])[k][0]
 
     def energies(self, y, motions):
-        """Stored energies of section 8, kinetic and in the contacts, and that of height."""
+        """Energies of section 8, kinetic, in the contacts and in the workpiece, and that of height."""
         q, v, numbers = y[:15], y[15:30], self.numbers
         stored = 0.0
         for k in np.flatnonzero(self.v_i):
             K = numbers.K if k < 4 else numbers.K_j
             stored += K / (numbers.n + 1) * max(motions[k][0], 0.0) ** (numbers.n + 1)
-        return 0.5 * self.M @ v**2, stored, self.g * self.masses @ q[1::3]
+        height = self.g * self.masses @ q[1::3]
+        return 0.5 * self.M @ v**2, stored, numbers.pressed(q[13])[1], height
 
     def channels(self, y, start):
         a, λ, states, motions = self.solve(y)
@@ -188,9 +189,9 @@ class Engine:
             n, t = motions[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
             out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
         out["crank_torque"] = -λ[2 * len(self.joints)]
-        kinetic, contact, height = self.energies(y, motions)
-        parts = y[30], start[2] - height, kinetic, contact, y[31], y[32]
-        names = ("drive", "gravity", "kinetic", "contact", "damping", "friction")
+        kinetic, contact, load, height = self.energies(y, motions)
+        parts = y[30], start[3] - height, kinetic, contact, load, y[31], y[32]
+        names = ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction")
         return out | {f"energy_{name}": part for name, part in zip(names, parts, strict=True)}
 
     def run(self, times):

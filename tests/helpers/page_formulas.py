@@ -30,7 +30,8 @@ SYMBOLS = {
     "ω_5": r"\omega_5", "F_x": r"F_x", "F_y": r"F_y", "M_5": r"M_5", "A": r"A", "A_": r"A'", "e": r"e",
     "de": r"\dot e", "t": r"t", "c": r"c", "R_j": r"R_j", "R_b": r"R_b", "ω": r"\omega", "ω_2": r"\omega_2",
     "P": r"P", "G": r"G", "U": r"U", "s": r"s", "f_2": r"f_2", "dδ_1": r"\dot\delta_1",
-    "dδ_2": r"\dot\delta_2", "v_t1": r"v_{t1}", "v_t2": r"v_{t2}",
+    "k": r"k", "c_max": r"c_{\max}", "d_max": r"d_{\max}", "P_1": r"P_1", "h_1": r"h_1", "q": r"q", "h": r"h",
+    "V": r"V", "dδ_2": r"\dot\delta_2", "v_t1": r"v_{t1}", "v_t2": r"v_{t2}",
 }  # fmt: skip
 
 
@@ -93,11 +94,6 @@ def corner_motion(s_x, s_y, σ_x, x_g, W_T, c_T, x_5, θ_5, dx_5, dy_5, ω_5):
 @stated(r"v_i = \max(\dot\delta(t_i), v_{\min})")
 def impact_speed(dδ, v_min):
     return max(dδ, v_min)
-
-
-@stated(r"v_i = \sqrt{\dot\delta^2 + v_{\min}^2}")
-def present_speed(dδ, v_min):
-    return np.sqrt(dδ**2 + v_min**2)
 
 
 @stated(r"K\delta^n")
@@ -165,6 +161,16 @@ def normal_force(f_1, C, δ, dδ, v_i):
 
 
 @stated(
+    r"F_n = k \delta^n + c(\delta)\,\dot\delta \text{ if that is positive and } \delta > 0, \text{ else } 0",
+    r"c(\delta) = c_{\max}\, s^2 (3 - 2 s), \qquad s = \min(\delta/d_{\max}, 1)",
+)
+def impact_force(k, n, c_max, d_max, δ, dδ):
+    s = np.minimum(np.maximum(δ, 0) / d_max, 1)
+    F_n = k * np.maximum(δ, 0) ** n + c_max * s**2 * (3 - 2 * s) * dδ
+    return np.where((F_n > 0) & (δ > 0), F_n, 0)
+
+
+@stated(
     r"F_t = -c_f\,c_d\,F_n \mathrm{sgn}(v_t)",
     r"c_d = \min\left(1, \max\left(0, \frac{\lvert v_t \rvert - v_0}{v_1 - v_0}\right)\right)",
 )
@@ -201,6 +207,13 @@ def journal_load(F_n, F_t, n, t):
     return F_n * n - F_t * t
 
 
+@stated(r"P_1 (h/h_1)^q", r"P_1 h_1 (h/h_1)^{q+1}/(q+1)")
+def power_load(P_1, h_1, q, h):
+    P = P_1 * (h / h_1) ** q
+    V = P_1 * h_1 * (h / h_1) ** (q + 1) / (q + 1)
+    return P, V
+
+
 def partners(number):
     """Return a material's number of slider and guide."""
     return (number["slider"], number["guide"]) if isinstance(number, dict) else (number, number)
@@ -212,11 +225,12 @@ class Numbers:
     def __init__(self, scene) -> None:
         contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
         σ_s, σ_g = compliances(*partners(contact["youngs_modulus"]), *partners(contact["poisson"]))
-        self.law, self.memory = contact["law"], contact["impact_speed"] == "frozen"
+        self.law = contact["law"]
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
         self.K = point_stiffness(σ_s, σ_g, contact["corner_radius"])
         self.K_s = side_stiffness(σ_s, σ_g, slider["thickness"], slider["length"])
         self.C = damping(contact["restitution"])
+        self.c_max, self.d_max = contact["damping"], contact["damping_depth"]
         self.rub = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
         self.W_T, self.c_T = slider["width"], scene["clearance"]["slider"]
         self.corners = [
@@ -226,6 +240,9 @@ class Numbers:
         self.c = scene["clearance"]["crank_pin"]
         self.R_j = scene["clearance"]["journal_radius"]
         self.K_j = point_stiffness(σ_g, σ_g, conformal_radius(self.R_j, self.c))
+        if self.law == "adams-impact" and contact["stiffness"] is not None:
+            self.K = self.K_j = contact["stiffness"]
+        self.load = scene["load"]
 
     def corner(self, k: int, x_5, θ_5, dx_5, dy_5, ω_5):
         """Depth (m), its rate, slip (m/s) and arm (m) of a corner."""
@@ -236,7 +253,7 @@ class Numbers:
         """Force of a corner of depth δ_1 before damping, N; δ_2 is that of the other corner of its side."""
         alone = point_elastic(self.K, δ_1, self.n)
         both = (δ_1 > 0) & (δ_2 > 0)
-        if self.law == "hertz-corners" or not np.any(both):
+        if self.law in ("hertz-corners", "adams-impact") or not np.any(both):
             return alone
         d_1, d_2 = np.where(both, δ_1, 1), np.where(both, δ_2, 1)
         return np.where(both, surface_elastic(self.K_s, d_1, d_2), alone)
@@ -244,8 +261,23 @@ class Numbers:
     def normal(self, δ_1, δ_2, dδ, v_i):
         """Force of such a corner that touched at v_i, N."""
         elastic = self.elastic(δ_1, δ_2)
-        damped = normal_force(elastic, self.C, δ_1, dδ, v_i if self.memory else present_speed(dδ, self.v_min))
+        damped = self.damped(self.K, elastic, δ_1, dδ, v_i)
         return np.where((δ_1 > 0) & (δ_2 > 0), elastic, damped) if self.law == "paper-switching" else damped
+
+    def damped(self, k, f_1, δ, dδ, v_i):
+        """Force of a point contact of this stiffness from its elastic one, N."""
+        if self.law == "adams-impact":
+            return impact_force(k, self.n, self.c_max, self.d_max, δ, dδ)
+        return normal_force(f_1, self.C, δ, dδ, v_i)
+
+    def pressed(self, y_5):
+        """Force of the workpiece and its stored energy at a height of the slider, N and J."""
+        h = self.load["surface"] - y_5
+        if not self.load["table"]:
+            return power_load(self.load["force"], self.load["depth"], self.load["exponent"], np.maximum(h, 0))
+        h_k, P_k = np.transpose(self.load["table"])
+        rows = np.concatenate([h_k[h_k < h], [max(h, 0)]])
+        return np.interp(h, h_k, P_k), np.trapezoid(np.interp(rows, h_k, P_k), rows)
 
     def side(self, first, second):
         """Normal and friction forces (N) of a foundation at both corners, impact speed, stored energy (J).
@@ -263,7 +295,7 @@ class Numbers:
         f_1, f_2 = np.where(d_1 > d_2, most, least), np.where(d_1 > d_2, least, most)
         s, dδ, v_t = side_motion(f_1, f_2, rate_1, rate_2, slip_1, slip_2)
         v_i = impact_speed(dδ[0], self.v_min)
-        F_n = side_force(f_1, f_2, self.C, dδ, v_i if self.memory else present_speed(dδ, self.v_min))
+        F_n = side_force(f_1, f_2, self.C, dδ, v_i)
         F_t = friction(*self.rub, F_n, v_t)
         normal, drag = [s * F_n, (1 - s) * F_n], [s * F_t, (1 - s) * F_t]
         return normal, drag, v_i, stored

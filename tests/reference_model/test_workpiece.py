@@ -161,3 +161,20 @@ def test_scipy_s_solvers_find_the_run_and_start_anew_at_the_kinks(run, method) -
         usual, computed = run(load, short), run(load, short, {METHOD: method})
         np.testing.assert_allclose(computed.columns["slider_x"], usual.columns["slider_x"], rtol=0, atol=1e-7)
         assert usual.columns["slider_y"].min() < 0.17 - 2e-3
+
+
+def test_a_press_at_rest_carries_the_load_in_rod_4(run, scene) -> None:
+    """Without weight and inertia rod 4 pulls and pushes along itself; the guide takes what it has across."""
+    still = (
+        IDEAL | GROUPS | POWER | {"environment.gravity": 0.0, "drive.speed_rpm": 1e-4, "drive.cycles": 0.3}
+    )
+    still |= {"load.surface": 0.15}
+    columns, p = run(still).columns, read_parameters(scene(still))
+    rod4 = ideal_motion(p.mechanism, columns["time"])[3, 2]
+    force = load_force(p.load, columns["slider_y"])
+    assert force.max() > 1e3
+    # Rounding; of inertia 1e-9 N.
+    np.testing.assert_allclose(columns["reaction_F_y"], -force, rtol=1e-12, atol=1e-6)
+    np.testing.assert_allclose(columns["guide_force"], force / np.tan(rod4), rtol=1e-9, atol=1e-6)
+    work = columns["crank_torque"] * p.mechanism.omega + force * columns["slider_vy"]
+    assert np.abs(work).max() < 1e-9 * np.abs(force * columns["slider_vy"]).max()
