@@ -6,13 +6,13 @@ point of it, whose motion its damping and friction see, and is shared by its cor
 
 from cmath import exp
 from collections.abc import Mapping, Sequence
-from math import copysign, hypot, sqrt
+from math import copysign, sqrt
 from typing import Any, NamedTuple
 
 CORNERS = ("ll", "lr", "ul", "ur")
 SIDES = ((0, 2), (1, 3))
 """Corners of the left and of the right side, the lower one first."""
-LAWS = ("hertz-corners", "paper-switching", "foundation")
+LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 
 
 class Corner(NamedTuple):
@@ -25,9 +25,10 @@ class Corner(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Where a contact's force acts: elastic force, rate of the depth, slip, and each corner's share."""
+    """Where a contact's force acts: elastic force, depth, its rate, slip, and each corner's share."""
 
     elastic: float
+    depth: float
     depth_rate: float
     slip: float
     shares: tuple[float, ...]
@@ -59,7 +60,10 @@ class Guide:
         self.K_surface = (slider["thickness"] + length) / (0.475 * sigma)
         self.C = 0.75 * (1.0 - contact["restitution"] ** 2)
         self.n, self.floor = contact["exponent"], contact["impact_speed_floor"]
-        self.memory = contact["impact_speed"] == "frozen"
+        self.impact = self.law == "adams-impact"
+        if self.impact:
+            self.K = contact.get("stiffness") or self.K
+        self.c_max, self.d_max = contact["damping"], contact["damping_depth"]
         self.c_f = friction["coefficient"]
         self.v0, self.v1 = friction["static_speed"], friction["transition_speed"]
 
@@ -81,23 +85,27 @@ class Guide:
         forces = self._elastic(a, b, self._surface(side, inside))
         elastic = [forces[side.index(k)] for k in its]
         total, deepest = sum(elastic), min(its, key=lambda k: corners[k].gap)
+        depth = -corners[deepest].gap
         shares = tuple(f / total if total else float(k == deepest) for k, f in zip(its, elastic, strict=True))
         rate = sum(share * corners[k].depth_rate for k, share in zip(its, shares, strict=True))
         slip = sum(share * corners[k].slip for k, share in zip(its, shares, strict=True))
-        return Point(total, rate, slip, shares)
+        return Point(total, depth, rate, slip, shares)
 
     def force(self, contact: int, point: Point, impact_speed: float, inside: Sequence[bool]) -> Force:
         """Return the force of a closed contact."""
         normal = point.elastic
         if not self._surface(SIDES[contact % 2], inside):
-            normal *= max(0.0, self.damping(point.depth_rate, impact_speed))
+            unclipped = self.damped(point, impact_speed)
+            normal = max(0.0, unclipped if self.impact else normal * unclipped)
         ramp = min(1.0, max(0.0, (abs(point.slip) - self.v0) / (self.v1 - self.v0)))
         return Force(normal, -self.c_f * ramp * copysign(normal, point.slip))
 
-    def damping(self, depth_rate: float, impact_speed: float) -> float:
-        """Return the factor of damping on the elastic force, before clipping."""
-        speed = impact_speed if self.memory else hypot(depth_rate, self.floor)
-        return float(1.0 + self.C * depth_rate / speed)
+    def damped(self, point: Point, impact_speed: float) -> float:
+        """Return the force with its damping before clipping: in Eq. 11 over the elastic one."""
+        if not self.impact:
+            return float(1.0 + self.C * point.depth_rate / impact_speed)
+        share = min(max(point.depth / self.d_max, 0.0), 1.0)
+        return float(point.elastic + self.c_max * share**2 * (3.0 - 2.0 * share) * point.depth_rate)
 
     def stored(self, corners: Sequence[Corner], inside: Sequence[bool]) -> float:
         """Return the energy stored in the contacts that are closed."""

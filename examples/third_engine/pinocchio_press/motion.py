@@ -12,6 +12,7 @@ import numpy as np
 from pinocchio_press.contact import Corner, Force, Guide, Point
 from pinocchio_press.linkage import Linkage, Pose
 from pinocchio_press.press import Press, Vector
+from pinocchio_press.workpiece import Workpiece
 
 FREE, INTEGRALS = 4, 7
 """Angles and rates of rod 4 and slider; drive, damping, friction and up to four impulses."""
@@ -38,7 +39,7 @@ class Motion:
     """The press in motion; what is inside its wall, and the impact speeds, are what `switch` changes."""
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
-        self.press, self.guide = Press(scene), Guide(scene)
+        self.press, self.guide, self.workpiece = Press(scene), Guide(scene), Workpiece(scene["load"])
         self.ideal = self.press.ideal_slider
         self.linkage = Linkage(scene["mechanism"], scene["drive"])
         self.rod4 = scene["mechanism"]["rod4"]["length"]
@@ -48,14 +49,20 @@ class Motion:
         """0 while a contact is open."""
         self.first = [0] * len(self.guide.contacts)
         """The corner that touched first."""
-        # Which side of each kink of its force a contact is on.
+        # Which side of each kink of its force a contact is on, or the workpiece.
         self.sides: dict[tuple[str, int], float] = {}
 
     def start(self, initial: Mapping[str, float]) -> Vector:
         """Return the initial state; corners inside their walls are in contact from there on."""
         y = np.zeros(FREE + INTEGRALS)
-        if self.ideal:
-            return y
+        if not self.ideal:
+            self._hang(y, initial)
+        height = self.at(0.0, y).centre.imag
+        for k, kink in enumerate(self.workpiece.kinks):
+            self.sides["workpiece", k] = 1.0 if height >= kink else -1.0
+        return y
+
+    def _hang(self, y: Vector, initial: Mapping[str, float]) -> None:
         x = self.guide.x + initial["slider_offset"]
         angle4, rate4 = self.linkage.hang(self.linkage.at(0.0), x, initial["slider_vx"])
         y[:FREE] = angle4, initial["slider_angle"], rate4, initial["slider_omega"]
@@ -64,7 +71,6 @@ class Motion:
         for contact, its in enumerate(self.guide.contacts):
             if any(self.inside[k] for k in its):
                 self._begin(contact, corners)
-        return y
 
     def locate(self, t: float, y: Vector) -> list[Corner]:
         """Return the corners."""
@@ -88,7 +94,7 @@ class Motion:
             normal, rub = contacts[c] = self.guide.force(c, points[c], self.impact_speeds[c], self.inside)
             for k, share in zip(self.guide.contacts[c], points[c].shares, strict=True):
                 forces[k] = Force(share * normal, share * rub)
-        load = np.zeros(3)
+        load = np.array([0.0, self.workpiece.force(centre.imag)[0], 0.0])
         for corner, force, sign in zip(corners, forces, self.guide.normals, strict=True):
             x, y_ = sign * force.normal, force.friction
             load += x, y_, corner.arm.real * y_ - corner.arm.imag * x
@@ -115,6 +121,11 @@ class Motion:
     def surfaces(self, t: float, y: Vector) -> dict[tuple[str, int], tuple[float, float]]:
         """Return what is positive until the next switch, with its rate (nan where that is not needed)."""
         result: dict[tuple[str, int], tuple[float, float]] = {}
+        if self.workpiece.kinks:
+            now = self.at(t, y)
+            for k, kink in enumerate(self.workpiece.kinks):
+                side = self.sides["workpiece", k]
+                result["workpiece", k] = side * (now.centre.imag - kink), side * now.velocity.imag
         corners = [] if self.ideal else self.locate(t, y)
         for k, corner in enumerate(corners):
             sign = -1.0 if self.inside[k] else 1.0
@@ -147,7 +158,7 @@ class Motion:
     def _kinks(self, contact: int, corners: list[Corner]) -> dict[str, float]:
         guide, point = self.guide, self.guide.point(contact, corners, self.inside)
         return {
-            "clip": guide.damping(point.depth_rate, self.impact_speeds[contact]),
+            "clip": guide.damped(point, self.impact_speeds[contact]),
             "static": abs(point.slip) - guide.v0,
             "transition": abs(point.slip) - guide.v1,
         }

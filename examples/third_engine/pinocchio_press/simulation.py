@@ -157,16 +157,20 @@ class Recording:
             if self.motion.ideal:
                 result["guide_force"], result["guide_moment"] = balance.guide
         if "energy" in self.groups:
-            kinetic, stored, potential = self.energies(now)
-            gravity, gained = self.at_start[2] - potential, kinetic + stored - sum(self.at_start[:2])
+            kinetic, stored, pressed, potential = self.energies(now)
+            gravity = self.at_start[3] - potential
+            gained = kinetic + stored + pressed - sum(self.at_start[:3])
             result |= {"energy_kinetic": kinetic, "energy_contact": stored, "energy_gravity": gravity}
+            if self.motion.workpiece.kinks:
+                result["energy_load"] = pressed
             result |= {"energy_drive": y[DRIVE], "energy_damping": y[DAMPING], "energy_friction": y[FRICTION]}
             result["energy_residual"] = y[DRIVE] + gravity - gained - y[DAMPING] - y[FRICTION]
         for name, value in result.items():
             self.columns.setdefault(name, []).append(float(value))
         self.samples += 1
 
-    def energies(self, now: Moment) -> tuple[float, float, float]:
-        """Return kinetic, stored and potential energy."""
+    def energies(self, now: Moment) -> tuple[float, float, float, float]:
+        """Return kinetic energy, that stored in contacts and in a workpiece, and the potential one."""
         kinetic, potential = self.motion.press.energies(now.angles, now.rates)
-        return kinetic, self.motion.guide.stored(now.corners, self.motion.inside), potential
+        stored = self.motion.guide.stored(now.corners, self.motion.inside)
+        return kinetic, stored, self.motion.workpiece.force(now.centre.imag)[1], potential

@@ -44,7 +44,7 @@ def test_a_law_that_it_does_not_know_is_refused(scene, law):
     data = load_scene(scene).data
     data["contact"]["law"] = law
     with pytest.raises(
-        ValueError, match=rf"^contact\.law = '{law}' must be one of hertz-corners, .*foundation$"
+        ValueError, match=rf"^contact\.law = '{law}' must be one of hertz-corners, .*adams-impact$"
     ):
         simulate(data)
 
