@@ -9,8 +9,9 @@ other than "agree" is judged again with both models one level finer, and so on:
 - "differ" stands where the difference outlasts two refinements (`CONVERGED`), and the ensembles confirm it at
   that level. Where the third opinion contradicts it, the tree of the same package at the tight tier, it must
   outlast all;
-- "differ" after which the runs still move by as much as they differ stands only where the third opinion shows
-  it as well; else what they converge to is unknown, and the verdict is "indeterminate";
+- "differ" after which the runs still move by as much as they differ, or of which a finer run failed, stands
+  only where the third opinion shows it as well; else what they converge to is unknown, and the verdict is
+  "indeterminate";
 - "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted;
 - a run that violates an invariant at the scene's own step gives no verdict, and a smaller step is the remedy:
   the first verdict is that of the next level (`without_violation`).
@@ -110,9 +111,9 @@ def settle(
             return levels[-1]
     if last.comparison.verdict != "differ":
         return last
-    if opinion is None and len(levels) > ENOUGH:
+    if opinion is None:
         opinion = third_opinion(last)
-    if len(levels) <= ENOUGH or opinion == "differ":  # no finer run was to be had, or none is needed
+    if opinion == "differ":
         return confirmed(last)
     return replace(last, comparison=replace(last.comparison, verdict="indeterminate", unsettled=True))
 

@@ -133,8 +133,8 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
     differ = f"{len(differing)} of {count} channels differ, most of all {_named(differing)}"
     if scene.unsettled:
         return (
-            "the models differ, but refinement still moves five bodies by as much at a step of "
-            f"{_step(scene):g} s: what they converge to is unknown. {differ}"
+            "the models differ, but what five bodies converge to is unknown: at a step of "
+            f"{_step(scene):g} s refinement still moves them by as much, or a finer run failed. {differ}"
         )
     if not count:
         return "no channel is excited: nothing was compared"

@@ -121,11 +121,25 @@ def test_a_small_step_is_not_refined_to_the_end(levels, step, refined):
     assert (result.verdict, result.refined) == ("indeterminate", refined)
 
 
-def test_without_a_finer_run_the_ensembles_decide_and_for_models_that_have_their_own(levels, fake):
-    model = levels(lambda _: FAULT)
-    first = [model.families(model.fake.scene)]
-    result = model.settled(lambda _: first.pop() if first else None).comparison
-    assert (result.verdict, result.refined, result.confirmation.outcome) == ("differ", 0, "confirmed")
+@pytest.mark.parametrize(
+    ("tree", "verdict"), [(FAULT, "differ"), (0.0, "indeterminate"), (None, "indeterminate")]
+)
+def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
+    """As an ensemble does not show an error of the step; None: the tree fails as well."""
+    model = levels(lambda _: FAULT, tree or 0.0)
+
+    def families(scene: Scene):
+        is_tree = scene.data["solver"]["exudyn"]["formulation"] == "tree"
+        failed = tree is None if is_tree else bool(model.asked)
+        return None if failed else model.families(scene)
+
+    result = model.settled(families).comparison
+    assert (result.verdict, result.refined) == (verdict, 0)
+    assert (result.confirmation is not None) == (verdict == "differ")
+    assert ("a finer run failed" in scene_reason(result)) == (verdict == "indeterminate")
+
+
+def test_models_with_ensembles_of_their_own_are_not_refined(fake):
     model = fake(narrow, bias=(0.0, FAULT))
     runs = model.family(0), model.family(1)
     before = compare(*runs, scene=model.scene, labels=MODELS)
