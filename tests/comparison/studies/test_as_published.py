@@ -129,8 +129,17 @@ def test_a_hit_by_chance_has_the_share_of_its_window():
     two = np.ones(2), np.array([1.5, 1.5])
     assert study.by_chance(np.array([[1.5, 1.5]]), *two, ["a", "a"]) == pytest.approx(expected, abs=0.018)
     assert study.by_chance(np.array([[1.5, 1.5]]), *two, ["a", "b"]) == pytest.approx(expected**2, abs=6e-3)
-    # What the converged sizes meet stays met: a setting that is converged is never surpassed by chance.
-    assert study.by_chance(np.array([[1.0], [nan]]), np.ones(1), np.array([1.02]), ["a"]) == 1.0
+    # What the converged sizes meet stays met: nothing is gained where it is lost.
+    lost = np.array([1.5, 1.02])
+    assert study.by_chance(np.array([[1.5, 3.0]]), np.ones(2), lost, ["a", "b"]) == pytest.approx(
+        expected, abs=0.018
+    )
+
+
+def test_a_setting_gains_on_what_it_has_results_for():
+    converged, targets = np.array([1.0, 1.0, 1.0]), np.array([1.04, 1.5, 1.5])
+    sizes = np.array([[1.0, 1.5, 1.5], [nan, 1.5, 1.0], [2.0, 1.0, 1.5], [nan, nan, nan], [1.0, 1.0, 1.0]])
+    assert study.gains(sizes, converged, targets).tolist() == [2, 1, 0, 0, 0]
 
 
 def made_up(factors, converged=1.0):
@@ -161,18 +170,17 @@ def test_one_setting_has_to_meet_more_than_the_converged_solution():
         return 1.0 if name in study.predictions()[::2] else 3.0
 
     zero, ten = (0.0, 0.0), (10.0, 10.0)
+    count = len(study.predictions())
     better = made_up({(1e-6, zero): lambda _: 3.0, (1e-7, ten): half}, converged=1.5)
     single = study.single(better)
-    count = len(study.predictions())
-    assert (single.of, single.converged, single.best) == (count, 0, (count + 1) // 2)
-    assert single.setting == (1e-7, 10.0, 10.0)
-    assert single.settings == 2
+    assert (single.of, single.converged, single.best, single.gain) == (count, 0, *[(count + 1) // 2] * 2)
+    assert (single.setting, single.settings, single.results) == ((1e-7, 10.0, 10.0), 2, count)
     assert single.chance < 0.01
     assert study.finding(better).startswith("One setting of the paper's own formulation and solver explains")
-    equal = made_up({(1e-6, zero): lambda _: 1.02, (1e-7, ten): half}, converged=1.01)
-    assert study.single(equal).best == study.single(equal).converged == count
     none = "No single setting of the paper's own formulation and solver explains more"
-    assert study.finding(equal).startswith(none)
+    equal = study.single(made_up({(1e-6, zero): lambda _: 1.02, (1e-7, ten): half}, converged=1.01))
+    assert (equal.best, equal.converged, equal.gain) == (count, count, 0)
+    assert not equal.surpasses
     # Neither does one that is as good as the converged solution from another of its starts.
     lucky = better._replace(starts=np.outer(better.converged["value"], [1.0, 1 / 1.5]))
     assert study.single(lucky).starts == count
@@ -182,12 +190,15 @@ def test_one_setting_has_to_meet_more_than_the_converged_solution():
     def hit(name):
         return 1.0 if name == NAME else 3.0
 
-    chance = made_up(
-        {(1e-6, zero): hit, (1e-7, ten): lambda name: 0.8 if name == NAME else 1.25}, converged=1.5
-    )
-    assert study.single(chance).best == 1
+    def miss(name):
+        return 0.8 if name == NAME else 1.25
+
+    chance = made_up({(1e-6, zero): hit, (1e-7, ten): miss}, converged=1.5)
+    assert study.single(chance).gain == 1
     assert study.single(chance).chance > study.SELDOM
     assert study.finding(chance).startswith(none)
+    with pytest.raises(ValueError, match=r"^no run at any setting was a success$"):
+        study.single(better._replace(figures=better.figures.assign(status="chatter")))
 
 
 def test_the_defaults_of_ode15s_are_relative_above_a_thousandth():
