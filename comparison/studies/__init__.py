@@ -14,6 +14,7 @@ from pathlib import Path
 STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
     "paper": "Every printed figure and statement of the paper against both models.",
+    "as-published": "Printed figures by the paper's own formulation and solver; 10 minutes on one core.",
     "reliability": "Reliability of the paper's cases in both models.",
     "contact-laws": "Three contact laws, and the energy that one of them creates.",
     "crank-pin": "Clearance at the crank pin against its published peaks.",

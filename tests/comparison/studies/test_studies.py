@@ -19,6 +19,7 @@ from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import Runs, compare
 
 OTHER_FILES = {
+    "as-published": "figures.csv converged.csv causes.csv runs.csv settings.csv",
     "contact-laws": "runs.csv switches.csv",
     "crank-pin": "peaks.csv",
     "campaign": "campaign.json scenes.csv opinions.csv failures.csv",
