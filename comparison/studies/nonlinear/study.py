@@ -26,7 +26,7 @@ from comparison.tables.table import Table
 Key = tuple[str, str, float]  # scene, model, and its tolerance
 
 MAIN = "150rpm-0.2mm"
-FORGETTING = "150rpm-0.2mm, without memory"
+FORGETTING = "adams-impact"
 """Label of the main scene with a damping that refers to the speed of the moment."""
 SPEED, CLEARANCE = "drive.speed_rpm", "clearance.slider"
 USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
@@ -127,8 +127,6 @@ def _scene(name: str, model: str, tolerance: float, values: Mapping[str, object]
     fixed: dict[str, object] = {f"solver.{model}.tolerance": tolerance, **values}
     if model == "exudyn":
         fixed["solver.exudyn.formulation"] = "tree"
-    if name == FORGETTING:
-        return load_scene(MAIN, {"contact.impact_speed": "current"} | fixed)
     return load_scene(name, fixed)
 
 
@@ -238,8 +236,8 @@ def _sections(results: Results) -> pd.DataFrame:
 
 
 def _forgetting(results: Results, name: str) -> dict[str, str]:
-    """Return exponents and scatter of the main scene with frozen impact speeds, or without that memory."""
-    line = {"impact speed": "frozen" if name == MAIN else "of the moment"}
+    """Return exponents and scatter of a scene whose contacts remember their impact speed, or do not."""
+    line = {"scene": name}
     for model in MODELS:
         line[f"exponent, {model}"] = MISSING
         if e := results.best.get((name, model, USUAL[model])):
