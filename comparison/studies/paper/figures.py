@@ -18,7 +18,7 @@ from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.ledger import CLOSE, FACTOR, Outcome, Use
+from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
@@ -31,6 +31,14 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
+BAR: dict[str, Any] = {"color": svg.FIRST, "alpha": 0.45}
+MARKS: dict[str, dict[str, Any]] = {
+    Size.REPRODUCED: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
+    Size.WIDE: {"color": svg.INK, "marker": "o", "ms": 5, "mfc": "none", "ls": ""},
+    Size.OUTSIDE: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
+}
+SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
+EDGE = 0.15  # of the axis of the predictions
 COLUMNS = 250  # of a panel half as wide as the page
 EVERY = 8  # samples of the two cycles that are drawn of a path
 HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
@@ -91,26 +99,29 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
 
 
 def _predictions(entries: pd.DataFrame, path: Path) -> None:
-    """Draw our sizes over the printed ones: a panel a quantity, a line a condition."""
+    """Draw printed sizes over ours, with the interval of ours: a panel a quantity, a line a condition."""
     predicted = entries[entries["use"] == Use.PREDICTION]
     kind = predicted["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
+    ours = size_of("", predicted[MODELS[0]])
     of_many = predicted["sign"] == Outcome.NONE
-    lines = [*SCENES, f"{CENTRAL}, ranges"]
-    place = predicted["scene"].where(~of_many, lines[-1]).map(lines.index)
-    agree = of_many | ((predicted["sign"] == Outcome.AGREES) & (predicted["instant"] == Outcome.AGREES))
-    titles, x = list(QUANTITIES), "ours / printed (-)"
-    with _grid(path, [""], titles, 2.8, x, columns=2, sharex=True, sharey=True) as (axes,):
+    name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
+    lines = [*SCENES, *dict.fromkeys(name[of_many])]
+    place = name.map(lines.index)
+    titles, x = list(QUANTITIES), "size / size of the reference (-)"
+    with _grid(path, [""], titles, 3.4, x, columns=3, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
-            panel.axvspan(1 / FACTOR, FACTOR, color=svg.SHADE, alpha=0.35, lw=0)
-            panel.axvspan(1 - CLOSE, 1 + CLOSE, color=svg.LIMIT, alpha=0.6, lw=0)
-            for model, size, width in zip(MODELS, (8, 4), (2.4, 1.2), strict=True):
-                style = {"color": COLOURS[model], "alpha": LINES[model].get("alpha", 1.0), "ms": size}
-                ratio = predicted[f"{model}_ratio"]
-                for met, mark, label in ((True, "o", model), (False, "x", f"{model}, other sign or instant")):
-                    shown = (kind == quantity) & (agree == met)
-                    panel.plot(ratio[shown], place[shown], mark, label=label, mew=width * (not met), **style)
-            panel.set(xscale="log", xlim=(0.28, 3.6), ylim=(len(lines) - 0.5, -0.5))
-            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2]))
+            panel.axvline(1.0, color=svg.GRID, lw=0.8)
+            mine = kind == quantity
+            y, scale = place[mine], ours[mine]
+            low, high = (predicted[end][mine] / scale for end in ("low", "high"))
+            panel.hlines(y, low.clip(lower=EDGE), high, lw=6, label="our interval, 95 %", **BAR)
+            panel.plot(predicted[MODELS[1]][mine].abs() / scale, y, label=MODELS[1], **SECOND)
+            for size, look in MARKS.items():
+                shown = mine & (predicted["size"] == size)
+                ratio = predicted["printed_size"][shown] / ours[shown]
+                panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
+            panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
+            panel.xaxis.set_major_locator(FixedLocator([0.2, 0.5, 1, 2, 5]))
             panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             panel.xaxis.set_minor_locator(NullLocator())
         axes[0].set_yticks(range(len(lines)), lines)
