@@ -106,7 +106,9 @@ def try_variants(
         for scene in [one["scene"]] if "scene" in one else dict.fromkeys(map(scene_of, open_ids)):
             ids = tuple(name for name in peaks_of(scene) if "scene" in one or name in open_ids)
             if "values" in one and ids:
-                tasks.append((one["name"], Draws(scene, ids, small, {}, config.draws, changes=one["values"])))
+                tasks.append(
+                    (one["name"], Draws(scene, ids, small, {}, config.long_draws, changes=one["values"]))
+                )
     probes = run_draws(
         [replace(task, count=PROBED) for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.1)
     )

@@ -247,21 +247,36 @@ def _path(runs: Runs, path: Path) -> None:
 
 
 def _pin(runs: Runs, path: Path) -> None:
-    """Draw the path of the journal in its bearing over the second cycle, and where it hits (Fig. 8b)."""
+    """Draw the path of the pin in its bearing (Fig. 8b), and its second cycle unrolled, where it hits marked.
+
+    At the scale of the clearance a pin that slides along its bearing and one that hits it are the same circle.
+    """
     clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
     circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    labels, x = ["pin y in its bearing (mm)"], "pin x in its bearing (mm)"
-    with _grid(path, labels, MODELS, 3.4, x, sharex=True, sharey=True) as (axes,):
-        for panel, model in zip(axes, MODELS, strict=True):
-            journal = 1e3 * runs.in_the_bearing(model, "journal_x", "journal_y")
+    labels = ["pin y in its bearing (mm)", "pin beyond the\nclearance (µm)"]
+    with _grid(path, labels, MODELS, 5.4, "", 2, height_ratios=(1.8, 1), sharey="row") as axes:
+        for top, low, model in zip(*axes, MODELS, strict=True):
+            run = runs.pin[model]
+            both = 1e3 * (run.values("journal_x") + 1j * run.values("journal_y"))
             force = np.abs(runs.in_the_bearing(model, "reaction_A_x", "reaction_A_y"))
-            hard = journal[(force > 0) & (force >= np.quantile(force, HARDEST))]
-            centre, of_force = journal[::EVERY], f"force in its largest {1 - HARDEST:.0%}"
-            panel.plot(circle.real, circle.imag, label="clearance", **RANGE)
-            panel.plot(centre.real, centre.imag, color=COLOURS[model], lw=0.8, label="centre of the pin")
-            panel.plot(hard.real, hard.imag, "x", color=svg.INK, ms=4, label=of_force)
-            panel.margins(0.08)
-            panel.set_aspect("equal", adjustable="box")
+            hard = (force > 0) & (force >= np.quantile(force, HARDEST))
+            first, journal = both[~second(run)], both[second(run)]
+            top.plot(circle.real, circle.imag, label="clearance", **RANGE)
+            for part, label, line in (
+                (first, "first cycle, from the centre", {"color": svg.DIFFERENCE, "lw": 0.6}),
+                (journal, "second cycle", {"color": COLOURS[model], "lw": 1.2}),
+            ):
+                top.plot(part.real[::EVERY], part.imag[::EVERY], label=label, **line)
+            top.margins(0.06)
+            top.set_aspect("equal", adjustable="box")
+            top.set_xlabel("pin x in its bearing (mm)")
+            angle, beyond = np.degrees(np.angle(journal)) % 360.0, 1e3 * (np.abs(journal) - clearance)
+            low.axhline(0.0, **RANGE)
+            low.plot(angle[::EVERY], beyond[::EVERY], ".", ms=1.2, color=COLOURS[model])
+            for panel, x, y in ((top, journal.real, journal.imag), (low, angle, beyond)):
+                label = f"force in its largest {1 - HARDEST:.0%}"
+                panel.plot(x[hard], y[hard], "x", color=svg.INK, ms=4, label=label)
+            low.set(xlim=(0, 360), xticks=range(0, 361, 90), xlabel="direction of the pin (deg)")
 
 
 def _phase(runs: Runs, path: Path) -> None:

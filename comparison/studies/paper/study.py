@@ -109,6 +109,7 @@ def _split(predicted: pd.DataFrame, size: Size) -> dict[str, str]:
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:
     """Write a value, or an uncertainty of one, in the unit of an entry: of a reliability as it is."""
+    digits += 2 * (entry["unit"] == "deg")
     return f"{value:.{digits + 4}f}" if entry["unit"] == "1" else quantity(value, entry["unit"], digits)
 
 
@@ -189,7 +190,7 @@ def _materials(results: Results) -> pd.DataFrame:
     for entry in lines.sort_values(["scene", "quantity"], kind="stable").to_dict("records"):
         what = f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}"
         known = {"what": what, "printed": _size(abs(entry["printed"]), entry, 4)}
-        cells = {"softer": entry["variant"], "interval": _interval(entry), "size": str(entry["size"])}
+        cells = {"changed": entry["variant"], "interval": _interval(entry), "size": str(entry["size"])}
         rows.append(known | cells)
     return pd.DataFrame(rows)
 

@@ -89,7 +89,7 @@ def spike(scene, time, size):
 
 
 def drawn(made_up, spread=0.1, count=41, **turned):
-    """Draws about what the reference shows, by the first id of each number, uniform to +- a share of its size.
+    """Draws about what the reference shows, by the first id of each number, uniform by a share of its size.
 
     ``turned``: id -> (share of the draws with the other sign, share half a cycle later).
     """
