@@ -17,7 +17,7 @@ from comparison.studies.shared.study import part
 from comparison.tables.arrays import Array
 
 FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
-PROBED = 4  # draws, of which one must succeed
+PROBED = 1  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
 NUMERICS = "tolerance {tolerance:g}, α {alpha:g}, β {beta:g}"
 COLUMNS = [
     "ids", "scene", "quantity", "unit", "printed", "variant", "low", "high", "draws", "size", "why",

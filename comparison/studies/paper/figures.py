@@ -38,7 +38,7 @@ MARKS: dict[str, dict[str, Any]] = {
     Size.OUTSIDE: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
 }
 SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
-EDGE = 0.15  # of the axis of the predictions
+EDGE = 0.2  # of the axis of the predictions
 COLUMNS = 250  # of a panel half as wide as the page
 EVERY = 8  # samples of the two cycles that are drawn of a path
 HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
@@ -107,21 +107,24 @@ def _predictions(entries: pd.DataFrame, path: Path) -> None:
     name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
     lines = [*SCENES, *dict.fromkeys(name[of_many])]
     place = name.map(lines.index)
-    titles, x = list(QUANTITIES), "size / size of the reference (-)"
-    with _grid(path, [""], titles, 3.4, x, columns=3, sharex=True, sharey=True) as (axes,):
+    titles, x = list(QUANTITIES), "size over ours (-)"
+    with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mine = kind == quantity
             y, scale = place[mine], ours[mine]
             low, high = (predicted[end][mine] / scale for end in ("low", "high"))
             panel.hlines(y, low.clip(lower=EDGE), high, lw=6, label="our interval, 95 %", **BAR)
-            panel.plot(predicted[MODELS[1]][mine].abs() / scale, y, label=MODELS[1], **SECOND)
+            other = predicted[MODELS[1]][mine].abs() / scale
+            panel.plot(other, y, label=f"{MODELS[1]} over {MODELS[0]}", **SECOND)
             for size, look in MARKS.items():
                 shown = mine & (predicted["size"] == size)
+                if size not in set(predicted["size"]):
+                    continue
                 ratio = predicted["printed_size"][shown] / ours[shown]
                 panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
-            panel.xaxis.set_major_locator(FixedLocator([0.2, 0.5, 1, 2, 5]))
+            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4]))
             panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             panel.xaxis.set_minor_locator(NullLocator())
         axes[0].set_yticks(range(len(lines)), lines)
@@ -249,7 +252,7 @@ def _path(runs: Runs, path: Path) -> None:
 def _pin(runs: Runs, path: Path) -> None:
     """Draw the path of the pin in its bearing (Fig. 8b), and its second cycle unrolled, where it hits marked.
 
-    At the scale of the clearance a pin that slides along its bearing and one that hits it are the same circle.
+    At the scale of the clearance a pin that slides along its bearing and one that hits it look alike.
     """
     clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
     circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))

@@ -168,17 +168,16 @@ def _inputs() -> Iterator[dict[str, str]]:
 
 def _shares(shares: pd.DataFrame) -> pd.DataFrame:
     """Return the shares of the inputs in u_input of the central largest errors, a row each."""
-    wide = shares.assign(cell=shares["share"].map(share)).pivot_table(
-        "cell", "id", "group", aggfunc="first", sort=False
-    )
-    return wide.reset_index()
+    cells = ["< 1 %" if each < 0.01 else f"{100 * each:.0f} %" for each in shares["share"]]
+    wide = shares.assign(cell=cells).pivot_table("cell", "id", "group", aggfunc="first", sort=False)
+    return wide.reset_index(names="printed as")
 
 
 def _largest(shares: pd.DataFrame) -> str:
     """Say which input has the largest share of each central largest error."""
     largest = shares.loc[shares.groupby("id", sort=False)["share"].idxmax()]
     quantities = printed_rows().loc[largest["id"], "quantity"].str.split("_").str[1]
-    return ", ".join(f"of the {of} {group}" for of, group in zip(quantities, largest["group"], strict=True))
+    return ", ".join(f"{group} ({of})" for of, group in zip(quantities, largest["group"], strict=True))
 
 
 def _materials(results: Results) -> pd.DataFrame:
