@@ -55,7 +55,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
 def page(results: Results) -> Mapping[str, object]:
     """Return what the template asks."""
     entries, settings = results.entries, load_scene(CENTRAL).reliability
-    predicted = entries[entries["use"] == Use.PREDICTION]
+    predicted, materials = entries[entries["use"] == Use.PREDICTION], _materials(results)
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
     shown = results.statements.query("model == @MODELS[0] and not decides")
     limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
@@ -70,11 +70,15 @@ def page(results: Results) -> Mapping[str, object]:
         "table": markdown(_written(entries)),
         "missed": rows_table(map(_missed, missed(entries).to_dict("records"))),
         "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
-        "untried": results.tried[results.tried["why"] != ""].drop_duplicates("variant"),
+        "left_out": _left_out(results.tried),
         "inputs": rows_table(_inputs()),
         "shares": markdown(_shares(results.shares)),
         "largest": _largest(results.shares),
-        "materials": markdown(_materials(results)),
+        "materials": markdown(materials),
+        "held": ", ".join(
+            f"{name} {(rows['size'] != Size.OUTSIDE).sum()} of {len(rows)}"
+            for name, rows in materials.groupby("changed", sort=False)
+        ),
         "statements": statements,
         "statements_table": markdown(
             statements.assign(
@@ -155,6 +159,16 @@ def _missed(entry: Entry) -> dict[str, str]:
         "interval": _interval(entry),
         "reached by": entry["cause"],
     }
+
+
+def _left_out(tried: pd.DataFrame) -> str:
+    """Say which variants did not run, where, and why."""
+    rows = tried[tried["why"] != ""]
+    reasons = rows["why"].str.split(": ", n=1).str[-1].str.split(";").str[0]
+    return "; ".join(
+        f"{variant} ({why}: {', '.join(dict.fromkeys(each['scene']))})"
+        for (variant, why), each in rows.groupby(["variant", reasons], sort=False)
+    )
 
 
 def _inputs() -> Iterator[dict[str, str]]:
