@@ -95,8 +95,8 @@ def try_variants(
 ) -> pd.DataFrame:
     """Return a row of `COLUMNS` for each largest error and each variant tried for it.
 
-    Tried for the predictions that are not reproduced, the materials for all of their figures. Where one
-    of the `PROBED` draws of a variant fails, ``why`` says the reason.
+    Tried for the predictions that are not reproduced, the materials for all of their figures. A variant of
+    which one of `PROBED` draws fails under a condition is left out, and ``why`` says the reason.
     """
     by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
     open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
@@ -112,14 +112,17 @@ def try_variants(
     probes = run_draws(
         [replace(task, count=PROBED) for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.1)
     )
-    runs = [task for (_, task), probe in zip(tasks, probes, strict=True) if not probe.failures]
+    why: dict[str, str] = {}
+    for (variant, _), probe in zip(tasks, probes, strict=True):
+        for text in probe.failures:
+            why.setdefault(variant, text)
+    runs = [task for variant, task in tasks if variant not in why]
     rest = iter(run_draws(runs, n_jobs, part(on_progress, 0.1, 1.0)))
     firsts = [name for name in open_ids if _quantity(name) in PEAKS]
     rows = [_row(by_id[name], FIRST_CYCLE, drawn[name]["first"]) for name in firsts]
     for (variant, task), probe in zip(tasks, probes, strict=True):
-        each = probe if probe.failures else next(rest)
-        why = probe.failures[0] if probe.failures else ""
-        rows += [_row(by_id[name], variant, each.shown[name]["value"], why) for name in task.ids]
+        shown = (probe if variant in why else next(rest)).shown
+        rows += [_row(by_id[name], variant, shown[name]["value"], why.get(variant, "")) for name in task.ids]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

@@ -162,13 +162,11 @@ def _missed(entry: Entry) -> dict[str, str]:
 
 
 def _left_out(tried: pd.DataFrame) -> str:
-    """Say which variants did not run, where, and why."""
+    """Say which variants did not run, and why."""
     rows = tried[tried["why"] != ""]
     reasons = rows["why"].str.split(": ", n=1).str[-1].str.split(";").str[0]
-    return "; ".join(
-        f"{variant} ({why}: {', '.join(dict.fromkeys(each['scene']))})"
-        for (variant, why), each in rows.groupby(["variant", reasons], sort=False)
-    )
+    named = zip(rows["variant"], reasons, strict=True)
+    return "; ".join(f"{variant} ({why})" for variant, why in dict.fromkeys(named))
 
 
 def _inputs() -> Iterator[dict[str, str]]:
