@@ -192,12 +192,13 @@ def shipped_geometry() -> Geometry:
     return Geometry(x, y, mechanism["guide_x"] + mechanism["reference_offset"])
 
 
-def shown(geometry: Geometry, topology: Topology) -> tuple[float, Array]:
-    """Return `Motion.assembled` of a press with the lengths of Table 1, and what it shows.
+def shown(geometry: Geometry, topology: Topology, lengths: Lengths | None = None) -> tuple[float, Array]:
+    """Return `Motion.assembled` of a press, by default with the lengths of Table 1, and what it shows.
 
     Shape (5,), in the order of `printed_facts`; nan where it cannot be assembled at every angle.
     """
-    lengths, speed = table_1()
+    printed, speed = table_1()
+    lengths = lengths or printed
     cycle = motion(geometry, topology, lengths, tau * np.arange(ANGLES) / ANGLES)
     if cycle.assembled <= 0:
         return cycle.assembled, np.full(5, np.nan)
@@ -242,10 +243,14 @@ class Fit(NamedTuple):
 
 
 def residuals(
-    geometry: Sequence[float] | Array, topology: Topology, facts: pd.DataFrame, allowances: Array
+    geometry: Sequence[float] | Array,
+    topology: Topology,
+    facts: pd.DataFrame,
+    allowances: Array,
+    lengths: Lengths | None = None,
 ) -> Array:
     """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
-    assembled, values = shown(Geometry(*map(float, geometry)), topology)
+    assembled, values = shown(Geometry(*map(float, geometry)), topology, lengths)
     if assembled <= 0:
         return np.full(len(facts), MISSING * (1 - max(assembled, -1.0)))
     off = values - facts["value"].to_numpy()

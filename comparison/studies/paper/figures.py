@@ -18,7 +18,7 @@ from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.ledger import CLOSE, FACTOR, Outcome, Use
+from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
@@ -31,6 +31,14 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
+BAR: dict[str, Any] = {"color": svg.FIRST, "alpha": 0.45}
+MARKS: dict[str, dict[str, Any]] = {
+    Size.REPRODUCED: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
+    Size.WIDE: {"color": svg.INK, "marker": "o", "ms": 5, "mfc": "none", "ls": ""},
+    Size.OUTSIDE: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
+}
+SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
+EDGE = 0.2  # of the axis of the predictions
 COLUMNS = 250  # of a panel half as wide as the page
 EVERY = 8  # samples of the two cycles that are drawn of a path
 HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
@@ -91,26 +99,32 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
 
 
 def _predictions(entries: pd.DataFrame, path: Path) -> None:
-    """Draw our sizes over the printed ones: a panel a quantity, a line a condition."""
+    """Draw printed sizes over ours, with the interval of ours: a panel a quantity, a line a condition."""
     predicted = entries[entries["use"] == Use.PREDICTION]
     kind = predicted["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
+    ours = size_of("", predicted[MODELS[0]])
     of_many = predicted["sign"] == Outcome.NONE
-    lines = [*SCENES, f"{CENTRAL}, ranges"]
-    place = predicted["scene"].where(~of_many, lines[-1]).map(lines.index)
-    agree = of_many | ((predicted["sign"] == Outcome.AGREES) & (predicted["instant"] == Outcome.AGREES))
-    titles, x = list(QUANTITIES), "ours / printed (-)"
-    with _grid(path, [""], titles, 2.8, x, columns=2, sharex=True, sharey=True) as (axes,):
+    name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
+    lines = [*SCENES, *dict.fromkeys(name[of_many])]
+    place = name.map(lines.index)
+    titles, x = list(QUANTITIES), "size over ours (-)"
+    with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
-            panel.axvspan(1 / FACTOR, FACTOR, color=svg.SHADE, alpha=0.35, lw=0)
-            panel.axvspan(1 - CLOSE, 1 + CLOSE, color=svg.LIMIT, alpha=0.6, lw=0)
-            for model, size, width in zip(MODELS, (8, 4), (2.4, 1.2), strict=True):
-                style = {"color": COLOURS[model], "alpha": LINES[model].get("alpha", 1.0), "ms": size}
-                ratio = predicted[f"{model}_ratio"]
-                for met, mark, label in ((True, "o", model), (False, "x", f"{model}, other sign or instant")):
-                    shown = (kind == quantity) & (agree == met)
-                    panel.plot(ratio[shown], place[shown], mark, label=label, mew=width * (not met), **style)
-            panel.set(xscale="log", xlim=(0.28, 3.6), ylim=(len(lines) - 0.5, -0.5))
-            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2]))
+            panel.axvline(1.0, color=svg.GRID, lw=0.8)
+            mine = kind == quantity
+            y, scale = place[mine], ours[mine]
+            low, high = (predicted[end][mine] / scale for end in ("low", "high"))
+            panel.hlines(y, low.clip(lower=EDGE), high, lw=6, label="our interval, 95 %", **BAR)
+            other = predicted[MODELS[1]][mine].abs() / scale
+            panel.plot(other, y, label=f"{MODELS[1]} over {MODELS[0]}", **SECOND)
+            for size, look in MARKS.items():
+                shown = mine & (predicted["size"] == size)
+                if size not in set(predicted["size"]):
+                    continue
+                ratio = predicted["printed_size"][shown] / ours[shown]
+                panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
+            panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
+            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4]))
             panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             panel.xaxis.set_minor_locator(NullLocator())
         axes[0].set_yticks(range(len(lines)), lines)
@@ -236,21 +250,36 @@ def _path(runs: Runs, path: Path) -> None:
 
 
 def _pin(runs: Runs, path: Path) -> None:
-    """Draw the path of the journal in its bearing over the second cycle, and where it hits (Fig. 8b)."""
+    """Draw the path of the pin in its bearing (Fig. 8b), and its second cycle unrolled, where it hits marked.
+
+    At the scale of the clearance a pin that slides along its bearing and one that hits it look alike.
+    """
     clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
     circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    labels, x = ["pin y in its bearing (mm)"], "pin x in its bearing (mm)"
-    with _grid(path, labels, MODELS, 3.4, x, sharex=True, sharey=True) as (axes,):
-        for panel, model in zip(axes, MODELS, strict=True):
-            journal = 1e3 * runs.in_the_bearing(model, "journal_x", "journal_y")
+    labels = ["pin y in its bearing (mm)", "pin beyond the\nclearance (µm)"]
+    with _grid(path, labels, MODELS, 5.4, "", 2, height_ratios=(1.8, 1), sharey="row") as axes:
+        for top, low, model in zip(*axes, MODELS, strict=True):
+            run = runs.pin[model]
+            both = 1e3 * (run.values("journal_x") + 1j * run.values("journal_y"))
             force = np.abs(runs.in_the_bearing(model, "reaction_A_x", "reaction_A_y"))
-            hard = journal[(force > 0) & (force >= np.quantile(force, HARDEST))]
-            centre, of_force = journal[::EVERY], f"force in its largest {1 - HARDEST:.0%}"
-            panel.plot(circle.real, circle.imag, label="clearance", **RANGE)
-            panel.plot(centre.real, centre.imag, color=COLOURS[model], lw=0.8, label="centre of the pin")
-            panel.plot(hard.real, hard.imag, "x", color=svg.INK, ms=4, label=of_force)
-            panel.margins(0.08)
-            panel.set_aspect("equal", adjustable="box")
+            hard = (force > 0) & (force >= np.quantile(force, HARDEST))
+            first, journal = both[~second(run)], both[second(run)]
+            top.plot(circle.real, circle.imag, label="clearance", **RANGE)
+            for part, label, line in (
+                (first, "first cycle, from the centre", {"color": svg.DIFFERENCE, "lw": 0.6}),
+                (journal, "second cycle", {"color": COLOURS[model], "lw": 1.2}),
+            ):
+                top.plot(part.real[::EVERY], part.imag[::EVERY], label=label, **line)
+            top.margins(0.06)
+            top.set_aspect("equal", adjustable="box")
+            top.set_xlabel("pin x in its bearing (mm)")
+            angle, beyond = np.degrees(np.angle(journal)) % 360.0, 1e3 * (np.abs(journal) - clearance)
+            low.axhline(0.0, **RANGE)
+            low.plot(angle[::EVERY], beyond[::EVERY], ".", ms=1.2, color=COLOURS[model])
+            for panel, x, y in ((top, journal.real, journal.imag), (low, angle, beyond)):
+                label = f"force in its largest {1 - HARDEST:.0%}"
+                panel.plot(x[hard], y[hard], "x", color=svg.INK, ms=4, label=label)
+            low.set(xlim=(0, 360), xticks=range(0, 361, 90), xlabel="direction of the pin (deg)")
 
 
 def _phase(runs: Runs, path: Path) -> None:

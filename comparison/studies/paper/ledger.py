@@ -1,34 +1,35 @@
 """The ledger: every printed number against both models, by what it was used for, size, sign and instant.
 
 A number to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
-however well it is met. A number that the paper prints again is one entry. Size, sign and instant are judged
-apart: the largest error of a cycle has the printed size by chance more easily than all three.
+however well it is met. A number that the paper prints again is one entry. Sizes are judged after ASME V&V 20:
+the difference of simulation and print against the uncertainties of numerics, inputs and print. Size, sign and
+instant are judged apart: the largest error of a cycle has the printed size by chance more easily than all
+three.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from enum import StrEnum
-from math import exp, isnan, nan
-from typing import Any
+from math import exp, hypot, isnan, nan
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import minimize_scalar
 
 from comparison.models import MODELS
-from comparison.reliability.assessment import Assessment, cap, implied_limit, reliability
-from comparison.reliability.errors import QUANTITIES, Peak, unit_of
+from comparison.reliability.assessment import implied_limit
+from comparison.reliability.errors import unit_of
 from comparison.scene import load_scene
-from comparison.scene.schema import Limits
-from comparison.studies.paper.runs import PEAKS, REACH, Runs, measure, scene_of
+from comparison.studies.paper.draws import DATA
+from comparison.studies.paper.runs import CAP, PEAKS, REACH, Runs, lacking, measure, scene_of
 from comparison.studies.shared.published import CONDITION, Published, printed_rows, published
+from comparison.tables.arrays import Array
 
-CLOSE = 0.05
-"""What the paper calls insignificant moves its peaks by 0.3 % at most (Fig. 10), what it calls larger by 33 %
-at least (Fig. 9): within 5 % is the condition's own number."""
-FACTOR = 2.0
-"""The paper prints neither its tolerances nor the radius of the corners, which is known to a factor of four
-and moves accelerations by a third; and from starts 1 um apart our own peaks differ by up to 1.7 (300 rpm)."""
-CAP = cap(Limits(upper=1.0))  # reliability without any error, whatever the limit
+Entry = Mapping[Any, Any]  # a row of the ledger
+
+LEVEL: float = DATA["level"]
+WIDE: float = DATA["wide"]
 
 
 class Use(StrEnum):
@@ -45,82 +46,119 @@ USES = {"prediction": Use.PREDICTION, "misprint": Use.MISPRINT, "cap": Use.UNINF
 
 
 class Size(StrEnum):
-    """How far the sizes are apart, of both models and all starts the farthest."""
+    """Whether the printed size lies in the interval of ours."""
 
-    CLOSE = "within 5 %"
-    FACTOR = "within a factor of 2"
-    FAR = "farther apart"
+    REPRODUCED = "reproduced"
+    WIDE = "not excluded"  # in an interval so wide that it says little
+    OUTSIDE = "not reproduced"
     NONE = "not compared"
 
 
 class Outcome(StrEnum):
-    """Whether a sign or an instant is the printed one."""
+    """Whether a sign or an instant is the printed one, in all but a few draws."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
-    VARIES = "varies"  # between models or starts
+    VARIES = "varies"  # from draw to draw
     OPEN = "open"  # printed in more than one way
     NONE = ""  # nothing to compare
 
 
-def ledger(runs: Runs) -> pd.DataFrame:
-    """Return a row for each printed number, in the order of the paper.
+class Interval(NamedTuple):
+    """The interval of a size."""
 
-    A figure is printed again where condition, quantity and size are the same; sign and instant may differ:
-    then the paper contradicts itself. ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs``
-    as printed anywhere; ``limit`` of the permitted error, of a reliability. By model: ``_at`` (s);
-    ``_least`` and ``_most`` of all starts' sizes; ``_ratio``: its size over the printed one, of reliabilities
-    of what is missing to the cap, nan where nothing is judged; ``_away``: its instant after the printed one,
-    cycles.
+    low: float
+    high: float
+    u_input: float  # half of the interval of the draws alone
+
+    def size(self, printed: float) -> Size:
+        """Judge a printed size."""
+        if not self.low <= printed <= self.high:
+            return Size.OUTSIDE
+        return Size.REPRODUCED if self.low > 0 and self.high <= WIDE * self.low else Size.WIDE
+
+
+def interval(sizes: Array, u_num: float, u_print: float) -> Interval:
+    """Return the interval of sizes drawn, with the half-widths of numerics and print added in squares.
+
+    To each side of the median: what the inputs leave open is not symmetric.
     """
-    limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
-    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
-    events = rows.groupby([*CONDITION, "quantity", "size"], sort=False)
-    return pd.DataFrame([_entry(same, runs, limits) for _, same in events])
+    if not sizes.size:
+        return Interval(nan, nan, nan)
+    low, middle, high = np.quantile(sizes, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]).tolist()
+    rest = hypot(u_num, u_print)
+    return Interval(middle - hypot(middle - low, rest), middle + hypot(high - middle, rest), (high - low) / 2)
 
 
-def _size(ratios: Sequence[float]) -> Size:
-    """Judge ratios of sizes, ours over the printed one."""
-    if all(abs(ratio - 1) <= CLOSE for ratio in ratios):
-        return Size.CLOSE
-    return Size.FACTOR if all(1 / FACTOR <= ratio <= FACTOR for ratio in ratios) else Size.FAR
-
-
-def _outcome(ways: int, agree: Sequence[bool]) -> Outcome:
-    """Judge what is printed in so many ways by whether each of our runs agrees with it."""
-    if not agree:
+def outcome(ways: int, share: float) -> Outcome:
+    """Judge what is printed in so many ways by the share of the draws that agree with it."""
+    if isnan(share):
         return Outcome.NONE
     if ways > 1:
         return Outcome.OPEN
-    if len(set(agree)) > 1:
-        return Outcome.VARIES
-    return Outcome.AGREES if agree[0] else Outcome.DIFFERS
+    if share >= LEVEL:
+        return Outcome.AGREES
+    return Outcome.DIFFERS if share <= 1 - LEVEL else Outcome.VARIES
 
 
-def _entry(printed: pd.DataFrame, runs: Runs, limits: Mapping[str, float]) -> dict[str, Any]:
+def size_of(quantity: str, value: Any) -> Any:
+    """Return the size of values of a quantity: of a reliability what is missing to the cap."""
+    return CAP - value if quantity.startswith("min_") else abs(value)
+
+
+def events() -> Iterable[pd.DataFrame]:
+    """Return the rows that print each number, in the order of the paper.
+
+    A figure is printed again where condition, quantity and size are the same; sign and instant may differ:
+    then the paper contradicts itself.
+    """
+    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
+    return [same for _, same in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
+
+
+def ledger(runs: Runs, drawn: Mapping[str, pd.DataFrame], limits: Mapping[str, float]) -> pd.DataFrame:
+    """Return a row for each printed number, in the order of the paper.
+
+    ``drawn``: by the first id of each number, what `draws.Ensemble` has of it.
+
+    ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit`` of
+    the permitted error, of a reliability. By model: its value, ``_at`` (s), and ``_ratio``: its size over the
+    printed one (`size_of`). ``printed_size``,
+    ``u_num``, ``u_print``, ``u_input``, ``low`` and ``high``, 95 %, are of that size.
+    ``sign_share``, ``instant_share``, ``both_share``: of the draws.
+    """
+    return pd.DataFrame([_entry(same, runs, drawn[str(same.index[0])], limits) for same in events()])
+
+
+def _entry(
+    printed: pd.DataFrame, runs: Runs, drawn: pd.DataFrame, limits: Mapping[str, float]
+) -> dict[str, Any]:
     """Judge one number by the rows that print it."""
     ids = [str(name) for name in printed.index]
     prints, row, scene = [published(name) for name in ids], printed.iloc[0], scene_of(ids[0])
     first, quantity, word = prints[0], str(row["quantity"]), str(row["use"])
     use, limit = USES.get(word, Use.CALIBRATION), nan
     if quantity.startswith("min_"):
-        name = quantity.split("_")[1]
-        limit, lack = limits[name], CAP - first.value
-        missing = {model: lacking(limit, runs.reliabilities[scene, model][name]) for model in MODELS}
-        measured = {model: [Peak(CAP - each, nan)] for model, each in missing.items()}
-        ratio = {model: each / lack for model, each in missing.items()}
-        same = all(abs(each - lack) <= first.rounding for each in missing.values())
-        size = Size.CLOSE if same else _size(list(ratio.values()))
-        if name == "displacement" and limit > abs(published("S4.2-stroke").value):
+        limit = limits[quantity.split("_")[1]]
+        if "displacement" in quantity and limit > abs(published("S4.2-stroke").value):
             use = Use.UNINFORMATIVE
-    else:
-        measured = {model: measure(ids[0], runs, model) for model in MODELS}
-        ratio = {model: abs(each[0].value / first.value) for model, each in measured.items()}
-        size = _size([abs(p.value / first.value) for each in measured.values() for p in each])
     judged = use in (Use.PREDICTION, Use.CALIBRATION)
-    peaks = [p for each in measured.values() for p in each] if judged and quantity in PEAKS else []
+    shown = {model: measure(ids[0], runs, model, limits) for model in MODELS}
+    sizes = {model: float(size_of(quantity, each.value)) for model, each in shown.items()}
+    size = float(size_of(quantity, first.value))
+    others = [sizes[model] for model in MODELS[1:]]
+    if quantity in PEAKS:
+        usual = {(scene, MODELS[0]): [runs.standard[scene, MODELS[0]]]}
+        others.append(abs(measure(ids[0], replace(runs, short=usual), MODELS[0], limits).value))
+    u_num = max(abs(other - sizes[MODELS[0]]) for other in others)
     times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
-    period = load_scene(scene).period
+    same_sign = drawn["value"] * first.value > 0
+    near = (drawn["time"] - first.time).abs() <= REACH * load_scene(scene).period
+    peak = judged and quantity in PEAKS
+    sign, instant, both = (
+        float(each.mean()) if peak else nan for each in (same_sign, near, same_sign & near)
+    )
+    within = interval(size_of(quantity, drawn["value"]).to_numpy(np.float64), u_num, first.rounding)
     entry: dict[str, Any] = {
         "ids": ", ".join(ids),
         "scene": scene,
@@ -136,29 +174,25 @@ def _entry(printed: pd.DataFrame, runs: Runs, limits: Mapping[str, float]) -> di
         "limit": limit,
         "note": "; ".join(filter(None, printed["note"])),
     }
-    for model, each in measured.items():
-        sizes = [abs(peak.value) for peak in each]
-        entry |= {
-            model: each[0].value,
-            f"{model}_at": each[0].time,
-            f"{model}_least": min(sizes),
-            f"{model}_most": max(sizes),
-            f"{model}_ratio": ratio[model] if judged else nan,
-            f"{model}_away": (each[0].time - first.time) / period,
-        }
+    for model, each in shown.items():
+        ratio = sizes[model] / size if judged else nan
+        entry |= {model: each.value, f"{model}_at": each.time, f"{model}_ratio": ratio}
     return entry | {
-        "size": size if judged else Size.NONE,
-        "sign": _outcome(len(signs), [p.value * first.value > 0 for p in peaks]),
-        "instant": _outcome(len(times), [abs(p.time - first.time) <= REACH * period for p in peaks]),
+        "printed_size": size,
+        "u_num": u_num,
+        "u_print": first.rounding,
+        **within._asdict(),
+        "draws": len(drawn),
+        "size": within.size(size) if judged else Size.NONE,
+        "sign_share": sign,
+        "instant_share": instant,
+        "both_share": both,
+        "sign": outcome(len(signs), sign),
+        "instant": outcome(len(times), instant),
     }
 
 
 # ---- the limits that the paper must have used for its reliabilities, from our errors
-
-
-def lacking(limit: float, assessed: Assessment) -> float:
-    """Return what the smallest reliability would miss to the cap with another upper limit, the lower zero."""
-    return CAP - float(reliability(Limits(upper=limit), assessed.mean, assessed.deviation).min())
 
 
 def printed_reliabilities() -> list[tuple[str, str, Published]]:

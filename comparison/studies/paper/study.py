@@ -1,6 +1,7 @@
 """The paper against both models: every printed number, every figure, every statement."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from math import isnan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,112 +14,196 @@ from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures
-from comparison.studies.paper.claims import CRITERIA, judge_all
-from comparison.studies.paper.ledger import Outcome, Size, Use, implied, ledger
-from comparison.studies.paper.runs import CENTRAL, REACH, Config, Runs, scene_of, simulate
+from comparison.studies.paper.causes import causes, draw_all, missed, try_variants
+from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
+from comparison.studies.paper.draws import DATA, INPUTS, VARIANTS
+from comparison.studies.paper.ledger import Entry, Outcome, Size, Use, implied, ledger, one_limit
+from comparison.studies.paper.runs import CAP, CENTRAL, PEAKS, REACH, Config, Runs, simulate
 from comparison.studies.shared.frames import markdown, rows_table, write_csv
-from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.published import printed_rows
+from comparison.studies.shared.rates import share
+from comparison.studies.shared.study import Study, part
 
-FIRST_CYCLE = ("F9-210", "F9-69", "F11-01", "F11-05", "F12-300")
-"""Of Figs. 9, 11 and 12: how the ids of printed peaks of different conditions begin."""
 OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
+SIZES = (Size.REPRODUCED, Size.WIDE, Size.OUTSIDE)
+BOTH = "both partners"  # what the scenes of other materials have
+MATERIALS = {one["name"] for one in VARIANTS if "scene" in one}
 
 
 class Results(NamedTuple):
-    """What was run, and what follows from it: `ledger`, `implied`, `first_cycle`, `judge_all`."""
+    """What was run, and what follows from it."""
 
     runs: Runs
-    entries: pd.DataFrame
-    limits: pd.DataFrame
-    first_cycle: pd.DataFrame
-    statements: pd.DataFrame
+    entries: pd.DataFrame  # `ledger`, with the causes
+    shares: pd.DataFrame  # `causes.shares`
+    tried: pd.DataFrame  # `causes.try_variants`
+    limits: pd.DataFrame  # `implied`
+    statements: pd.DataFrame  # `judge_all`
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run everything and judge it."""
-    runs = simulate(config, n_jobs, on_progress)
-    return Results(runs, ledger(runs), implied(runs), first_cycle(runs), judge_all(runs))
-
-
-def first_cycle(runs: Runs) -> pd.DataFrame:
-    """Return sizes over the printed ones: of the first and second cycle, and near the printed instant."""
-    rows = []
-    for prefix in FIRST_CYCLE:
-        scene = scene_of(f"{prefix}-d")
-        errors = runs.two_cycles(scene, MODELS[0])
-        for word, channel in QUANTITIES.items():
-            printed = published(f"{prefix}-{word[0]}")
-            at = printed.time / errors.period
-            spans = {"first": (0, 1), "second": (1, 2), "near": (at - REACH, at + REACH)}
-            row: dict[str, object] = {"scene": scene, "quantity": word}
-            for name, (start, end) in spans.items():
-                peak = errors.peak(channel, start * errors.period, end * errors.period)
-                row[name] = abs(peak.value / printed.value)
-            rows.append(row)
-    return pd.DataFrame(rows)
+    runs = simulate(config, n_jobs, part(on_progress, 0.0, 0.5))
+    limits = {name: one_limit(runs, name) for name in QUANTITIES}
+    drawn, alone = draw_all(config, limits, n_jobs, part(on_progress, 0.5, 0.8))
+    entries = ledger(runs, drawn, limits)
+    tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 1.0))
+    entries = entries.assign(cause=causes(entries, tried))
+    return Results(runs, entries, alone, tried, implied(runs), judge_all(runs))
 
 
 def page(results: Results) -> Mapping[str, object]:
     """Return what the template asks."""
     entries, settings = results.entries, load_scene(CENTRAL).reliability
-    near = results.first_cycle.query("scene == @CENTRAL")["near"]
-    predicted = entries[entries["use"] == Use.PREDICTION]
+    predicted, materials = entries[entries["use"] == Use.PREDICTION], _materials(results)
     fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
     shown = results.statements.query("model == @MODELS[0] and not decides")
     limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
+    peaks, statements = predicted[predicted["sign_share"].notna()], results.statements.drop_duplicates("id")
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
-        "sizes": {str(size): predicted[predicted["size"] == size] for size in Size},
-        "split": rows_table(_split(predicted, size) for size in Size if size is not Size.NONE),
+        "sizes": {str(size): predicted[predicted["size"] == size] for size in SIZES},
+        "peaks": peaks,
+        "clear": peaks[(peaks["sign"] != Outcome.OPEN) & (peaks["instant"] != Outcome.OPEN)],
+        "split": rows_table(_split(predicted, size) for size in SIZES),
         "table": markdown(_written(entries)),
-        "statements": results.statements.drop_duplicates("id"),
+        "missed": rows_table(map(_missed, missed(entries).to_dict("records"))),
+        "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
+        "left_out": _left_out(results.tried),
+        "inputs": rows_table(_inputs()),
+        "shares": markdown(_shares(results.shares)),
+        "largest": _largest(results.shares),
+        "materials": markdown(materials),
+        "held": ", ".join(
+            f"{name} {(rows['size'] != Size.OUTSIDE).sum()} of {len(rows)}"
+            for name, rows in materials.groupby("changed", sort=False)
+        ),
+        "statements": statements,
+        "statements_table": markdown(
+            statements.assign(
+                verdict=statements["verdict"]
+                + (": " + statements["reason"]).where(statements["reason"] != "", "")
+            )[["section", "says", "verdict"]]
+        ),
+        "verdicts": {
+            str(each): (results.statements.drop_duplicates("id")["verdict"] == each).sum() for each in Verdict
+        },
         "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
         "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
         "one_limit": ", ".join(quantity(limit, unit_of(name), 2) for name, limit in limits.items()),
-        "near": ", ".join(map(number, near)),
         "reach": f"{100 * REACH:g}",
+        "level": f"{100 * DATA['level']:g}",
+        "wide": f"{DATA['wide']:g}",
         "config": results.runs.config,
         "central": CENTRAL,
     }
-
-
-def agree(rows: pd.DataFrame) -> pd.Series:
-    """Return where sign and instant are the printed ones."""
-    return (rows["sign"] == Outcome.AGREES) & (rows["instant"] == Outcome.AGREES)
 
 
 def _split(predicted: pd.DataFrame, size: Size) -> dict[str, str]:
     """Return a line of the predictions of a size: how many, and what their signs and instants are."""
     rows = predicted[predicted["size"] == size]
     peaks = (rows["sign"] != Outcome.NONE).sum()
-    line = {"size": f"**{size}**", "predictions": f"{len(rows)}", "peaks": f"{peaks}"}
+    line = {"printed size": f"**{size}**", "predictions": f"{len(rows)}", "of these peaks": f"{peaks}"}
     for what in ("sign", "instant"):
         counts = (f"{(rows[what] == each).sum()}" for each in OUTCOMES)
         line[f"{what}: {' / '.join(OUTCOMES)}"] = " / ".join(counts)
-    return line | {"sign and instant agree": f"{agree(rows).sum()}"}
+    return line
+
+
+def _size(value: float, entry: Entry, digits: int = 3) -> str:
+    """Write a value, or an uncertainty of one, in the unit of an entry: of a reliability as it is."""
+    digits += 2 * (entry["unit"] == "deg")
+    return f"{value:.{digits + 4}f}" if entry["unit"] == "1" else quantity(value, entry["unit"], digits)
+
+
+def _interval(entry: Entry) -> str:
+    """Write the interval of the sizes, of a reliability that of the reliability."""
+    ends = [max(entry[end], 0.0) for end in ("low", "high")]
+    if entry["unit"] == "1":
+        ends = [CAP - end for end in reversed(ends)]
+    return " … ".join(_size(end, entry) for end in ends)
 
 
 def _written(entries: pd.DataFrame) -> pd.DataFrame:
-    """Return the ledger as the page shows it: ratios of both models once where they are the same."""
-    each = [entries[f"{model}_ratio"].map(number) for model in MODELS]
-    fitted = entries["fitted"].where(entries["fitted"] == "", ": " + entries["fitted"])
-    return pd.DataFrame(
-        {
-            "printed as": entries["ids"],
-            "what": entries["scene"] + ", " + entries["quantity"].str.replace("_", " "),
-            "printed": [
-                f"{value:.7f}" if unit == "1" else quantity(value, unit, 4)
-                for value, unit in zip(entries["printed"], entries["unit"], strict=True)
-            ],
-            "use": entries["use"] + fitted,
-            "ours / printed": [" and ".join(dict.fromkeys(both)) for both in zip(*each, strict=True)],
-            "size": entries["size"],
-            "sign": entries["sign"],
-            "instant": entries["instant"],
-        }
-    )
+    """Return the ledger as the page shows it: both models' values once where they are the same."""
+    rows = []
+    for entry in entries.to_dict("records"):
+        judged = entry["size"] != Size.NONE
+        ours = dict.fromkeys(_size(entry[model], entry) for model in MODELS)
+        shares = [entry["sign_share"], entry["instant_share"]]
+        rows.append(
+            {
+                "printed as": entry["ids"],
+                "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
+                "use": entry["use"] + (entry["fitted"] and f": {entry['fitted']}"),
+                "printed": _size(entry["printed"], entry, 4 if entry["unit"] != "1" else 3),
+                "ours": " and ".join(ours),
+                "u_num": number(entry["u_num"] / entry["printed_size"], 2) if judged else "",
+                "u_input": number(entry["u_input"] / entry["printed_size"], 2) if judged else "",
+                "u_print": number(entry["u_print"] / entry["printed_size"], 2) if judged else "",
+                "interval": _interval(entry) if judged else "",
+                "size": str(entry["size"]),
+                "sign / instant": "" if isnan(shares[0]) else " / ".join(map(share, shares)),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _missed(entry: Entry) -> dict[str, str]:
+    """Return a line of a prediction that is not reproduced."""
+    return {
+        "printed as": entry["ids"],
+        "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
+        "printed": _size(entry["printed"], entry, 4),
+        "interval": _interval(entry),
+        "reached by": entry["cause"],
+    }
+
+
+def _left_out(tried: pd.DataFrame) -> str:
+    """Say which variants did not run, and why."""
+    rows = tried[tried["why"] != ""]
+    reasons = rows["why"].str.split(": ", n=1).str[-1].str.split(";").str[0]
+    named = zip(rows["variant"], reasons, strict=True)
+    return "; ".join(f"{variant} ({why})" for variant, why in dict.fromkeys(named))
+
+
+def _inputs() -> Iterator[dict[str, str]]:
+    """Return a line of each input that is drawn."""
+    yield {"input": "H, guide, start", "drawn": "fitted to drawn facts", "reason": DATA["geometry"]["reason"]}
+    for one in INPUTS:
+        how = f"× or ÷ {one['factor']:g}" if "factor" in one else f"± {one.get('half', 0):g}"
+        drawn = f"or {one['other']:g}" if "other" in one else how
+        yield {"input": f"`{one['key']}`", "drawn": drawn, "reason": one["reason"]}
+
+
+def _shares(shares: pd.DataFrame) -> pd.DataFrame:
+    """Return the shares of the inputs in u_input of the central largest errors, a row each."""
+    cells = ["< 1 %" if each < 0.01 else f"{100 * each:.0f} %" for each in shares["share"]]
+    wide = shares.assign(cell=cells).pivot_table("cell", "id", "group", aggfunc="first", sort=False)
+    return wide.reset_index(names="printed as")
+
+
+def _largest(shares: pd.DataFrame) -> str:
+    """Say which input has the largest share of each central largest error."""
+    largest = shares.loc[shares.groupby("id", sort=False)["share"].idxmax()]
+    quantities = printed_rows().loc[largest["id"], "quantity"].str.split("_").str[1]
+    return ", ".join(f"{group} ({of})" for of, group in zip(quantities, largest["group"], strict=True))
+
+
+def _materials(results: Results) -> pd.DataFrame:
+    """Return how the largest errors with another material are met, by which partner has it."""
+    base = results.entries[results.entries["quantity"].isin(PEAKS)].assign(variant=BOTH)
+    lines = pd.concat([base, results.tried[results.tried["variant"].isin(MATERIALS)]])
+    lines = lines[lines["scene"].isin({one["scene"] for one in VARIANTS if "scene" in one})]
+    rows = []
+    for entry in lines.sort_values(["scene", "quantity"], kind="stable").to_dict("records"):
+        what = f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}"
+        known = {"what": what, "printed": _size(abs(entry["printed"]), entry, 4)}
+        cells = {"changed": entry["variant"], "interval": _interval(entry), "size": str(entry["size"])}
+        rows.append(known | cells)
+    return pd.DataFrame(rows)
 
 
 def draw(results: Results, folder: Path) -> None:
@@ -130,7 +215,8 @@ def draw(results: Results, folder: Path) -> None:
         "statements": results.statements,
         "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
         "limits": results.limits,
-        "first-cycle": results.first_cycle,
+        "shares": results.shares,
+        "causes": results.tried,
     }
     write_csv(frames, folder)
 
@@ -138,11 +224,11 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "paper",
     small=Config(
-        samples=100, long_samples=50, cycles=4, fewer=3, members=2,
+        samples=100, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2,
         chaos=CHAOS.small._replace(scenes=(CENTRAL,), swept={}),
     ),
     full=Config(
-        samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4,
+        samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50,
         chaos=CHAOS.full._replace(scenes=(CENTRAL,), swept={}),
     ),
     measure=measure,

@@ -1,5 +1,6 @@
 """Printed figures and statements of the paper: how they are judged, on made-up motions with known errors."""
 
+import dataclasses
 from collections import Counter
 from itertools import product
 from types import SimpleNamespace
@@ -15,14 +16,18 @@ from comparison.scene import load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.identification import fitting
 from comparison.studies.nonlinear.study import Chaos
-from comparison.studies.paper import claims, ledger, runs, study
+from comparison.studies.paper import causes, claims, draws, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Outcome, Size, Use
 from comparison.studies.shared.published import printed_rows, published
+from comparison.studies.shared.scenes import settable
 from comparison.tables.table import Table
 
 CYCLES, DENSE, SPARSE = 12, 200, 50
-CONFIG = runs.Config(DENSE, SPARSE, CYCLES, CYCLES, members=1, chaos=study.STUDY.small.chaos)
+CONFIG = runs.Config(
+    DENSE, SPARSE, CYCLES, CYCLES, members=1, draws=2, long_draws=1, chaos=study.STUDY.small.chaos
+)
+LIMITS = {"displacement": 2.0, "velocity": 1.0, "acceleration": 120.0}
 SUPPORTED, CONTRADICTED, UNDECIDED = Verdict.SUPPORTED, Verdict.CONTRADICTED, Verdict.UNDECIDED
 
 
@@ -72,7 +77,8 @@ def motions(changes=None, long=None, angles=(45,), chaos=Chaos.UNDECIDED, shape=
     angle = np.radians(np.where(time < 0.399, 45, np.resize(angles, time.size)))
     push = {"time": time, "reaction_A_x": 50 * np.cos(angle), "reaction_A_y": 50 * np.sin(angle)}
     pin = {model: Table(pd.DataFrame(push)) for model in MODELS}
-    return runs.Runs(CONFIG, short, ideal, many, pin, chaos, {model: [2.0] for model in MODELS})
+    usual = {pair: tables[0] for pair, tables in short.items()}
+    return runs.Runs(CONFIG, short, ideal, many, pin, chaos, {model: [2.0] for model in MODELS}, usual)
 
 
 def spike(scene, time, size):
@@ -82,9 +88,33 @@ def spike(scene, time, size):
     return values
 
 
-def entries(made_up):
+def drawn(made_up, spread=0.1, count=41, **turned):
+    """Draws about what the reference shows, by the first id of each number, uniform by a share of its size.
+
+    ``turned``: id -> (share of the draws with the other sign, share half a cycle later).
+    """
+    result = {}
+    for same in ledger.events():
+        name = same.index[0]
+        peak = runs.measure(name, made_up, "reference", LIMITS)
+        values = peak.value * np.linspace(1 - spread, 1 + spread, count)
+        if "reliability" in printed_rows().loc[name, "quantity"]:  # what is missing to the cap is spread
+            values = runs.CAP - (runs.CAP - peak.value) * np.linspace(1 - spread, 1 + spread, count)
+        time, place = np.full(count, peak.time), np.arange(count) / count
+        other_sign, later = turned.get(name.replace("-", "_"), (0, 0))
+        values[place < other_sign] *= -1
+        time[place >= 1 - later] += load_scene(runs.scene_of(name)).period / 2
+        result[name] = pd.DataFrame({"value": values, "time": time, "first": values / 3})
+    return result
+
+
+def judged(made_up, **options):
+    return ledger.ledger(made_up, drawn(made_up, **options), LIMITS)
+
+
+def entries(made_up, **options):
     """Every entry by each of its ids."""
-    rows = ledger.ledger(made_up).to_dict("records")
+    rows = judged(made_up, **options).to_dict("records")
     return {name: SimpleNamespace(**row) for row in rows for name in row["ids"].split(", ")}
 
 
@@ -116,8 +146,8 @@ def test_what_a_fit_reads_is_calibration_and_no_prediction(monkeypatch):
 
 
 def test_uses_of_the_distinct_figures():
-    # Errors of some 50 um miss the printed 1e-6 to the cap only with a limit of metres: no limit of an error.
-    rows = ledger.ledger(motions([{(scene, "slider_y"): 5e-5 for scene in runs.SCENES}]))
+    # A limit of 2 m is more than the stroke of 0.224 m: no limit of an error.
+    rows = judged(motions([{(scene, "slider_y"): 5e-5 for scene in runs.SCENES}]))
     # 9 figures of the motion and 8 reliabilities; 4 reliabilities of the displacement say nothing.
     assert Counter(rows["use"]) == {
         Use.PREDICTION: 25, Use.CALIBRATION: 17, Use.UNINFORMATIVE: 4, Use.MISPRINT: 2,
@@ -125,6 +155,55 @@ def test_uses_of_the_distinct_figures():
     assert list(rows["ids"][rows["use"] == Use.UNINFORMATIVE]) == [
         "F16-01-d", "F16-05-d", "F17-150-d", "F17-300-d"
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.2])
+def test_what_a_linear_response_to_a_uniform_input_leaves_open(spread):
+    """The quantiles of a uniform number are exact: 95 % of it lie within 0.95 of its half-width."""
+    within = ledger.interval(10.0 + spread * np.linspace(-1, 1, 2001), 0.0, 0.0)
+    assert within.u_input == pytest.approx(0.95 * spread, abs=1e-12)
+    assert (within.low, within.high) == pytest.approx((10 - 0.95 * spread, 10 + 0.95 * spread), rel=1e-12)
+
+
+def test_uncertainties_add_in_squares_to_each_side_of_the_median():
+    # Ends 0.95 * 3 below and 0.95 * 40 above the median: 2.85 and 38; numerics and print 3 and 4, together 5.
+    u = np.linspace(-1, 1, 4001)
+    within = ledger.interval(100 + np.where(u < 0, 3.0, 40.0) * u, 3.0, 4.0)
+    assert within.low == pytest.approx(100 - np.hypot(2.85, 5.0), rel=1e-9)
+    assert within.high == pytest.approx(100 + np.hypot(38.0, 5.0), rel=1e-9)
+    assert within.u_input == pytest.approx((2.85 + 38.0) / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "size"),
+    [
+        (0.9, 1.1, Size.REPRODUCED),
+        (0.5, 1.5, Size.REPRODUCED),  # a factor of three
+        (0.5, 1.51, Size.WIDE),
+        (-0.1, 1.1, Size.WIDE),  # down to nothing: any factor
+        (1.01, 1.1, Size.OUTSIDE),
+        (0.1, 0.99, Size.OUTSIDE),  # however wide
+        (1.0, 1.0, Size.REPRODUCED),
+    ],
+)
+def test_a_size_is_judged_by_its_interval_and_the_width_of_that(low, high, size):
+    assert ledger.Interval(low, high, 0.0).size(1.0) is size
+
+
+@pytest.mark.parametrize(
+    ("ways", "share", "outcome"),
+    [
+        (1, 1.0, Outcome.AGREES),
+        (1, 0.95, Outcome.AGREES),
+        (1, 0.94, Outcome.VARIES),
+        (1, 0.06, Outcome.VARIES),
+        (1, 0.05, Outcome.DIFFERS),
+        (2, 1.0, Outcome.OPEN),
+        (1, np.nan, Outcome.NONE),
+    ],
+)
+def test_sign_and_instant_are_judged_by_the_share_of_the_draws(ways, share, outcome):
+    assert ledger.outcome(ways, share) is outcome
 
 
 @pytest.mark.parametrize(
@@ -142,59 +221,229 @@ def test_size_sign_and_instant_are_judged_apart(row, at, size, sign, instant):
     printed, scene = published(row), runs.scene_of(row)
     channel = {"v": "slider_vy", "a": "slider_ay"}[row[-1]]
     entry = entries(motions([{(scene, channel): spike(scene, at, size * printed.value)}]))[row]
-    assert (entry.use, entry.size, entry.sign, entry.instant) == (Use.PREDICTION, Size.CLOSE, sign, instant)
-    # To half a sample, 1 ms of a cycle of 0.4 s.
-    assert entry.exudyn_away == pytest.approx((at - printed.time) / 0.4, abs=0.0025 + 1e-9)
+    assert (entry.use, entry.size) == (Use.PREDICTION, Size.REPRODUCED)
+    assert (entry.sign, entry.instant) == (sign, instant)
+    assert (entry.reference_ratio, entry.exudyn_ratio) == pytest.approx((1.0, 1.0))
+    assert (entry.low, entry.high) == pytest.approx(np.array([0.905, 1.095]) * abs(printed.value), rel=1e-3)
 
 
-def test_an_outcome_that_models_or_starts_do_not_share_is_none():
+def test_shares_of_sign_and_instant_are_those_of_the_draws():
     printed = published("F9-69-v")
-    up = spike("69GPa", printed.time, printed.value)
-    starts = [{("69GPa", "slider_vy"): up}, {("69GPa", "slider_vy"): -up}]
-    assert entries(motions(starts))["F9-69-v"].sign == Outcome.VARIES
-    both, late = motions(starts[:1]), motions([{("69GPa", "slider_vy"): 3 * np.roll(up, -80)}])
-    both.short["69GPa", "exudyn"] = late.short["69GPa", "exudyn"]
-    entry = entries(both)["F9-69-v"]
-    assert (entry.size, entry.sign, entry.instant) == (Size.FAR, Outcome.AGREES, Outcome.VARIES)
-    assert (entry.reference_ratio, entry.exudyn_ratio) == pytest.approx((1.0, 3.0))
+    made_up = motions([{("69GPa", "slider_vy"): spike("69GPa", printed.time, printed.value)}])
+    entry = entries(made_up, count=100, F9_69_v=(0.25, 0.1))["F9-69-v"]
+    assert (entry.sign_share, entry.instant_share, entry.both_share) == pytest.approx((0.75, 0.9, 0.65))
+    assert (entry.sign, entry.instant) == (Outcome.VARIES, Outcome.VARIES)
+
+
+def test_the_numerical_uncertainty_is_the_largest_difference_of_models_and_tiers():
+    printed = published("F9-69-v")
+    spikes = {f: [{("69GPa", "slider_vy"): spike("69GPa", 0.79, f * printed.value)}] for f in (1.0, 1.1, 0.7)}
+    made_up, model, tier = (motions(each) for each in spikes.values())
+    assert entries(made_up)["F9-69-v"].u_num == 0.0
+    made_up.short["69GPa", "exudyn"] = model.short["69GPa", "exudyn"]
+    assert entries(made_up)["F9-69-v"].u_num == pytest.approx(0.1 * printed.value)
+    made_up.standard["69GPa", "reference"] = tier.standard["69GPa", "reference"]
+    entry = entries(made_up)["F9-69-v"]
+    assert entry.u_num == pytest.approx(0.3 * printed.value)
+    # It widens the interval that the inputs leave, 0.095 of the size.
+    assert entry.high == pytest.approx((1 + np.hypot(0.095, 0.3)) * printed.value, rel=1e-3)
 
 
 def test_an_event_and_a_fitted_figure_add_nothing_to_the_count_of_predictions():
     """The peak of the velocity is printed four times in one way, and the range of y was fitted."""
     errors = {(runs.CENTRAL, "slider_vy"): spike(runs.CENTRAL, 0.7566, -published("F7-T-v").value)}
     made_up = motions([errors], {runs.CENTRAL: {"x": published("F14a-x").value}})
-    rows = ledger.ledger(made_up)
-    close = rows[(rows["use"] == Use.PREDICTION) & (rows["size"] == Size.CLOSE)]
+    rows = judged(made_up)
+    close = rows[(rows["use"] == Use.PREDICTION) & (rows["size"] == Size.REPRODUCED)]
     assert list(close["ids"]) == ["F7-T-v, F9-210-v, F10-28-v, F12-150-v"]
-    assert list(close["sign"]) == [Outcome.DIFFERS]
-    assert not study.agree(close).any()  # opposite, and 0.86 of a cycle late
-    assert entries(made_up)["F14a-x"].size == Size.CLOSE
+    assert list(close["both_share"]) == [0.0]  # opposite, and 0.86 of a cycle late
+    assert entries(made_up)["F14a-x"].size == Size.REPRODUCED
 
 
 def test_misprints_and_reliabilities_at_the_cap_are_not_judged():
-    judged = entries(motions())
+    by_id = entries(motions())
     for name, use in (("F7-T-d", Use.MISPRINT), ("F14c-y", Use.MISPRINT), ("F16-01-d", Use.UNINFORMATIVE)):
-        entry = judged[name]
+        entry = by_id[name]
         assert (entry.use, entry.size, entry.sign) == (use, Size.NONE, Outcome.NONE)
         assert np.isnan(entry.reference_ratio)
-    assert judged["F7-T-d"].note.startswith("misprint")
+    assert by_id["F7-T-d"].note.startswith("misprint")
     # Without any error nothing is missing to the cap, whatever the limit; the paper misses 0.02.
-    assert judged["F17-300-a"].exudyn_ratio == pytest.approx(0.0, abs=1e-9)
-    assert judged["F17-300-a"].size == Size.FAR
+    assert by_id["F17-300-a"].exudyn_ratio == pytest.approx(0.0, abs=1e-9)
+    assert by_id["F17-300-a"].size == Size.OUTSIDE
 
 
 def test_stroke_dead_centre_and_first_cycle_of_known_motions():
-    made_up = motions([{(runs.CENTRAL, "slider_y"): 1e-5}])  # 1e-5 sin
-    assert runs.measure("S4.2-stroke", made_up, "reference")[0].value == pytest.approx(-0.224)
-    assert runs.measure("S2.2-tdc", made_up, "exudyn")[0].value == pytest.approx(111.36, abs=1e-9)
+    made_up = motions([{(runs.CENTRAL, "slider_y"): 1e-5 * np.r_[np.ones(DENSE), 3 * np.ones(DENSE + 1)]}])
+    shown = {name: runs.measure(name, made_up, "exudyn", {}).value for name in ("S4.2-stroke", "S2.2-tdc")}
+    assert shown == pytest.approx({"S4.2-stroke": -0.224, "S2.2-tdc": 111.36}, abs=1e-9)
     assert runs.second(made_up.ideal[runs.CENTRAL, "reference"]).sum() == DENSE + 1
-    printed = published("F9-210-d")
-    row = study.first_cycle(made_up).set_index(["scene", "quantity"]).loc[(runs.CENTRAL, "displacement")]
-    # Of the sine the samples within 2.5 % of a cycle around the printed instant.
-    cycles = np.arange(2 * DENSE + 1) / DENSE
-    near = np.abs(cycles - printed.time / load_scene(runs.CENTRAL).period) <= 0.025
-    sizes = np.array([1.0, 1.0, np.abs(np.sin(2 * np.pi * cycles[near])).max()])
-    assert row.tolist() == pytest.approx(sizes * 1e-5 / abs(printed.value), rel=1e-9)
+    sizes = [runs.measure("F9-210-d", made_up, "reference", {}, cycle).value for cycle in (1, 2)]
+    assert sizes == pytest.approx([3e-5, 3e-5])  # the end of the first is the start of the second
+    rising = motions([{(runs.CENTRAL, "slider_y"): 1e-5 * np.linspace(0, 2, 2 * DENSE + 1)}])
+    sizes = [runs.measure("F9-210-d", rising, "reference", {}, cycle).value for cycle in (1, 2)]
+    assert sizes == pytest.approx([1e-5, 2e-5])
+
+
+# ---- what is drawn
+
+
+def test_a_draw_is_the_same_again_and_its_groups_move_their_own_keys_alone():
+    scene = load_scene(runs.CENTRAL)
+    first = draws.draw(scene, 5)
+    draws.drawn.cache_clear()
+    assert draws.draw(scene, 5) == first != draws.draw(scene, 6)
+    known, moved = settable(scene.data), set()
+    for group in draws.GROUPS:
+        own = {key for key, value in draws.draw(scene, 5, group).items() if value != known[key]}
+        assert own >= {one["key"] for one in draws.INPUTS if one["group"] == group}
+        if group not in (draws.GEOMETRY, "Tables 1 and 2"):
+            assert own <= {one["key"] for one in draws.INPUTS if one["group"] == group} | {draws.START}
+        moved |= own
+    assert moved == first.keys() - {"environment.gravity"} | (moved & {"environment.gravity"})
+
+
+def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_facts():
+    scene, facts = load_scene(runs.CENTRAL), fitting.printed_facts()
+    known, gravities = settable(scene.data), set()
+    for number in range(12):
+        values = draws.draw(scene, number)
+        gravities.add(values["environment.gravity"])
+        for one in draws.INPUTS:
+            middle, value = known[one["key"]], values[one["key"]]
+            if "factor" in one:
+                assert 1 / one["factor"] <= value / middle <= one["factor"]
+            elif "half" in one and one["key"] not in (draws.START, draws.ANGLE):
+                assert abs(value - middle) <= one["half"] * (1 + 1e-9)
+        line = values["mechanism.guide_x"] + values[draws.OFFSET]
+        crank, rod2, rocker, rod4 = (values[f"mechanism.{rod}.length"] for rod in draws.RODS)
+        lengths = fitting.Lengths(crank, rod2, rocker, rocker / 2, rod4)
+        geometry = fitting.Geometry(*values["mechanism.rocker_pivot"], line)
+        _, shown = fitting.shown(geometry, fitting.TOPOLOGIES[0], lengths)
+        assert np.all(np.abs(shown - facts["value"]) <= facts["allowance"] * (1 + 1e-9))
+        # The press starts at its dead centre, to the nudge of the start.
+        assert values[draws.ANGLE] == pytest.approx(shown[0], abs=1.1e-7)
+        assert abs(values[draws.START] - values[draws.OFFSET]) <= 1e-6 * (1 + 1e-9)
+    assert gravities == {0.0, 9.81}
+
+
+def test_draws_of_an_input_without_effect_show_the_nominal_run_in_any_chunks(monkeypatch):
+    """No journal is in the central case; a chunk does not change what a number draws."""
+    ids, central = ("F9-210-d", "F9-210-a"), runs.CENTRAL
+    config = CONFIG._replace(samples=400)
+    task = draws.Draws(central, ids, config, {}, 3, only="journal radius")
+    row = draws.measure_draws(task, lambda _: None)
+    assert row["failures"] == []
+    scene = runs.short_scene(config, central)
+    still = run_one(scene.with_values(draws.IDEAL), "reference")
+    one = {(central, "reference"): [run_one(scene, "reference")]}
+    nominal = runs.Runs(config, one, {(central, "reference"): still}, {}, {}, Chaos.UNDECIDED, {})
+    peaks = [runs.measure(name, nominal, "reference", {}) for name in ids]
+    for _, values in row["shown"]:
+        assert values[::3] == [peak.value for peak in peaks]
+        assert values[1::3] == [peak.time for peak in peaks]
+    monkeypatch.setattr(draws, "measure_all", lambda measure, tasks, *_: [measure(t, None) for t in tasks])
+    every = dataclasses.replace(task, only="")
+    whole, parts = draws.run_draws([every], 0, None), []
+    monkeypatch.setattr(draws, "CHUNK", 2)
+    parts = draws.run_draws([every, task], 0, None)
+    pd.testing.assert_frame_equal(whole[0].shown, parts[0].shown)
+    assert list(parts[0].shown.index) == [0, 1, 2]
+    assert [len(set(each.shown["F9-210-a", "value"])) for each in parts] == [3, 1]
+
+
+def test_a_draw_that_a_model_refuses_leaves_its_reason():
+    task = draws.Draws(runs.CENTRAL, ("F9-210-d",), CONFIG, {}, 1, changes={"contact.poisson": 0.7})
+    row = draws.measure_draws(task, lambda _: None)
+    assert row["shown"] == []
+    assert "poisson" in row["failures"][0]
+
+
+def test_shares_of_inputs_are_those_of_the_squares_of_what_each_leaves_open():
+    u = np.linspace(-1, 1, 2001)
+
+    def ensemble(half):
+        columns = pd.MultiIndex.from_product([["F9-210-d"], draws.FIELDS])
+        return draws.Ensemble(pd.DataFrame(np.column_stack([-1.0 + half * u] * 3), columns=columns), [])
+
+    rows = causes.shares({"a": ensemble(0.3), "b": ensemble(0.4), "c": ensemble(0.0)}, ["F9-210-d"])
+    assert list(rows["u_input"]) == pytest.approx([0.285, 0.38, 0.0], abs=1e-12)
+    assert list(rows["share"]) == pytest.approx([0.36, 0.64, 0.0])
+
+
+# ---- what would reach a printed figure
+
+
+@pytest.fixture
+def tried(monkeypatch):
+    """Variants of the ledger without any error, by made-up draws: the foundation meets all, a law is refused.
+
+    The first cycle shows a third of the second. The log has the tasks that ran.
+    """
+    log = []
+
+    def run(tasks, *_):
+        log.extend(tasks)
+        return [answer(task) for task in tasks]
+
+    def answer(task):
+        law = task.changes.get("contact.law", "")
+        factor = {"foundation": 1.0, "paper-switching": 5.0}.get(law, 0.2)
+        values = [[v for name in task.ids for v in (factor * published(name).value, 0.0, 0.0)]] * task.count
+        columns = pd.MultiIndex.from_product([task.ids, draws.FIELDS])
+        if law == "adams-impact":
+            return draws.Ensemble(pd.DataFrame([], columns=columns, dtype=float), ["not simulated"])
+        return draws.Ensemble(pd.DataFrame(values, columns=columns), [])
+
+    monkeypatch.setattr(causes, "run_draws", run)
+    errors = {("69GPa", "slider_vy"): spike("69GPa", 0.79, 3 * published("F9-69-v").value)}
+    made_up = motions([errors])
+    frames = drawn(made_up)
+    rows = ledger.ledger(made_up, frames, LIMITS)
+    return rows, causes.try_variants(rows, frames, CONFIG, 1, None), log
+
+
+def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_out(tried):
+    rows, found, log = tried
+    cause = dict(zip(rows["ids"], causes.causes(rows, found), strict=True))
+    # 3 times the printed size in the second cycle: in the first it is that, and the foundation meets all.
+    assert cause["F9-69-v"] == "first cycle, foundation"
+    assert cause["F11-01-v"] == "foundation"
+    assert cause["S4.2-stroke"] == cause["F7-T-d"] == ""
+    refused = found[found["variant"] == "adams-impact"]
+    assert set(refused["why"]) == {"not simulated"}
+    assert set(refused["size"]) == {Size.NONE}
+    probed = [task for task in log if task.changes.get("contact.law") == "adams-impact"]
+    assert {task.count for task in probed} == {causes.PROBED}
+    without = found[~found["variant"].isin(["foundation", "first cycle"])]
+    # Paper-switching, no gravity, slider alone, all of aluminium; of other scenes the first two.
+    cause = dict(zip(rows["ids"], causes.causes(rows, without), strict=True))
+    assert (cause["F9-69-v"], cause["F11-01-v"]) == ("none of 4", "none of 2")
+
+
+def test_materials_are_tried_for_their_figures_whether_reproduced_or_not(tried):
+    _, found, _ = tried
+    alone = found[found["variant"] == "slider alone"]
+    assert set(alone["ids"]) == {f"F{figure}-{letter}" for figure in ("9-69", "10-33") for letter in "dva"}
+
+
+def test_a_setting_of_the_papers_own_that_reaches_a_figure_is_named(tried):
+    rows, _, _ = tried
+    entry = next(row for row in rows.to_dict("records") if row["ids"] == "F9-69-v")
+    third = entry["reference"] / 3  # what is printed
+    settings = pd.DataFrame(
+        [("F9-69-v", 1e-3, 5.0, 7.0, "success", third), ("F9-69-v", 1e-4, 5.0, 7.0, "success", 2 * third),
+         ("F9-69-v", 1e-5, 5.0, 7.0, "step-too-small", np.nan), ("F7-T-d", 1e-3, 5.0, 7.0, "success", 1.0)],
+        columns=["id", "tolerance", "alpha", "beta", "status", "value"],
+    )  # fmt: skip
+    found = causes.by_numerics(rows, settings)
+    assert list(found["size"]) == [Size.REPRODUCED, Size.OUTSIDE, Size.NONE]
+    assert found["low"][0] == pytest.approx(entry["low"] / 3)
+    cause = dict(zip(rows["ids"], causes.causes(rows, found), strict=True))
+    assert cause["F9-69-v"] == "tolerance 0.001, α 5, β 7"
+    assert cause["F11-01-v"] == "none tried"
+
+
+# ---- limits of the permitted error
 
 
 def test_a_known_limit_is_implied_by_the_reliability_that_it_gives(monkeypatch):
@@ -220,16 +469,15 @@ def test_one_limit_is_found_from_reliabilities_that_share_it(monkeypatch):
         if identifier not in names:
             return published(identifier)
         assessed = made_up.reliabilities[runs.scene_of(identifier), "reference"]["acceleration"]
-        value = 0.9986501 - ledger.lacking(70.0, assessed)
+        value = 0.9986501 - runs.lacking(70.0, assessed)
         return published(identifier)._replace(value=value, rounding=5e-7)
 
     monkeypatch.setattr(ledger, "published", printed)
     # 0.9986501 for the cap of 0.99865010 costs 2e-9 of what is missing, here 1e-5 or more.
     assert ledger.one_limit(made_up, "acceleration") == pytest.approx(70.0, rel=1e-3)
-    judged = entries(made_up)
+    by_id = entries(made_up)
     for name in names:
-        entry = judged[name]
-        assert (entry.use, entry.fitted, entry.size) == (Use.CALIBRATION, "reliability limit", Size.CLOSE)
+        assert (by_id[name].use, by_id[name].fitted) == (Use.CALIBRATION, "reliability limit")
 
 
 # ---- statements
@@ -291,8 +539,14 @@ def test_every_statement_can_be_supported_and_can_be_contradicted():
         chaos=Chaos.CHAOTIC,
         shape=lambda angle: np.sin(angle) ** 3,  # close to zero around the lowest point
     )
+    # At the tightest settings the models agree, at the usual ones they do not.
+    favourable.standard[runs.CENTRAL, "exudyn"] = adverse(wave()).short[runs.CENTRAL, "exudyn"][0]
     held = claims.judge_all(favourable)
-    assert held["id"].nunique() == len(claims.CLAIMS) == 33
+    assert held["id"].nunique() == len(claims.CLAIMS) == 37
+    open_ones = held["reason"] != ""
+    assert set(held.loc[open_ones, "id"]) == {"fosm", "closure-frequency", "adams-difference"}
+    assert set(held.loc[open_ones, "verdict"]) == {Verdict.UNDECIDABLE}
+    held = held[~open_ones]
     assert set(held["verdict"]) == {SUPPORTED}
     # A map of y cannot both be without scatter and not repeat: each needs a motion of its own.
     restless, still = (claims.judge_all(adverse(series)) for series in (noise(3, 1.0), wave()))
@@ -364,7 +618,7 @@ def test_key_figures_of_the_paper_by_the_models(model):
     made = runs.Runs(config, {}, {(central, model): ideal}, {(central, model): many}, {}, Chaos.UNDECIDED, {})
 
     def off(row):
-        return abs(runs.measure(row, made, model)[0].value - published(row).value)
+        return abs(runs.measure(row, made, model, {}).value - published(row).value)
 
     assert off("S4.2-stroke") < published("S4.2-stroke").rounding
     # Round values of the geometry bring it to 111.355 degrees, where 111.36 is printed.
@@ -375,4 +629,4 @@ def test_key_figures_of_the_paper_by_the_models(model):
     assert all(off(row) <= 8e-6 for row in ("F14a-x", "F14a-x2"))
     # The highest error is geometry: at the wall at the top dead centre. The lowest depends on the bounces.
     assert off("F14e-y2") <= 0.05 * abs(published("F14e-y2").value)
-    assert 0.5 < runs.measure("F14e-y", made, model)[0].value / published("F14e-y").value < 1.2
+    assert 0.5 < runs.measure("F14e-y", made, model, {}).value / published("F14e-y").value < 1.2

@@ -28,7 +28,7 @@ OTHER_FILES = {
     "extremes": "cells.csv classes.csv",
     "identification": "arrangements.csv peaks.csv ranges.csv",
     "nonlinear": "exponents.csv sections.csv",
-    "paper": "report.html printed.csv statements.csv criteria.csv limits.csv first-cycle.csv",
+    "paper": "report.html printed.csv statements.csv criteria.csv limits.csv shares.csv causes.csv",
     "random-inputs": "gradients.csv precision.csv probabilities.csv",
     "reliability": "differences.csv two-cycles.csv one-model.csv",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",

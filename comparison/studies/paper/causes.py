@@ -1,0 +1,168 @@
+"""What is drawn for the ledger, and what is tried for the predictions that it does not find reproduced."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.execution.run import Progress
+from comparison.models import MODELS
+from comparison.studies.paper.draws import GROUPS, VARIANTS, Draws, Ensemble, run_draws
+from comparison.studies.paper.ledger import Entry, Interval, Size, Use, events, interval, size_of
+from comparison.studies.paper.runs import CENTRAL, IDEAL, PEAKS, Config, scene_of
+from comparison.studies.shared.published import printed_rows
+from comparison.studies.shared.study import part
+from comparison.tables.arrays import Array
+
+FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
+PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
+NUMERICS = "tolerance {tolerance:g}, α {alpha:g}, β {beta:g}"
+COLUMNS = [
+    "ids", "scene", "quantity", "unit", "printed", "variant", "low", "high", "draws", "size", "why",
+]  # fmt: skip
+
+
+def peaks_of(scene: str) -> tuple[str, ...]:
+    """Return the first id of each largest error that is printed of a scene."""
+    return tuple(name for name in _ids() if scene_of(name) == scene and _quantity(name) in PEAKS)
+
+
+def _ids() -> list[str]:
+    return [str(same.index[0]) for same in events()]
+
+
+def _quantity(identifier: str) -> str:
+    return str(printed_rows().loc[identifier, "quantity"])
+
+
+def draw_all(
+    config: Config, limits: Mapping[str, float], n_jobs: int, on_progress: Progress | None
+) -> tuple[dict[str, pd.DataFrame], pd.DataFrame]:
+    """Draw all inputs for every printed number, and each group alone for the central largest errors.
+
+    Returns what `Ensemble` shows by id, and `shares` of the inputs.
+    """
+    groups: dict[tuple[str, bool], list[str]] = {}
+    for name in _ids():  # the ideal mechanism is that of the central case
+        scene = CENTRAL if scene_of(name) == IDEAL else scene_of(name)
+        groups.setdefault((scene, _quantity(name).startswith("range_")), []).append(name)
+    small = config._replace(samples=2 * config.long_samples)
+    tasks = [
+        Draws(scene, tuple(ids), small, limits, config.long_draws if many else config.draws, many)
+        for (scene, many), ids in groups.items()
+    ]
+    central = peaks_of(CENTRAL)
+    tasks += [Draws(CENTRAL, central, small, {}, config.draws, only=group) for group in GROUPS]
+    ensembles = run_draws(tasks, n_jobs, on_progress)
+    for task, each in zip(tasks, ensembles, strict=True):
+        if each.shown.empty:
+            raise ValueError(f"no draw of {task.name} succeeded: {each.failures[0]}")
+    many, alone = ensembles[: len(groups)], ensembles[len(groups) :]
+    drawn = {name: pd.DataFrame(each.shown[name]) for each in many for name in each.shown.columns.unique(0)}
+    counted = [name for name in central if printed_rows().loc[name, "use"] != "misprint"]
+    return drawn, shares(dict(zip(GROUPS, alone, strict=True)), counted)
+
+
+def shares(alone: Mapping[str, Ensemble], ids: Sequence[str]) -> pd.DataFrame:
+    """Return what each group of inputs leaves open by itself, ``u_input``, and its share of the squares."""
+    rows = [
+        (name, group, interval(_sizes(name, each.shown[name]["value"]), 0.0, 0.0).u_input)
+        for name in ids
+        for group, each in alone.items()
+    ]
+    frame = pd.DataFrame(rows, columns=["id", "group", "u_input"])
+    squares = frame["u_input"] ** 2
+    return frame.assign(share=(squares / squares.groupby(frame["id"]).transform("sum")).fillna(0.0))
+
+
+def _sizes(identifier: str, values: pd.Series) -> Array:
+    return np.asarray(size_of(_quantity(identifier), values), dtype=np.float64)
+
+
+def missed(entries: pd.DataFrame) -> pd.DataFrame:
+    """Return the predictions that are not reproduced."""
+    return entries[(entries["use"] == Use.PREDICTION) & (entries["size"] == Size.OUTSIDE)]
+
+
+def try_variants(
+    entries: pd.DataFrame,
+    drawn: Mapping[str, pd.DataFrame],
+    config: Config,
+    n_jobs: int,
+    on_progress: Progress | None,
+) -> pd.DataFrame:
+    """Return a row of `COLUMNS` for each largest error and each variant tried for it.
+
+    Tried for the predictions that are not reproduced, the materials for all of their figures. A variant of
+    which one of `PROBED` draws fails under a condition is left out, and ``why`` says the reason.
+    """
+    by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
+    open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
+    small = config._replace(samples=2 * config.long_samples)
+    tasks = []
+    for one in VARIANTS:
+        for scene in [one["scene"]] if "scene" in one else dict.fromkeys(map(scene_of, open_ids)):
+            ids = tuple(name for name in peaks_of(scene) if "scene" in one or name in open_ids)
+            if "values" in one and ids:
+                tasks.append(
+                    (one["name"], Draws(scene, ids, small, {}, config.long_draws, changes=one["values"]))
+                )
+    probes = run_draws(
+        [replace(task, count=PROBED) for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.1)
+    )
+    why: dict[str, str] = {}
+    for (variant, _), probe in zip(tasks, probes, strict=True):
+        for text in probe.failures:
+            why.setdefault(variant, text)
+    runs = [task for variant, task in tasks if variant not in why]
+    rest = iter(run_draws(runs, n_jobs, part(on_progress, 0.1, 1.0)))
+    firsts = [name for name in open_ids if _quantity(name) in PEAKS]
+    rows = [_row(by_id[name], FIRST_CYCLE, drawn[name]["first"]) for name in firsts]
+    for (variant, task), probe in zip(tasks, probes, strict=True):
+        shown = (probe if variant in why else next(rest)).shown
+        rows += [_row(by_id[name], variant, shown[name]["value"], why.get(variant, "")) for name in task.ids]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _row(entry: Entry, variant: str, values: pd.Series, why: str = "") -> dict[str, Any]:
+    """Judge a printed number by the interval of a variant's draws."""
+    within = interval(_sizes(entry["ids"].split(", ")[0], values), entry["u_num"], entry["u_print"])
+    return _judged(entry, variant, within, len(values), why)
+
+
+def _judged(entry: Entry, variant: str, within: Interval, draws: int, why: str = "") -> dict[str, Any]:
+    size = Size.NONE if why else within.size(abs(entry["printed"]))
+    found = (variant, within.low, within.high, draws, size, why)
+    return {name: entry[name] for name in COLUMNS[:5]} | dict(zip(COLUMNS[5:], found, strict=True))
+
+
+def by_numerics(entries: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
+    """Return a row of `COLUMNS` for each prediction that is not reproduced and each of the paper's settings.
+
+    ``settings``: a row a printed figure and setting, with columns ``id``, ``tolerance``, ``alpha``, ``beta``,
+    ``status`` and ``value``. These runs have nominal inputs: the interval is that of the draws, multiplied by
+    how much a setting changes the size.
+    """
+    rows = []
+    for entry in missed(entries).to_dict("records"):
+        mine = settings[settings["id"].isin(entry["ids"].split(", "))]
+        for setting in mine.to_dict("records"):
+            factor = abs(setting["value"] / entry[MODELS[0]])
+            why = "" if setting["status"] == "success" and np.isfinite(factor) else str(setting["status"])
+            scaled = Interval(factor * entry["low"], factor * entry["high"], factor * entry["u_input"])
+            name = NUMERICS.format_map(setting)
+            rows.append(_judged(entry, name, scaled, entry["draws"], why))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def causes(entries: pd.DataFrame, tried: pd.DataFrame) -> pd.Series:
+    """Return what reaches each prediction that is not reproduced: variants, or of how many none does."""
+    named = {}
+    for key, ids in missed(entries)["ids"].items():
+        rows = tried[(tried["ids"] == ids) & (tried["size"] != Size.NONE)]
+        reached = rows["variant"][rows["size"] != Size.OUTSIDE]
+        none = f"none of {len(rows)}" if len(rows) else "none tried"
+        named[key] = ", ".join(reached) if len(reached) else none
+    return pd.Series(named, dtype=object).reindex(entries.index, fill_value="")
