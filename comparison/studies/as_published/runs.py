@@ -61,7 +61,7 @@ class Sampling(NamedTuple):
     @property
     def config(self) -> Config:
         """The same for the functions of the study paper, of which none here runs the study nonlinear."""
-        return Config(*self, fewer=self.cycles, members=1, chaos=CHAOS.small)
+        return Config(*self, fewer=self.cycles, members=1, draws=0, long_draws=0, chaos=CHAOS.small)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def measure(task: Run, progress: Progress) -> Row:
     runs, printed = _as_runs(task, table), figures()
     for identifier in printed.index[printed["scene"] == task.name]:
         if (printed.loc[identifier, "quantity"] in PEAKS) != task.ranges:
-            peak = shown(str(identifier), runs, MODEL)[0]
+            peak = shown(str(identifier), runs, MODEL, {})
             row["values"][str(identifier)] = [peak.value, peak.time]
     row["scales"] = {name: float(np.median(np.abs(table.values(name)))) for name in (*COORDINATES, *RATES)}
     return row | {"drift": table.provenance.get("constraints", {}).get("position")}

@@ -149,7 +149,8 @@ def by_numerics(entries: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     for entry in missed(entries).to_dict("records"):
         mine = settings[settings["id"].isin(entry["ids"].split(", "))]
         for setting in mine.to_dict("records"):
-            factor = abs(setting["value"] / entry[MODELS[0]])
+            size = abs(entry[MODELS[0]])
+            factor = abs(setting["value"]) / size if size else np.nan
             why = "" if setting["status"] == "success" and np.isfinite(factor) else str(setting["status"])
             scaled = Interval(factor * entry["low"], factor * entry["high"], factor * entry["u_input"])
             name = NUMERICS.format_map(setting)
@@ -157,12 +158,20 @@ def by_numerics(entries: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def causes(entries: pd.DataFrame, tried: pd.DataFrame) -> pd.Series:
-    """Return what reaches each prediction that is not reproduced: variants, or of how many none does."""
+def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.Series:
+    """Return what reaches each prediction that is not reproduced, or of how much nothing does.
+
+    Variants by their names, of the paper's ``numerics`` at how many settings.
+    """
     named = {}
     for key, ids in missed(entries)["ids"].items():
-        rows = tried[(tried["ids"] == ids) & (tried["size"] != Size.NONE)]
-        reached = rows["variant"][rows["size"] != Size.OUTSIDE]
-        none = f"none of {len(rows)}" if len(rows) else "none tried"
-        named[key] = ", ".join(reached) if len(reached) else none
+        rows, settings = (
+            each[(each["ids"] == ids) & (each["size"] != Size.NONE)] for each in (tried, numerics)
+        )
+        reached = list(rows["variant"][rows["size"] != Size.OUTSIDE])
+        if hits := (settings["size"] != Size.OUTSIDE).sum():
+            reached.append(f"numerics ({hits} of {len(settings)} settings)")
+        count = [f"{len(rows)}"] * bool(len(rows)) + [f"{len(settings)} settings"] * bool(len(settings))
+        none = f"none of {' and '.join(count)}" if count else "none tried"
+        named[key] = ", ".join(reached) or none
     return pd.Series(named, dtype=object).reindex(entries.index, fill_value="")

@@ -39,6 +39,7 @@ MARKS: dict[str, dict[str, Any]] = {
 }
 SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
 EDGE = 0.2  # of the axis of the predictions
+LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
 EVERY = 8  # samples of the two cycles that are drawn of a path
 HARDEST = 0.99  # quantile of the pin's force from which on its hits are marked
@@ -168,18 +169,22 @@ def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
 
 
 def _two_codes(runs: Runs, path: Path) -> None:
-    """Draw both models, where the paper has MATLAB and ADAMS, and their difference."""
+    """Draw two codes with a law each, as the paper's may have had, and what the code and the law change."""
     run = runs.short[CENTRAL, MODELS[0]][0]
     shown = second(run)
     time = run.time[shown]
-    with _grid(path, ERROR_LABELS, ("both models", "their difference"), 4.9, "time (s)", sharex=True) as axes:
+    titles = "Eqs. 9-11, and IMPACT of ADAMS", "difference of codes, and of laws"
+    with _grid(path, ERROR_LABELS, titles, 4.9, "time (s)", sharex=True) as axes:
         for (left, right), (channel, (scale, unit)) in zip(axes, SCALES.items(), strict=True):
-            errors = {m: scale * runs.errors(CENTRAL, m, channel)[shown] for m in MODELS}
-            _both(left, time, errors)
-            apart = np.maximum(np.abs(errors[MODELS[1]] - errors[MODELS[0]]), 1e-16 * scale)
-            kept = upper_envelope(apart, COLUMNS)
-            right.semilogy(time[kept], apart[kept], color=svg.DIFFERENCE)
+            error = runs.errors(CENTRAL, MODELS[0], channel)[shown]
+            other = error + runs.laws_and_codes["law and code"][channel]
+            _both(left, time, {MODELS[0]: scale * error, MODELS[1]: scale * other})
+            for name, colour in LAWS.items():
+                apart = scale * np.maximum(np.abs(runs.laws_and_codes[name][channel]), 1e-16)
+                kept = upper_envelope(apart, COLUMNS)
+                right.semilogy(time[kept], apart[kept], color=colour, label=f"another {name}")
             right.set(ylabel=f"|difference| ({unit})", xlim=(time[0], time[-1]))
+        svg.legend_above(axes[0][1], 2)
 
 
 def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, float], path: Path) -> None:

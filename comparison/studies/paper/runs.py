@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice, product
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.table import Table
 
 CENTRAL, PIN, IDEAL = "150rpm-0.2mm", "crank-pin", "ideal"
+ADAMS = "adams-impact"
+"""The central case with the contact law of the program that the paper compares with in Fig. 13."""
 CONDITIONS = {
     ("translational", "150", "0.2", "210", "0.28"): CENTRAL,
     ("translational", "150", "0.2", "69", "0.28"): "69GPa",
@@ -71,6 +73,7 @@ class Config(NamedTuple):
     draws: int  # of what the paper does not print, or rounds
     long_draws: int  # of the same, where runs are long: of many cycles, of variants
     chaos: nonlinear.Config  # what the study nonlinear runs of the central case
+    published: Any = None  # what the study as-published runs
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,8 @@ class Runs:
     standard: dict[tuple[str, str], Table] = field(default_factory=dict)
     """Two cycles at the settings as a user runs them: of all scenes by the first model, of the central case
     by both."""
+    adams: dict[str, Table] = field(default_factory=dict)
+    """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
         """Return the errors of a run over the two cycles, actual - ideal."""
@@ -98,6 +103,23 @@ class Runs:
     def errors(self, scene: str, model: str, channel: str) -> Array:
         """Return the errors of a channel over the two cycles from the first start, shape (n,)."""
         return self.two_cycles(scene, model).by_channel[channel]
+
+    @cached_property
+    def laws_and_codes(self) -> dict[str, dict[str, Array]]:
+        """What differs -> channel -> differences in the second cycle: the code, the contact law, or both.
+
+        Both: as the paper's two programs may have differed in Fig. 13.
+        """
+        first, second_model = MODELS
+        pairs = {
+            "code": (self.short[CENTRAL, first][0], self.short[CENTRAL, second_model][0]),
+            "law": (self.short[CENTRAL, first][0], self.adams[first]),
+            "law and code": (self.short[CENTRAL, first][0], self.adams[second_model]),
+        }
+        return {
+            name: {channel: (b.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
+            for name, (a, b) in pairs.items()
+        }
 
     def by_member(self, scene: str, model: str, channel: str, cycle: int = 2) -> list[Peak]:
         """Return the largest error of a cycle from each start."""
@@ -184,6 +206,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(ideal_scene(config, scene), model) for scene, model in pairs),
         *(Job(long_scene(config, scene), model) for scene, model in many),
         *(Job(pin, model) for model in MODELS),
+        *(Job(short_scene(config, ADAMS), model) for model in MODELS),
         *(Job(_two_cycles(config, scene, "accelerations"), model) for scene, model in usual),
     ]
     best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.5)).best
@@ -198,6 +221,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         ideal=dict(zip(pairs, islice(tables, len(pairs)), strict=True)),
         long=dict(zip(many, islice(tables, len(many)), strict=True)),
         pin=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
+        adams=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
         standard=dict(zip(usual, tables, strict=True)),
         chaos=nonlinear.verdict(best, CENTRAL),
         exponents=exponents,

@@ -12,9 +12,10 @@ from comparison.formatting import number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
+from comparison.studies.as_published.study import STUDY as AS_PUBLISHED
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures
-from comparison.studies.paper.causes import causes, draw_all, missed, try_variants
+from comparison.studies.paper.causes import by_numerics, causes, draw_all, missed, try_variants
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
 from comparison.studies.paper.draws import DATA, INPUTS, VARIANTS
 from comparison.studies.paper.ledger import Entry, Outcome, Size, Use, implied, ledger, one_limit
@@ -37,6 +38,7 @@ class Results(NamedTuple):
     entries: pd.DataFrame  # `ledger`, with the causes
     shares: pd.DataFrame  # `causes.shares`
     tried: pd.DataFrame  # `causes.try_variants`
+    numerics: pd.DataFrame  # `causes.by_numerics`
     limits: pd.DataFrame  # `implied`
     statements: pd.DataFrame  # `judge_all`
 
@@ -47,9 +49,11 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     limits = {name: one_limit(runs, name) for name in QUANTITIES}
     drawn, alone = draw_all(config, limits, n_jobs, part(on_progress, 0.5, 0.8))
     entries = ledger(runs, drawn, limits)
-    tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 1.0))
-    entries = entries.assign(cause=causes(entries, tried))
-    return Results(runs, entries, alone, tried, implied(runs), judge_all(runs))
+    tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 0.9))
+    published = AS_PUBLISHED.measure(config.published, n_jobs, part(on_progress, 0.9, 1.0))
+    numerics = by_numerics(entries, published.figures)
+    entries = entries.assign(cause=causes(entries, tried, numerics))
+    return Results(runs, entries, alone, tried, numerics, implied(runs), judge_all(runs))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -71,6 +75,8 @@ def page(results: Results) -> Mapping[str, object]:
         "missed": rows_table(map(_missed, missed(entries).to_dict("records"))),
         "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
         "left_out": _left_out(results.tried),
+        "settings": results.numerics["variant"].nunique(),
+        "codes_and_laws": rows_table(_codes_and_laws(results.runs)),
         "inputs": rows_table(_inputs()),
         "shares": markdown(_shares(results.shares)),
         "largest": _largest(results.shares),
@@ -161,6 +167,14 @@ def _missed(entry: Entry) -> dict[str, str]:
     }
 
 
+def _codes_and_laws(runs: Runs) -> Iterator[dict[str, str]]:
+    """Return the largest differences of Fig. 13: of two codes, of two laws, of both."""
+    for name, by_channel in runs.laws_and_codes.items():
+        sizes = zip(QUANTITIES, by_channel.values(), strict=True)
+        largest = {word: quantity(float(abs(each).max()), unit_of(word), 2) for word, each in sizes}
+        yield {"another": name} | largest
+
+
 def _left_out(tried: pd.DataFrame) -> str:
     """Say which variants did not run, and why."""
     rows = tried[tried["why"] != ""]
@@ -216,7 +230,7 @@ def draw(results: Results, folder: Path) -> None:
         "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
         "limits": results.limits,
         "shares": results.shares,
-        "causes": results.tried,
+        "causes": pd.concat([results.tried, results.numerics], ignore_index=True),
     }
     write_csv(frames, folder)
 
@@ -225,11 +239,11 @@ STUDY = Study(
     "paper",
     small=Config(
         samples=100, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2,
-        chaos=CHAOS.small._replace(scenes=(CENTRAL,), swept={}),
+        chaos=CHAOS.small._replace(scenes=(CENTRAL,), swept={}), published=AS_PUBLISHED.small,
     ),
     full=Config(
         samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50,
-        chaos=CHAOS.full._replace(scenes=(CENTRAL,), swept={}),
+        chaos=CHAOS.full._replace(scenes=(CENTRAL,), swept={}), published=AS_PUBLISHED.full,
     ),
     measure=measure,
     page=page,

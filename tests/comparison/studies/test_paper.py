@@ -404,7 +404,7 @@ def tried(monkeypatch):
 
 def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_out(tried):
     rows, found, log = tried
-    cause = dict(zip(rows["ids"], causes.causes(rows, found), strict=True))
+    cause = dict(zip(rows["ids"], causes.causes(rows, found, found[:0]), strict=True))
     # 3 times the printed size in the second cycle: in the first it is that, and the foundation meets all.
     assert cause["F9-69-v"] == "first cycle, foundation"
     assert cause["F11-01-v"] == "foundation"
@@ -416,7 +416,7 @@ def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_ou
     assert {task.count for task in probed} == {causes.PROBED}
     without = found[~found["variant"].isin(["foundation", "first cycle"])]
     # Paper-switching, no gravity, slider alone, all of aluminium; of other scenes the first two.
-    cause = dict(zip(rows["ids"], causes.causes(rows, without), strict=True))
+    cause = dict(zip(rows["ids"], causes.causes(rows, without, without[:0]), strict=True))
     assert (cause["F9-69-v"], cause["F11-01-v"]) == ("none of 4", "none of 2")
 
 
@@ -438,9 +438,11 @@ def test_a_setting_of_the_papers_own_that_reaches_a_figure_is_named(tried):
     found = causes.by_numerics(rows, settings)
     assert list(found["size"]) == [Size.REPRODUCED, Size.OUTSIDE, Size.NONE]
     assert found["low"][0] == pytest.approx(entry["low"] / 3)
-    cause = dict(zip(rows["ids"], causes.causes(rows, found), strict=True))
-    assert cause["F9-69-v"] == "tolerance 0.001, α 5, β 7"
+    cause = dict(zip(rows["ids"], causes.causes(rows, found[:0], found), strict=True))
+    assert cause["F9-69-v"] == "numerics (1 of 2 settings)"
     assert cause["F11-01-v"] == "none tried"
+    cause = dict(zip(rows["ids"], causes.causes(rows, found[:0], found[1:]), strict=True))
+    assert cause["F9-69-v"] == "none of 1 settings"
 
 
 # ---- limits of the permitted error
