@@ -445,6 +445,20 @@ def test_a_setting_of_the_papers_own_that_reaches_a_figure_is_named(tried):
     assert cause["F9-69-v"] == "none of 1 settings"
 
 
+def test_what_the_law_changes_is_told_from_what_the_code_changes():
+    """The second model is 1 um off, the law of ADAMS moves either by 3 um; only in the second cycle."""
+    off = {(runs.CENTRAL, "slider_y"): 1e-6 * np.ones(2 * DENSE + 1)}
+    made_up, moved = motions(), motions([off])
+    made_up.short[runs.CENTRAL, "exudyn"] = moved.short[runs.CENTRAL, "exudyn"]
+    for model in MODELS:
+        frame = made_up.short[runs.CENTRAL, model][0].frame.copy()
+        frame["slider_y"] += 3e-6 * (np.arange(2 * DENSE + 1) >= DENSE)
+        made_up.adams[model] = Table(frame)
+    apart = {name: each["slider_y"] for name, each in made_up.laws_and_codes.items()}
+    for name, size in {"code": 1e-6, "law": 3e-6, "law and code": 4e-6}.items():
+        assert apart[name] == pytest.approx(np.full(DENSE + 1, size), rel=1e-6)  # 1e-6 rounds to 1e-16 of y
+
+
 # ---- limits of the permitted error
 
 
