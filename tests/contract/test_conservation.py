@@ -53,7 +53,7 @@ def test_rates_are_the_derivatives(short) -> None:
 
 
 @AUDITED
-@pytest.mark.parametrize("name", ["rattle", "wedge"])
+@pytest.mark.parametrize("name", ["rattle", "wedge", "punch"])
 def test_the_balance_of_energy_closes(run, variant, name) -> None:
     simulated = run(variant, name)
     parts = {key: simulated.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
@@ -64,12 +64,19 @@ def test_the_balance_of_energy_closes(run, variant, name) -> None:
     residual = np.abs(simulated.columns["energy_residual"]).max()
     assert residual <= (1e-8 if simulated.reference else 1e-3) * lost[-1]
     assert np.all(np.diff(parts["friction"]) >= 0.0)
-    if name == "rattle":
+    if name != "wedge":
         power = simulated.columns["crank_torque"] * simulated.scene["drive"]["speed_rpm"] * math.pi / 30.0
         work = cumulative_trapezoid(power, simulated.columns["time"], initial=0.0)
         # Samples of 4e-6 s through hits of 2e-4 s: (1/50)^2 / 12 of what the torque does in them.
         assert np.abs(work - parts["drive"]).max() <= 1e-4 * np.ptp(work)
     assert all(values[0] == 0.0 for values in parts.values())  # counted from t = 0
+    if name == "punch":
+        # The force between the table's rows, over the slider's way: sums of straight pieces, 1e-8 of it.
+        height, rows = simulated.columns["slider_y"], np.transpose(simulated.scene["load"]["table"])
+        force = np.interp(simulated.scene["load"]["surface"] - height, *rows)
+        stored = -cumulative_trapezoid(force, height, initial=0.0)
+        assert np.abs(simulated.columns["energy_load"] - stored).max() <= 1e-7 * stored[-1]
+        assert stored[-1] > 0.1 > lost[-1]
     for part in ("kinetic", "contact"):
         assert simulated.result.extrema[f"energy_{part}"]["min"] >= 0.0
         assert np.all(simulated.columns[f"energy_{part}"] >= 0.0)
