@@ -7,6 +7,11 @@ import pytest
 from closed_linkage import crank_angle, joints
 from scipy.integrate import cumulative_trapezoid
 
+import exudyn_model
+import reference_model
+from comparison.accuracy.levels import solver_values
+from comparison.scene import load_scene
+
 RATES = {"x": ("vx", "ax"), "y": ("vy", "ay"), "angle": ("omega", "alpha")}
 AUDITED = pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 LOSSLESS = {"contact.restitution": 1.0, "friction.coefficient": 0.0}
@@ -80,6 +85,26 @@ def test_the_balance_of_energy_closes(run, variant, name) -> None:
     for part in ("kinetic", "contact"):
         assert simulated.result.extrema[f"energy_{part}"]["min"] >= 0.0
         assert np.all(simulated.columns[f"energy_{part}"] >= 0.0)
+
+
+@pytest.mark.parametrize("name", ["adams-impact", "69GPa-slider", "workpiece"])
+def test_shipped_scenes_close_the_balance_of_energy(name) -> None:
+    """The reference at the accuracy strict to 1e-8 J, five bodies at 2e-6 s to 1e-3 of the losses."""
+    scene = load_scene(name, {"output.groups": ["energy"]})
+    strict = scene.with_values(solver_values("reference", "strict", scene))
+    exact = reference_model.simulate(strict.data).columns
+    # Measured 1.4e-11 J at most
+    assert np.abs(exact["energy_residual"]).max() <= 1e-8
+    assert ("energy_load" in exact) == (name == "workpiece")
+    if name == "workpiece":
+        assert 0.3 < exact["energy_load"].max() < 1.0
+    short = scene.with_values(
+        {"solver.exudyn.formulation": "full", "solver.exudyn.step": 2e-6, "drive.cycles": 0.6}
+    )
+    full = exudyn_model.simulate(short.data).columns
+    assert (
+        np.abs(full["energy_residual"]).max() <= 1e-3 * (full["energy_damping"] + full["energy_friction"])[-1]
+    )
 
 
 def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant) -> None:
