@@ -43,12 +43,21 @@ VARIANTS = {
 
 # A sample every 4e-6 s, some fifty in a contact of steel.
 DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 100_000}
+THROWN = {"initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     # Thrown into its guide with a spin: short hits of single corners, at first in free flight.
-    "rattle": ("150rpm-0.2mm", {**DENSE, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}),
+    "rattle": ("150rpm-0.2mm", {**DENSE, **THROWN}),
     # Opposite corners in a soft guide, the shipped scene.
     "wedge": ("wedge", DENSE),
-}
+    # Thrown likewise under the law adams-impact, 0.1 mm inside a workpiece.
+    "punch": (
+        "150rpm-0.2mm",
+        {
+            **DENSE, **THROWN, "contact.law": "adams-impact", "load.surface": 0.1892,
+            "load.table": [[0.0, 0.0], [2e-3, 8.0], [2e-2, 4.0]],
+        },
+    ),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

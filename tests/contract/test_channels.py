@@ -13,7 +13,7 @@ SHORT = {"drive.cycles": 0.005}
 DIMENSIONS = {"m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (1, 2, -2), "rad": (0, 0, 0)}
 KEYS = {
     "length centroid width thickness rocker_pivot guide_x reference_offset slider_offset slider crank_pin "
-    "journal_radius corner_radius": (0, 1, 0),
+    "journal_radius corner_radius damping_depth surface depth": (0, 1, 0),
     "slider_vx impact_speed_floor static_speed transition_speed": (0, 1, -1),
     "mass": (1, 0, 0),
     "inertia": (1, 2, 0),
@@ -21,6 +21,8 @@ KEYS = {
     "youngs_modulus": (1, -1, -2),
     "gravity": (0, 1, -2),
     "step": (0, 0, 1),
+    "damping": (1, 0, -1),
+    "force": (1, 1, -2),
 }
 EVENTS = {
     "start": "s",
@@ -126,7 +128,12 @@ def in_other_units(scene: dict, factors: np.ndarray) -> dict:
     return changes
 
 
-def test_every_channel_has_the_dimension_of_its_unit(run, variant) -> None:
+@pytest.mark.parametrize(
+    "more",
+    [{}, {"contact.law": "adams-impact", "load.surface": 0.189, "load.force": 50.0}],
+    ids=["usual", "load"],
+)
+def test_every_channel_has_the_dimension_of_its_unit(run, variant, more) -> None:
     """Counted in other units of mass, length and time, each channel changes as channels.toml says.
 
     The factors are powers of four: squares and square roots (K of Eq. 10) are exact, so is all arithmetic
@@ -134,7 +141,7 @@ def test_every_channel_has_the_dimension_of_its_unit(run, variant) -> None:
     a wrong power is a factor of four.
     """
     factors = np.array([4.0, 0.25, 4.0])
-    changes = {"drive.cycles": 0.03, "initial.slider_omega": 0.4, "initial.slider_angle": 3e-4}
+    changes = {"drive.cycles": 0.03, "initial.slider_omega": 0.4, "initial.slider_angle": 3e-4, **more}
     original = run(variant, "150rpm-0.2mm", changes)
     other = run(variant, "150rpm-0.2mm", {**changes, **in_other_units(original.scene, factors)})
     a, b = original.result.events, other.result.events

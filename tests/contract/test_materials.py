@@ -40,3 +40,20 @@ def test_contact_constants_follow_from_the_materials_of_both_partners(read) -> N
     assert soft_slider[0] == soft_guide[0] != constants()[0]
     assert soft_slider[1] == constants()[1]
     assert soft_guide[1] == constants({MODULUS: 69e9, POISSON: 0.33})[1]
+
+
+def test_a_stiffness_takes_the_place_of_the_materials_in_adams_impact() -> None:
+    """Of corners and journal alike; where there is none each contact keeps that of Eq. 10."""
+
+    def stiffness(**contact):
+        scene = load_scene(
+            "both-clearances", {f"contact.{key}": value for key, value in contact.items()}
+        ).data
+        law, exudyn = read_parameters(scene).law, read_scene(scene)
+        assert (law.K, law.Kj) == pytest.approx((exudyn.guide.stiffness, exudyn.journal.stiffness), rel=1e-15)
+        return law.K, law.Kj
+
+    usual = stiffness()
+    assert usual[0] != usual[1]
+    assert stiffness(law="adams-impact") == usual
+    assert stiffness(law="adams-impact", stiffness=3e9) == (3e9, 3e9)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from listed_slider_crank import (
     ANGLE,
     BODIES,
@@ -24,12 +25,14 @@ from exudyn_model.five_bodies.system import Body, Drive, Pin, SliderContact, Sys
 from exudyn_model.parameters import Contact
 from reference_model import integrate
 from reference_model.events import ENDED, RECORDED
-from reference_model.parameters import read_parameters
+from reference_model.parameters import LAWS, read_parameters
 from reference_model.recording import PURPOSE, SAMPLE, SLIDER_FROM, TIME
+
+each_law = pytest.mark.parametrize("law", ["hertz-corners", "adams-impact"])
 
 
 def by_hand(law, times):
-    """x and angle of the slider from two coordinates, forces by Eqs. 1-11; scipy from touch to touch."""
+    """x and angle of the slider from two coordinates, forces by either law; scipy from touch to touch."""
     (_, _), (m2, J2), (m3, J3) = BODIES
     inertia, first = J2 + m2 * ROD * ROD / 4.0 + m3 * ROD * ROD, m2 * ROD / 2.0 + m3 * ROD
     speeds = [0.0] * 4
@@ -48,7 +51,11 @@ def by_hand(law, times):
         for k in range(4):
             gap, rate, inward, ry = corner(k, t, y)
             if speeds[k] and gap < 0.0:
-                normal = law.K * (-gap) ** 1.5 * max(0.0, 1.0 - law.C * rate / speeds[k])
+                elastic, share = law.K * (-gap) ** 1.5, min(-gap / law.d_max, 1.0)
+                damping = elastic * law.C / speeds[k]
+                if law.law == LAWS.index("adams-impact"):
+                    damping = law.c_max * (3.0 * share**2 - 2.0 * share**3)
+                normal = max(0.0, elastic - damping * rate)
                 force += inward * normal
                 moment -= ry * inward * normal
         crank, phi = ANGLE + OMEGA * t, y[0]
@@ -91,9 +98,11 @@ def by_reference(law, times, tolerance, baumgarte=(0.0, 0.0)):
 
 def by_exudyn(law, times, step):
     """The same by Exudyn's five-body builder, and how many contacts there were."""
-    contact = Contact(
-        CLEARANCE, law.K, law.n, law.C, law.speed_floor, law.c_f, law.v0, law.v1
-    )  # fmt: skip
+    name, damping = LAWS[int(law.law)], law.C
+    if name == "adams-impact":
+        damping = law.c_max
+    rest = law.speed_floor, law.c_f, law.v0, law.v1, name, law.d_max
+    contact = Contact(CLEARANCE, law.K, law.n, damping, *rest)
     system = System(
         [Body(*body, place, rate) for body, place, rate in zip(BODIES, *start(), strict=True)],
         [Pin("O", -1, (0.0, 0.0), 0, (-CRANK / 2, 0.0)), Pin("A", 0, (CRANK / 2, 0.0), 1, (-ROD / 2, 0.0)),
@@ -115,9 +124,11 @@ def by_exudyn(law, times, step):
     return np.stack([simulated["slider_x"], simulated["slider_angle"]]), len(recorder.event_table()["corner"])
 
 
-def test_the_reference_s_lists_are_the_linkage(scene) -> None:
+@each_law
+def test_the_reference_s_lists_are_the_linkage(scene, law) -> None:
     """Over some contacts without friction, against the solution by hand."""
-    law, times = read_parameters(scene({"friction.coefficient": 0.0})).law, np.linspace(0.0, 0.12, 601)
+    frictionless = {"contact.law": law, "friction.coefficient": 0.0}
+    law, times = read_parameters(scene(frictionless)).law, np.linspace(0.0, 0.12, 601)
     simulated, contacts = by_reference(law, times, 1e-12, baumgarte=(10.0, 10.0))
     exact = by_hand(by_lists(law)[1], times)
     assert contacts >= 4
@@ -127,9 +138,10 @@ def test_the_reference_s_lists_are_the_linkage(scene) -> None:
     assert angle < 1e-8
 
 
-def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene) -> None:
+@each_law
+def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law) -> None:
     """Difference against what refinement moves either model by, largest so far: the rule of the verdicts."""
-    law, times = read_parameters(scene()).law, np.linspace(0.0, 0.06, 301)
+    law, times = read_parameters(scene({"contact.law": law})).law, np.linspace(0.0, 0.06, 301)
     (exact, _), (finer, _) = (by_reference(law, times, tolerance) for tolerance in (1e-10, 1e-12))
     (five, contacts), (closer, _) = (by_exudyn(law, times, step) for step in (2e-6, 1e-6))
     assert contacts >= 3

@@ -73,6 +73,13 @@ def unbalanced(simulated):
             for end in "lu"
             for side, sign in (("l", 1), ("r", -1))
         )
+    load, height = scene["load"], columns["slider_y"]
+    if load["table"]:
+        contact = contact + 1j * np.interp(load["surface"] - height, *np.transpose(load["table"]))
+    contact = (
+        contact
+        + 1j * load["force"] * (np.maximum(load["surface"] - height, 0.0) / load["depth"]) ** load["exponent"]
+    )
     left["slider"] = force["F"] + contact - inertia
     power = power + ((inertia - contact).conjugate() * vf).real
     left["power"] = power / (scene["drive"]["speed_rpm"] * math.pi / 30) - torque
@@ -80,10 +87,12 @@ def unbalanced(simulated):
     return np.abs([*left.values()]) / np.array([[span if name == "power" else largest] for name in left])
 
 
-@pytest.mark.parametrize(("speed_rpm", "step"), [(150.0, 1e-5), (-90.0, 2e-5)])
-def test_an_ideal_slider_balances(run, variant, speed_rpm, step) -> None:
+@pytest.mark.parametrize(
+    ("speed_rpm", "step", "load"), [(150.0, 1e-5, 0.0), (-90.0, 2e-5, 0.0), (150.0, 1e-5, 500.0)]
+)
+def test_an_ideal_slider_balances(run, variant, speed_rpm, step, load) -> None:
     cycle = {"drive.cycles": 1.0, "drive.speed_rpm": speed_rpm, "solver.exudyn.step": step}
-    simulated = run(variant, "ideal", GROUPS | cycle)
+    simulated = run(variant, "ideal", GROUPS | cycle | {"load.force": load})
     # 1.5e-8 measured of Exudyn: the differences above, and what the Newton iteration leaves
     left = unbalanced(simulated)
     assert left.max() < (1e-9 if simulated.reference else 1e-7)
@@ -93,7 +102,7 @@ def test_an_ideal_slider_balances(run, variant, speed_rpm, step) -> None:
     assert max(simulated.columns[name].max() for name in NAMES) > 10
 
 
-@pytest.mark.parametrize("name", ["rattle", "wedge"])
+@pytest.mark.parametrize("name", ["rattle", "wedge", "punch"])
 def test_a_slider_with_clearance_balances(run, variant, name) -> None:
     """Through hits: reactions follow the walls' force at each state."""
     simulated = run(variant, name)

@@ -11,6 +11,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+from page_formulas import Numbers, corner_load, friction
 from reference_states import constants, friction_regime
 
 from comparison.scene import load_scene
@@ -49,6 +50,7 @@ class Press:
         self.data = load_scene("150rpm-0.2mm", {**BARRED, **(changes or {})}).data
         self.reference = read_parameters(self.data)
         self.numbers = constants(self.reference)
+        self.page = Numbers(self.data)
         self.exudyn = read_scene(self.data)
         self.omega = self.data["drive"]["speed_rpm"] * math.pi / 30.0
 
@@ -94,13 +96,20 @@ class Press:
         rate = -side * (state.v[12] - state.v[14] * arm.imag)
         return gap, rate, state.v[13] + state.v[14] * arm.real, arm.real, arm.imag
 
+    def pulls(self, stiffness: float, gap: float, rate: float, speed: float) -> bool:
+        """Whether a wall in contact would have to pull; N/m^n, m, m/s, m/s."""
+        return (
+            gap < 0.0
+            and self.page.damped(stiffness, stiffness * (-gap) ** self.page.n, -gap, -rate, speed) == 0.0
+        )
+
     def modes(self, state: State) -> np.ndarray:
         """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
-        c = self.numbers
         modes = np.zeros((3, 5))
         for number in np.flatnonzero(state.speeds):
-            (_, rate, slip, _, _), speed = self.corner(state, int(number)), state.speeds[number]
-            modes[:, number] = speed, friction_regime(c, slip), 1.0 - c.C * rate / speed < 0.0
+            (gap, rate, slip, _, _), speed = self.corner(state, int(number)), state.speeds[number]
+            pulls = self.pulls(self.page.K, gap, rate, speed)
+            modes[:, number] = speed, friction_regime(self.numbers, slip), pulls
         return modes
 
     def memory(self, state: State) -> np.ndarray:
@@ -109,24 +118,46 @@ class Press:
         contacts[:, IMPACT_SPEED], contacts[:, CLOSED] = state.speeds, state.speeds > 0.0
         return contacts
 
+    def page_force(self, state: State) -> np.ndarray:
+        """Force (N) and moment (N m) of all corners on the slider by the formulas of docs/model.md."""
+        motion, force = [self.corner(state, number) for number in range(4)], np.zeros(3)
+        for number in np.flatnonzero(state.speeds):
+            (gap, rate, slip, *arm), other = motion[number], (number + 2) % 4
+            beside = -motion[other][0] if state.speeds[other] > 0.0 else 0.0
+            normal = self.page.normal(-gap, beside, -rate, state.speeds[number])
+            force += corner_load(1 - 2 * (number % 2), normal, friction(*self.page.rub, normal, slip), *arm)
+        return force
+
+    def steepness(
+        self, stiffness: float, depth: float, rate: float, speed: float
+    ) -> tuple[float, float, float]:
+        """Most that a contact's force grows by its depth (N/m) and by the rate (N s/m), and its size (N)."""
+        c = self.numbers
+        elastic, slope = stiffness * depth**c.n, c.n * stiffness * depth ** (c.n - 1.0)
+        if self.page.law == "adams-impact":
+            # The cubic's slope is 1.5 in the middle.
+            return slope + 1.5 * c.c_max / c.d_max * abs(rate), c.c_max, elastic + c.c_max * abs(rate)
+        damping = max(1.0, 1.0 - c.C * rate / speed)
+        return slope * damping, elastic * c.C / speed, elastic * damping
+
     def force_bound(self, state: State) -> float:
         """How far the contact forces (N) of two models may be apart, all corners together.
 
         Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations.
         They count with the slope of the force, and with Eq. 11 where the approach exceeds the impact speed;
-        friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
+        rates, that round at 1e-15 m/s, with that of the damping. Friction on its ramp counts slips, rounded
+        likewise, with its slope.
         """
         c = self.numbers
         bound = 0.0
         for number in np.flatnonzero(state.speeds):
             gap, rate, _, _, _ = self.corner(state, int(number))
-            damping = max(1.0, 1.0 - c.C * rate / state.speeds[number])
-            slope = 1.5 * c.K * math.sqrt(-gap)
-            both = state.speeds[(int(number) + 2) % 4] > 0.0
-            # The surface's slopes by both depths: 2/6 + 1/6 of K_s.
-            slope += 0.5 * c.Ks if both and self.data["contact"]["law"] == "paper-switching" else 0.0
-            force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
-            bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
+            slope, damping, force = self.steepness(c.K, -gap, rate, state.speeds[number])
+            if state.speeds[(int(number) + 2) % 4] > 0.0 and self.page.law == "paper-switching":
+                # The surface's slopes by both depths: 2/6 + 1/6 of K_s.
+                slope += 0.5 * c.Ks
+                force = slope * -gap
+            bound += (slope + damping) * 1e-15 + 1e-12 * force + force * 1e-15 / (c.v1 - c.v0)
         return bound
 
 

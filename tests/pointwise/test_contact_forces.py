@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from page_formulas import friction, journal_load
 from press_states import Press, states
 from reference_states import (
     CLIPPED,
@@ -27,7 +28,16 @@ from exudyn_model.memory import law_array, new_contacts
 
 STEP = 2e-6
 EACH = 20  # of each situation and slip: 240 states a law
-LAWS = ("hertz-corners", "paper-switching")
+# A depth up to which the damping grows that half of the contacts are beyond; where the stiffness is given,
+# with an exponent of its own.
+ADAMS = {"contact.law": "adams-impact", "contact.damping_depth": 2e-6}
+GIVEN = {"contact.stiffness": 2e12, "contact.exponent": 2.0, "contact.damping": 500.0}
+LAWS = {
+    "hertz-corners": {},
+    "paper-switching": {"contact.law": "paper-switching"},
+    "adams-impact": ADAMS,
+    "adams-impact, stiffness given": ADAMS | GIVEN,
+}
 JOURNAL = 4
 
 
@@ -45,9 +55,10 @@ def guide_law(press):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_forces_of_the_corners_agree(law) -> None:
-    press = Press({"contact.law": law})
+    """Of both models, and by the page's formulas."""
+    press = Press(LAWS[law])
     constants = guide_law(press)
-    regimes, clipped, both_walls = set(), 0, 0
+    regimes, clipped, both_walls, shallow, deep = set(), 0, 0, 0, 0
     for state in states(press, EACH):
         force, contacts = slider_forces(press.reference, state.slider, press.modes(state))
         gaps = contacts[GAP, :4]
@@ -66,28 +77,30 @@ def test_forces_of_the_corners_agree(law) -> None:
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
         computed = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
-        np.testing.assert_allclose(computed[:2], force[:2], rtol=0, atol=bound)
-        assert abs(computed[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
+        # The page's formulas start from the test's own geometry, whose slips round four times as much.
+        for value, share in ((computed, 1.0), (press.page_force(state), 4.0)):
+            np.testing.assert_allclose(value[:2], force[:2], rtol=0, atol=share * bound)
+            assert abs(value[2] - force[2]) <= 0.05 * share * bound  # of the arms, 0.043 m
         if not state.speeds.any():
             assert not force.any()
         regimes |= {friction_regime(press.numbers, s) for s in contacts[SLIP, state.speeds.nonzero()].ravel()}
         clipped += np.count_nonzero(contacts[NORMAL, :4][state.speeds > 0.0] == 0.0)
         both_walls += contacts[NORMAL, [0, 2]].any() and contacts[NORMAL, [1, 3]].any()
+        pushing = contacts[NORMAL, :4] > 0.0
+        shallow += np.count_nonzero(pushing & (-gaps < press.numbers.d_max))
+        deep += np.count_nonzero(pushing & (-gaps > press.numbers.d_max))
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 5
     assert both_walls >= 20
+    assert min(shallow, deep) >= 40 or "adams" not in law
 
 
-def test_forces_of_a_side_agree() -> None:
-    """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
-    press = Press({"contact.law": "foundation"})
-    constants = guide_law(press)
-    c = press.numbers
-    mechanism, clearance = press.data["mechanism"], press.data["clearance"]["slider"]
+def tilted(press, count):
+    """Draw states with a corner or both of one side inside; yields side, state, motion of both corners."""
+    c, mechanism, clearance = press.numbers, press.data["mechanism"], press.data["clearance"]["slider"]
     length, rng = mechanism["slider"]["length"], np.random.default_rng(7)
-    regimes, clipped, partial = set(), 0, 0
-    for count in range(400):
-        side = count % 2
+    for number in range(count):
+        side = number % 2
         # Depths of the corners, from which x and angle follow to first order.
         depths = rng.uniform(-2e-5, 2e-5, 2)
         depths[rng.integers(2)] = rng.uniform(1e-8, 2e-5)
@@ -97,15 +110,25 @@ def test_forces_of_a_side_agree() -> None:
         # vy is the rods'; a rotation gives the wanted slip.
         place = (rng.uniform(0.0, 0.4), x, angle, rng.normal(0.0, 0.05))
         _, _, slip, arm, _ = press.corner(press.state(*place, 0.0, np.zeros(4)), side)
-        wanted = rng.choice([-1.0, 1.0]) * (0.5 * c.v0, 0.5 * (c.v0 + c.v1), 0.1)[count % 3]
-        state = press.state(*place, (wanted - slip) / arm, np.zeros(4))
-        motion = {number: press.corner(state, number) for number in (side, side + 2)}
-        if max(-of[0] for of in motion.values()) <= 0.0:
-            continue
+        wanted = rng.choice([-1.0, 1.0]) * (0.5 * c.v0, 0.5 * (c.v0 + c.v1), 0.1)[number % 3]
+        speeds = rng.uniform(1e-2, 0.1) * np.isin(np.arange(4), [side, side + 2])
+        state = press.state(*place, (wanted - slip) / arm, speeds)
+        motion = {corner: press.corner(state, corner) for corner in (side, side + 2)}
+        if max(-of[0] for of in motion.values()) > 0.0:
+            yield side, state, motion
+
+
+def test_forces_of_a_side_agree() -> None:
+    """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
+    press = Press({"contact.law": "foundation"})
+    constants = guide_law(press)
+    c = press.numbers
+    regimes, clipped, partial = set(), 0, 0
+    for side, state, motion in tilted(press, 400):
         d1, d2 = (-motion[number][0] for number in (side, side + 2))
         weights = np.array(side_forces(d1, d2))
         rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
-        first, speed = side + 2 * int(d2 > d1), rng.uniform(1e-2, 0.1)
+        first, speed = side + 2 * int(d2 > d1), state.speeds[side]
         modes, memory = np.zeros((4, 5)), new_contacts(4)
         # Either model keeps it where it wants to: the Exudyn model in the row of the lower corner.
         memory[side, IMPACT_SPEED] = modes[MEMORY, first] = speed
@@ -135,6 +158,30 @@ def test_forces_of_a_side_agree() -> None:
     assert partial >= 50
 
 
+@pytest.mark.parametrize("changes", [ADAMS, ADAMS | GIVEN], ids=["Eq. 10", "stiffness given"])
+def test_forces_of_a_side_s_corners_agree(changes) -> None:
+    """Law adams-impact: each corner that is inside by itself, with rates of its own, of one side."""
+    press = Press(changes)
+    constants = guide_law(press)
+    regimes, clipped, alone = set(), 0, 0
+    for side, state, motion in tilted(press, 400):
+        inside = [number for number, of in motion.items() if of[0] < 0.0]
+        state.speeds[np.setdiff1d(range(4), inside)] = 0.0
+        computed, contacts = slider_forces(press.reference, state.slider, press.modes(state))
+        other = slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, press.memory(state))
+        for value in (np.array(other), press.page_force(state)):
+            # Slips round at 4e-15 m/s, as above.
+            bound = 4.0 * press.force_bound(state)
+            np.testing.assert_allclose(value[:2], computed[:2], rtol=0, atol=bound)
+            assert abs(value[2] - computed[2]) <= 0.05 * bound
+        regimes.add(friction_regime(press.numbers, motion[side][2]))
+        clipped += np.count_nonzero(contacts[NORMAL, inside] == 0.0)
+        alone += len(inside) == 1
+    assert regimes == {-2, -1, 0, 1, 2}
+    assert clipped >= 50
+    assert 50 <= alone <= 300
+
+
 def side_forces(d1: float, d2: float) -> tuple[float, float]:
     """Return dU/dd_i over K_s of the elastic foundation, from the depths of a side's two corners, m."""
     if min(d1, d2) >= 0.0:
@@ -144,15 +191,17 @@ def side_forces(d1: float, d2: float) -> tuple[float, float]:
     return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
 
 
-def test_forces_of_the_journal_agree() -> None:
+@pytest.mark.parametrize("law", [law for law in LAWS if law != "paper-switching"])
+def test_forces_of_the_journal_agree(law) -> None:
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
-    press = Press({"joints.crank_pin": "clearance"})
+    # A damping that may clip the journal, too, whose stiffness is 20 times a corner's.
+    press = Press({**LAWS[law], "joints.crank_pin": "clearance", "contact.damping": 3e4})
     c = press.numbers
     mechanism = press.exudyn.mechanism
-    law = law_array(press.exudyn.journal, mechanism.rod2.mass)
+    constants = law_array(press.exudyn.journal, mechanism.rod2.mass)
     ends = np.array([0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0])
     rng = np.random.default_rng(5)
-    regimes, clipped, closed = set(), 0, 0
+    regimes, clipped, closed, shallow = set(), 0, 0, 0
     for count in range(300):
         time = rng.uniform(0.0, 0.4)
         theta1 = c.theta0 + c.omega * time
@@ -169,7 +218,7 @@ def test_forces_of_the_journal_agree() -> None:
         velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
         computed = Bearing(press.reference, time, complex(bearing), complex(velocity), w2)
         speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
-        modes, pulls = np.zeros((4, 5)), 1.0 - c.C * computed.rate / max(speed, 1e-9) < 0.0
+        modes, pulls = np.zeros((4, 5)), press.pulls(press.page.K_j, computed.gap, computed.rate, speed)
         modes[:, JOURNAL] = speed, friction_regime(c, computed.slip), pulls, depth > 0.0
         G, normal_force = computed.force(modes)
         crank, arm2 = c.Ls1 * np.exp(1j * theta1), c.Ls2 * np.exp(1j * theta2)
@@ -177,7 +226,7 @@ def test_forces_of_the_journal_agree() -> None:
         q1, q2 = (crank.real, crank.imag, theta1), (rod2.real, rod2.imag, theta2)
         v1, v2 = (vcrank.real, vcrank.imag, c.omega), (vrod2.real, vrod2.imag, w2)
         e, de = tip - bearing, 1j * c.omega * tip - velocity
-        own_motion = journal_motion.py_func(e.real, e.imag, de.real, de.imag, c.omega, w2, law)
+        own_motion = journal_motion.py_func(e.real, e.imag, de.real, de.imag, c.omega, w2, constants)
         gap, gap_rate, material_slip, *_ = own_motion
         # Differences of coordinates below 0.2 m; of velocities of some m/s over a distance of 2e-4 m, whose
         # direction is rounded at 1e-16 / 2e-4.
@@ -187,12 +236,19 @@ def test_forces_of_the_journal_agree() -> None:
         assert abs(material_slip - computed.slip) <= direction * 3.0
         memory = new_contacts(1)[0]
         memory[IMPACT_SPEED] = speed
-        memory[columns.REGIME] = slip_regime.py_func(material_slip, law)
-        force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, law, memory))
-        damping = max(1.0, 1.0 - c.C * computed.rate / speed) if speed else 1.0
-        size = abs(G)
-        slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping
-        bound = slope * 1e-15 + size * (1e-12 + direction + direction * 3.0 / (c.v1 - c.v0))
+        memory[columns.REGIME] = slip_regime.py_func(material_slip, constants)
+        force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, constants, memory))
+        bound, size, page = 0.0, 0.0, 0j
+        if depth > 0.0:
+            slope, damping, size = press.steepness(c.Kj, depth, computed.rate, speed)
+            bound = slope * 1e-15 + damping * direction * 3.0
+            bound += size * (1e-12 + direction + direction * 3.0 / (c.v1 - c.v0))
+            by_page = press.page.damped(
+                press.page.K_j, press.page.K_j * depth**press.page.n, depth, -computed.rate, speed
+            )
+            n = (computed.point - bearing) / c.bearing_radius
+            page = journal_load(by_page, friction(*press.page.rub, by_page, computed.slip), n, 1j * n)
+        assert abs(page - G) <= bound
         np.testing.assert_allclose(force[3:5], [G.real, G.imag], rtol=0, atol=bound)
         np.testing.assert_allclose(force[:2], -force[3:5], rtol=0, atol=0)
         # Both act in one point of the bearing's surface: moments about the bodies' centres.
@@ -203,6 +259,8 @@ def test_forces_of_the_journal_agree() -> None:
             closed += 1
             regimes.add(friction_regime(c, computed.slip))
             clipped += normal_force == 0.0
+            shallow += normal_force > 0.0 and depth < c.d_max
     assert closed == 270
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 5
+    assert 5 <= shallow <= 200 or "adams" not in law

@@ -8,6 +8,7 @@ import pytest
 from press_states import Press, states
 from reference_states import (
     GAP,
+    RATE,
     SLIP,
     Bearing,
     by_formulation,
@@ -22,10 +23,25 @@ from exudyn_model.five_bodies.system import build
 from exudyn_model.five_bodies.system import press as as_lists
 from exudyn_model.linkage import InitialState, driven_rod4
 from exudyn_model.tree.building import build_tree
+from exudyn_model.workpiece import workpiece_array, workpiece_forces
+from reference_model.workpiece import load_energy, load_force
 
 STEP = 2e-6
 EACH = 5  # of each situation and slip: 60 states
 DRIVER_ROW, JOURNAL = 12, 4
+# A workpiece over most of the slider's way, which ends at -0.035 m and begins 0.19 m above
+POWER = {"load.surface": 0.15, "load.force": 300.0, "load.depth": 0.1}
+ROWS = [[0.0, 0.0], [0.03, 500.0], [0.05, 0.0], [0.09, 200.0]]
+TABLE = {"load.surface": 0.15, "load.table": ROWS}
+LOADS = {"idle": {}, "power": POWER, "table": TABLE}
+CASES = {
+    "hertz-corners": {},
+    "paper-switching": {"contact.law": "paper-switching"},
+    "adams-impact": {"contact.law": "adams-impact", "contact.damping_depth": 2e-6},
+    "adams-impact, power": {"contact.law": "adams-impact", **POWER},
+    "table": TABLE,
+}
+each_case = pytest.mark.parametrize("changes", CASES.values(), ids=CASES)
 
 
 class Assembled:
@@ -94,10 +110,30 @@ def contact_force(press, state, contacts):
     return force
 
 
-@pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_mass_matrix_jacobian_and_forces_act_alike(law) -> None:
+@pytest.mark.parametrize("changes", [POWER, POWER | {"load.exponent": 1.0}, TABLE])
+def test_the_load_is_that_of_the_page(changes) -> None:
+    """Force and energy of both models at heights above, in and below each row of the table."""
+    press = Press(changes)
+    depths = np.concatenate([np.linspace(-0.05, 0.19, 481), [row[0] for row in ROWS]])
+    heights = 0.15 - depths
+    page = np.array([press.page.pressed(y) for y in heights]).T
+    workpiece = workpiece_array(press.exudyn.load)
+    load = press.reference.load
+    for of in (
+        workpiece_forces(heights, workpiece),
+        (load_force(load, heights), load_energy(load, heights)),
+    ):
+        # Heights round at 3e-17 m, with slopes up to 25 kN/m; sums of the table's ramps at 1e-16 of 2 kN.
+        np.testing.assert_allclose(of, page, rtol=1e-14, atol=3e-12)
+    # Beyond its last row a table keeps that row's force, which stores force times way.
+    assert page[0, 480] > 190.0
+    assert (page[0] == 0.0).sum() >= 100
+
+
+@each_case
+def test_mass_matrix_jacobian_and_forces_act_alike(changes) -> None:
     """What Exudyn assembles from bodies and joints against M, Phi_q and Q of Eqs. 15-16, to 1e-12."""
-    press = Press({"contact.law": law})
+    press = Press(changes)
     mass, weights = masses_and_weights(press.reference)
     rng = np.random.default_rng(11)
     for state in states(press, EACH):
@@ -114,30 +150,35 @@ def test_mass_matrix_jacobian_and_forces_act_alike(law) -> None:
         contacts, _ = by_reference(press, state, "slider", minimal_head(state))
         expected = weights.copy()
         expected[12:] += contact_force(press, state, contacts)
-        bound = press.force_bound(state) + 1e-15  # and of the weights
+        expected[13] += press.page.pressed(state.q[13])[0]
+        # And of the weights; of the load by its slope of 25 kN/m.
+        bound = press.force_bound(state) + (1e-11 if press.exudyn.load else 1e-15)
         np.testing.assert_allclose(assembled.force, expected, rtol=0, atol=bound)
 
 
-@pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
-def test_accelerations_agree(law) -> None:
+@each_case
+def test_accelerations_agree(changes) -> None:
     """Reference by two formulations; the Exudyn model's own balance, its tree, and its assembled five bodies.
 
     Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
     """
-    press = Press({"contact.law": law})
+    press = Press(changes)
     inertia, arm = press.exudyn.mechanism.slider.inertia, press.exudyn.mechanism.slider.length / 2.0
-    touched = 0
+    touched = loaded = 0
     for state in states(press, EACH):
         contacts, few = by_reference(press, state, "slider", minimal_head(state))
         force = contact_force(press, state, contacts)
         touched += force.any()
+        load = press.page.pressed(state.q[13])[0]
+        force[1] += load
+        loaded += load > 50.0
         computed = {
             "multiplier": by_reference(press, state, "multiplier", [*state.q, *state.v])[1][4, 6:],
             "balance": balanced(press, state.q, state.v, [*np.zeros(12), *force]),
             "five bodies": saddle_point(press, state)[12:15],
             "tree": tree_acceleration(press, state),
         }
-        bound = press.force_bound(state)
+        bound = press.force_bound(state) + 1e-13 * load
         scale = np.abs(few[4, 6:8]).max() + 50.0  # of C, 50 m/s^2 and more
         turning = arm * 1.3 * bound / inertia + 1e-11 * (abs(few[4, 8]) + scale / arm)
         for name, value in computed.items():
@@ -145,6 +186,7 @@ def test_accelerations_agree(law) -> None:
             assert error[:2].max() <= bound / 0.0195 + 1e-11 * scale, name
             assert error[2] <= turning, name
     assert touched >= 30  # of 45; some are clipped
+    assert loaded >= 20 or press.exudyn.load is None
 
 
 def saddle_point(press, state):
@@ -179,14 +221,41 @@ def tree_acceleration(press, state):
     return a.real, a.imag, alpha5
 
 
+def chain_acceleration(press, time, bodies, speed):
+    """Slider's accelerations from what Exudyn assembles for the tree that hangs from H, from those angles.
+
+    Without contacts at the slider; `speed` is that of the journal's impact, m/s.
+    """
+    mechanism, ideal = press.exudyn.mechanism, press.exudyn.guide is None
+    mechanism = replace(mechanism, crank_angle=mechanism.crank_angle + mechanism.omega * time)
+    start = InitialState(bodies[:, :3].copy(), bodies[:, 3:6].copy())
+    model = build_tree(replace(press.exudyn, mechanism=mechanism), start)
+    model.contacts[JOURNAL, IMPACT_SPEED] = speed
+    assembled = Assembled(model)
+    # Of rocker, rod 2 and rod 4 against the rocker, slider against rod 4.
+    ahead = np.linalg.solve(assembled.mass, assembled.force)
+    alpha3, alpha4 = ahead[0], ahead[0] + ahead[2]
+    a, at = 0j, ((2, "rocker", alpha3), (3, "rod4", alpha4))
+    for body, name, alpha in at:
+        w, angle = bodies[body, 5], bodies[body, 2]
+        a += press.data["mechanism"][name]["length"] * (1j * alpha - w * w) * np.exp(1j * angle)
+    return a.real, a.imag, 0.0 if ideal else alpha4 + ahead[3]
+
+
+@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("law", ["hertz-corners", "adams-impact"])
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
-    """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
-    press = Press({"joints.crank_pin": "clearance", "joints.slider": slider})
+def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider, law, load) -> None:
+    """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model).
+
+    And against what Exudyn assembles for its tree, which has the journal's force and the load from the model.
+    """
+    joints = {"joints.crank_pin": "clearance", "joints.slider": slider}
+    press = Press({**joints, "contact.law": law, "contact.damping": 3e4, **LOADS[load]})
     kind, c = "both" if slider == "clearance" else "pin", press.numbers
     rng = np.random.default_rng(4)
     shift = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0])
-    pressed = 0
+    pressed = loaded = 0
     for _ in range(100):
         time = rng.uniform(0.0, 0.4)
         x = press.data["mechanism"]["guide_x"] + (5e-5 if slider == "ideal" else rng.uniform(-1e-4, 1e-4))
@@ -201,6 +270,8 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
         if contacts[GAP, JOURNAL] < 0.0:  # a force only where the pin touches
             modes[0, JOURNAL] = 10.0
             modes[1, JOURNAL] = friction_regime(c, contacts[SLIP, JOURNAL])
+            modes[2, JOURNAL] = press.pulls(c.Kj, contacts[GAP, JOURNAL], contacts[RATE, JOURNAL], 10.0)
+            modes[3, JOURNAL] = 1.0
             contacts, bodies = by_formulation(press.reference, kind, time, head, modes)
         # The pin's force on rod 2 and the point where it acts, as the reference has them.
         ends = [press.data["mechanism"]["rod2"][k] for k in ("centroid", "length")]
@@ -214,9 +285,15 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider) -> None:
         arm = (pin[2] - bodies[1, 0], pin[3] - bodies[1, 1])
         moment = arm[0] * pin[1] - arm[1] * pin[0]
         q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
-        computed = balanced(press, q, v, [0.0, 0.0, 0.0, pin[0], pin[1], moment, *np.zeros(9)])
+        push = press.page.pressed(bodies[4, 1])[0]
+        loaded += push > 50.0
+        loads = [0.0, 0.0, 0.0, pin[0], pin[1], moment, *np.zeros(7), push, 0.0]
+        computed = balanced(press, q, v, loads)
         scale = np.abs(bodies[:, 6:8]).max() + 50.0
-        assert np.abs(np.array(computed[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
-        assert abs(computed[2]) <= 1e-11 * scale / 0.04  # of rounding
+        tree = chain_acceleration(press, time, bodies, 10.0 * (normal > 0.0))
+        for value in (computed, tree):
+            assert np.abs(np.array(value[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
+            assert abs(value[2]) <= 1e-11 * scale / 0.04  # of rounding
         assert bodies[4, 8] == 0.0
     assert pressed >= 30
+    assert loaded >= 40 or load == "idle"

@@ -12,6 +12,7 @@ from reference_model.workpiece import load_energy, load_force
 SURFACE, BOTTOM = -0.0318, -0.0348
 ROWS = [[0.0, 0.0], [1e-3, 500.0], [1.2e-3, 50.0], [2e-3, 50.0]]
 POWER, TABLE = {"load.force": 500.0}, {"load.table": ROWS}
+RISING = {"load.table": [*ROWS, [2.5e-3, 300.0]]}  # up to its last row
 LOADS = {"power": POWER, "linear": POWER | {"load.exponent": 1.0}, "table": TABLE}
 IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
@@ -40,18 +41,18 @@ def run(scene):
     return simulated
 
 
-@pytest.mark.parametrize("changes", LOADS.values(), ids=LOADS)
+@pytest.mark.parametrize("changes", [*LOADS.values(), RISING], ids=[*LOADS, "rising table"])
 def test_force_and_energy_are_those_of_the_page(scene, changes) -> None:
     load = read_parameters(scene(changes)).load
     h = np.concatenate([np.linspace(-1e-3, 4e-3, 501), np.array(ROWS)[:, 0]])
-    if changes is TABLE:
-        expected = np.interp(h, *np.array(ROWS).T)
+    if "load.table" in changes:
+        expected = np.interp(h, *np.transpose(changes["load.table"]))
     else:
         expected = 500.0 * (np.maximum(h, 0.0) / 3e-3) ** changes.get("load.exponent", 1.5)
     # The rounding of a height of 0.03 m, 1e-17 m, times a slope of up to 2e6 N/m.
     np.testing.assert_allclose(load_force(load, SURFACE - h), expected, rtol=1e-13, atol=1e-10)
     for depth in (-1e-3, 0.0, 5e-4, 1.1e-3, 1.7e-3, 3e-3):
-        rows = [row for row, _ in ROWS if row < depth] or None
+        rows = [row for row, _ in RISING["load.table"] if row < depth] or None
         exact, _ = quad(
             lambda d: load_force(load, SURFACE - d), 0.0, max(depth, 0.0), points=rows, epsabs=0.0
         )

@@ -59,7 +59,10 @@ def integrate(
         solver = DOP853(system.rates, t, y, end, **settings)
         switched = None
         while switched is None and solver.status == "running":
-            if solver.step() is not None:  # a message
+            # A trial step that goes far into a wall may overflow; it is rejected like any other.
+            with np.errstate(over="ignore", invalid="ignore"):
+                message = solver.step()
+            if message is not None:
                 raise StepError(f"at {solver.t:g} s")
             dense = solver.dense_output()
             checked = list(np.linspace(solver.t_old, solver.t, CHECKS + 1))
