@@ -16,7 +16,8 @@ from comparison.scene.overrides import readable, toml
 from comparison.scene.schema import NAME
 
 _SECTIONS = (
-    "drive", "joints", "clearance", "contact", "friction", "environment", "initial", "output", "mechanism"
+    "drive", "joints", "clearance", "contact", "friction", "load", "environment", "initial", "output",
+    "mechanism",
 )  # fmt: skip
 _HEAD = """\
 # Scene of sixbar. What is not written here has the value of the scene that this
@@ -47,7 +48,8 @@ def new_scene(path: Path, source: str) -> str:
         if f"[{section}]" not in lines:
             lines += ["", f"[{section}]"]
         rule = ", ".join(filter(None, (key.unit, key.bounds)))
-        value = readable(reduce(dict.__getitem__, key.name.split("."), data))
+        value = reduce(dict.__getitem__, key.name.split("."), data)
         lines += textwrap.wrap(key.description, 80, initial_indent="# ", subsequent_indent="#   ")
-        lines.append(f"{own} = {value}{f'  # {rule}' if rule else ''}")
+        given = f"# {own} =" if value is None else f"{own} = {readable(value)}"  # nothing is no value of TOML
+        lines.append(f"{given}{f'  # {rule}' if rule else ''}")
     return "\n".join(lines) + "\n"

@@ -11,8 +11,8 @@ from comparison.scene import load_scene
 SHORT = ["--set", "drive.cycles=0.02", "--set", "output.samples_per_cycle=2000", "-q"]
 MOTION = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
 SCENES = [
-    "150rpm-0.2mm", "300rpm-0.2mm", "69GPa", "90rpm-0.1mm", "90rpm-0.5mm", "both-clearances", "crank-pin",
-    "ideal", "poisson-0.33", "surface", "wedge",
+    "150rpm-0.2mm", "300rpm-0.2mm", "69GPa", "69GPa-slider", "90rpm-0.1mm", "90rpm-0.5mm", "adams-impact",
+    "both-clearances", "crank-pin", "ideal", "poisson-0.33", "surface", "wedge", "workpiece",
 ]  # fmt: skip
 COMMANDS = [
     "scenes", "channels", "keys", "new", "plan", "run", "settings", "validate", "compare", "plot", "animate",

@@ -38,7 +38,9 @@ def test_every_key_of_a_scene_is_in_the_reference_once():
     rows = re.findall(r"^\| `([\w.\[\]]+)` \|", generated.keys(), re.MULTILINE)
     assert len(set(rows)) == len(rows)
     for name in shipped_scenes():
-        assert set(flat(load_scene(name).data)) <= set(rows)
+        for key in flat(load_scene(name).data):
+            # A material of each partner is in the row of both.
+            assert key in rows or key.rpartition(".")[0] in rows
 
 
 def test_every_name_for_python_is_in_the_reference():

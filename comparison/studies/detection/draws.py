@@ -146,7 +146,11 @@ def _value(rng: np.random.Generator, data: Mapping[str, Any], key: str, how: Map
         case {"uniform": bounds}:
             return float(rng.uniform(*bounds))
         case {"times": factor}:
-            return before * log_uniform(rng, (1.0 / factor, factor))
+            times = log_uniform(rng, (1.0 / factor, factor))
+            if before is None:  # a material of each partner
+                section, _, name = key.partition(".")
+                return {partner: value * times for partner, value in data[section][name].items()}
+            return before * times
         case {"clearances": share, "length": power}:
             reach = share * data["clearance"]["slider"] / data["mechanism"]["slider"]["length"] ** power
             return float(rng.uniform(-reach, reach))

@@ -8,8 +8,8 @@ from comparison.accuracy.levels import NAMES, AccuracyError, coarser, finer, ref
 from comparison.accuracy.measured import expected, front
 from comparison.scene import load_scene, shipped_scenes
 
-TREE, ROWS = ({"solver.exudyn.formulation": name} for name in ("tree", "rows"))
-EACH = {"reference": ("reference", {}), "full": ("exudyn", {}), "tree": ("exudyn", TREE)}
+FULL, TREE, ROWS = ({"solver.exudyn.formulation": name} for name in ("full", "tree", "rows"))
+EACH = {"reference": ("reference", {}), "full": ("exudyn", FULL), "tree": ("exudyn", TREE)}
 NAMED = {"reference": [1e-7, 1e-10, 1e-12], "full": [8e-6, 2e-6, 5e-7], "tree": [1e-7, 1e-10, 1e-11]}
 
 
