@@ -48,7 +48,7 @@ Which = tuple[str, str]
 """A model and a tier."""
 
 COUNT = 5
-"""Checkpoints of a channel: with ten scenes the file stays near 100 kB."""
+"""Checkpoints of a channel: a scene takes some 10 kB of the file."""
 RECORDED = range(8)
 """Of the neighbours, those that a baseline's thresholds count."""
 CONFIRMING = range(8, 28)
