@@ -184,7 +184,7 @@ def _two_codes(runs: Runs, path: Path) -> None:
                 kept = upper_envelope(apart, COLUMNS)
                 right.semilogy(time[kept], apart[kept], color=colour, label=f"another {name}")
             right.set(ylabel=f"|difference| ({unit})", xlim=(time[0], time[-1]))
-        svg.legend_above(axes[0][1], 2)
+        axes[-1][1].legend(loc="lower left", fontsize=7)  # above the panels stands that of the models
 
 
 def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, float], path: Path) -> None:
