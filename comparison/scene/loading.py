@@ -149,8 +149,11 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
-    """Validate a complete mapping, such as the one recorded beside a table."""
-    return _checked({"scene.name": "scene"} | flat(data), {}, "")
+    """Validate a complete mapping, such as the one recorded beside a table, also by an earlier version."""
+    keys = {"scene.name": "scene"} | flat(data)
+    if keys.get("contact.impact_speed") == "frozen":  # up to 0.2.0; the only meaning that is left
+        del keys["contact.impact_speed"]
+    return _checked(keys, {}, "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:

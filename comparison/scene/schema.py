@@ -200,9 +200,9 @@ class Contact(Section):
     """Smallest impact speed that the damping refers to."""
     stiffness: Annotated[Positive | None, Unit("N/m^n")] = None
     """Stiffness k of the law adams-impact; without it K of Hertz's law, from the materials."""
-    damping: Annotated[NotNegative, Unit("N s/m")]
+    damping: Annotated[NotNegative, Unit("N s/m")] = 260.0
     """Largest damping coefficient c_max of the law adams-impact."""
-    damping_depth: Annotated[Positive, M]
+    damping_depth: Annotated[Positive, M] = 1e-5
     """Depth d_max at which the damping of the law adams-impact is the largest."""
 
 
@@ -220,13 +220,13 @@ class Friction(Section):
 class Load(Section):
     """Workpiece that pushes the slider up near bottom dead centre; none by default."""
 
-    surface: Annotated[Real, M]
+    surface: Annotated[Real, M] = -0.0318
     """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
     force: Annotated[NotNegative, Unit("N")] = 0.0
     """Force of the workpiece (press force) at load.depth; 0 is no workpiece."""
-    depth: Annotated[Positive, M]
+    depth: Annotated[Positive, M] = 3e-3
     """Depth below the surface at which the power law has load.force."""
-    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
+    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
     """Exponent q (power) of the depth in the force of the workpiece."""
     table: list[Annotated[list[Real], Field(min_length=2, max_length=2)]] = []
     """Rows [depth in m, force in N] in place of the power law, from [0, 0]; constant beyond the last."""
@@ -368,7 +368,7 @@ class SceneKeys(Section):
     clearance: Clearance
     contact: Contact
     friction: Friction
-    load: Load
+    load: Load = Load()
     environment: Environment
     output: Output = Output()
     solver: Solver = Solver()

@@ -215,8 +215,10 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
         return None, ()
-    sections = {*record_a, *record_b} - {"scene", "solver", "output"}
-    if changed := sorted(key for key in sections if record_a.get(key) != record_b.get(key)):
+    # With the keys that an earlier version did not write.
+    known_a, known_b = (_completed(record) for record in (record_a, record_b))
+    sections = {*known_a, *known_b} - {"scene", "solver", "output"}
+    if changed := sorted(key for key in sections if known_a.get(key) != known_b.get(key)):
         return None, (
             f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
         )
@@ -232,6 +234,14 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         except SceneError as error:
             reason = error
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
+
+
+def _completed(record: dict[str, Any]) -> Mapping[str, Any]:
+    """Return a recorded scene with all keys, or as it is where it is not valid."""
+    try:
+        return scene_from_mapping(record | {"solver": {}}).data
+    except SceneError:
+        return record
 
 
 def _sampling_error(values: Sequence[float]) -> float:

@@ -83,6 +83,17 @@ def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(
     none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
     assert (none, "drive" in warning) == (None, True)
     assert recorded_scene(recorded(), make_table()) == (None, ())
+    # Of a table of version 0.2.0, which knew neither a load nor another damping.
+    old = recorded()
+    record = old.provenance["scene"]
+    del record["load"], record["contact"]["damping"], record["contact"]["damping_depth"]
+    record["contact"]["impact_speed"] = "frozen"
+    for pair in ((old, recorded()), (recorded(), old), (old, old)):
+        result, warnings = recorded_scene(*pair)
+        assert (result.data["contact"], warnings) == (scene.data["contact"], ())
+    record["contact"]["impact_speed"] = "current"
+    none, (warning,) = recorded_scene(old, recorded())
+    assert (none, "contact" in warning) == (None, True)
 
 
 def test_many_rows_of_nine_channels_are_not_looped_over(lines_run):
