@@ -66,7 +66,7 @@ def draw_all(
 
 
 def shares(alone: Mapping[str, Ensemble], ids: Sequence[str]) -> pd.DataFrame:
-    """Return what each group of inputs leaves open by itself, ``u_input``, and its share of the squares."""
+    """Return ``u_input`` of each group of inputs alone, and its share of the sum of squares."""
     rows = [
         (name, group, interval(_sizes(name, each.shown[name]["value"]), 0.0, 0.0).u_input)
         for name in ids
@@ -96,7 +96,7 @@ def try_variants(
     """Return a row of `COLUMNS` for each largest error and each variant tried for it.
 
     Tried for the predictions that are not reproduced, the materials for all of their figures. A variant of
-    which one of `PROBED` draws fails under a condition is left out, and ``why`` says the reason.
+    which one of `PROBED` draws fails under a condition is left out, and ``why`` has the status of its run.
     """
     by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
     open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
@@ -158,20 +158,23 @@ def by_numerics(entries: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.Series:
-    """Return what reaches each prediction that is not reproduced, or of how much nothing does.
+def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.DataFrame:
+    """Return what reaches each prediction that is not reproduced, a row each by the index of ``entries``.
 
-    Variants by their names, of the paper's ``numerics`` at how many settings.
+    ``reached_by``: the names of variants; ``hits``: at how many settings the paper's ``numerics`` reach it;
+    ``variants`` and ``settings``: how many were tried.
     """
-    named = {}
+    rows = {}
     for key, ids in missed(entries)["ids"].items():
-        rows, settings = (
+        mine, settings = (
             each[(each["ids"] == ids) & (each["size"] != Size.NONE)] for each in (tried, numerics)
         )
-        reached = list(rows["variant"][rows["size"] != Size.OUTSIDE])
-        if hits := (settings["size"] != Size.OUTSIDE).sum():
-            reached.append(f"numerics ({hits} of {len(settings)} settings)")
-        count = [f"{len(rows)}"] * bool(len(rows)) + [f"{len(settings)} settings"] * bool(len(settings))
-        none = f"none of {' and '.join(count)}" if count else "none tried"
-        named[key] = ", ".join(reached) or none
-    return pd.Series(named, dtype=object).reindex(entries.index, fill_value="")
+        rows[key] = {
+            "reached_by": list(mine["variant"][mine["size"] != Size.OUTSIDE]),
+            "hits": int((settings["size"] != Size.OUTSIDE).sum()),
+            "variants": len(mine),
+            "settings": len(settings),
+        }
+    return pd.DataFrame.from_dict(
+        rows, orient="index", columns=["reached_by", "hits", "variants", "settings"]
+    )

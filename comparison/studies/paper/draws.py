@@ -126,7 +126,7 @@ class Ensemble(NamedTuple):
     shown: pd.DataFrame
     """A row a draw that succeeded, by its number; columns (id, one of `FIELDS`), the last that of the first
     cycle."""
-    failures: list[str]  # one line for each that did not
+    failures: list[str]  # of each that did not its status, or why the model refused it
 
 
 def run_draws(tasks: Sequence[Draws], n_jobs: int, on_progress: Progress | None) -> list[Ensemble]:
@@ -150,13 +150,15 @@ def run_draws(tasks: Sequence[Draws], n_jobs: int, on_progress: Progress | None)
 
 
 def measure_draws(draws: Draws, progress: Progress) -> Row:
-    """Run a chunk; a run that fails leaves its reason."""
+    """Run a chunk; of a run that fails its status stays, or why the model refused the scene."""
     del progress
     shown, failures = [], []
     for number in range(draws.first, draws.first + draws.count):
         try:
             shown.append((number, _show(draws, number)))
-        except (RunError, SceneError) as error:
+        except RunError as error:
+            failures.append(error.outcome.status)
+        except SceneError as error:
             failures.append(str(error))
     return {"shown": shown, "failures": failures}
 

@@ -35,7 +35,8 @@ class Results(NamedTuple):
     """What was run, and what follows from it."""
 
     runs: Runs
-    entries: pd.DataFrame  # `ledger`, with the causes
+    entries: pd.DataFrame  # `ledger`
+    causes: pd.DataFrame  # `causes.causes`
     shares: pd.DataFrame  # `causes.shares`
     tried: pd.DataFrame  # `causes.try_variants`
     numerics: pd.DataFrame  # `causes.by_numerics`
@@ -52,8 +53,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 0.9))
     published = AS_PUBLISHED.measure(config.published, n_jobs, part(on_progress, 0.9, 1.0))
     numerics = by_numerics(entries, published.figures)
-    entries = entries.assign(cause=causes(entries, tried, numerics))
-    return Results(runs, entries, alone, tried, numerics, implied(runs), judge_all(runs))
+    reached = causes(entries, tried, numerics)
+    return Results(runs, entries, reached, alone, tried, numerics, implied(runs), judge_all(runs))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -72,7 +73,8 @@ def page(results: Results) -> Mapping[str, object]:
         "clear": peaks[(peaks["sign"] != Outcome.OPEN) & (peaks["instant"] != Outcome.OPEN)],
         "split": rows_table(_split(predicted, size) for size in SIZES),
         "table": markdown(_written(entries)),
-        "missed": rows_table(map(_missed, missed(entries).to_dict("records"))),
+        "missed": rows_table(map(_missed, missed(entries).join(results.causes).to_dict("records"))),
+        "reached": int((results.causes["reached_by"].map(bool) | (results.causes["hits"] > 0)).sum()),
         "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
         "left_out": _left_out(results.tried),
         "settings": results.numerics["variant"].nunique(),
@@ -158,12 +160,17 @@ def _written(entries: pd.DataFrame) -> pd.DataFrame:
 
 def _missed(entry: Entry) -> dict[str, str]:
     """Return a line of a prediction that is not reproduced."""
+    by = list(entry["reached_by"])
+    if entry["hits"]:
+        by.append(f"numerics ({entry['hits']} of {entry['settings']} settings)")
+    counts = ((entry["variants"], ""), (entry["settings"], " settings"))
+    tried = " and ".join(f"{count}{what}" for count, what in counts if count)
     return {
         "printed as": entry["ids"],
         "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
         "printed": _size(entry["printed"], entry, 4),
         "interval": _interval(entry),
-        "reached by": entry["cause"],
+        "reached by": ", ".join(by) or (f"none of {tried}" if tried else "none tried"),
     }
 
 
@@ -178,8 +185,7 @@ def _codes_and_laws(runs: Runs) -> Iterator[dict[str, str]]:
 def _left_out(tried: pd.DataFrame) -> str:
     """Say which variants did not run, and why."""
     rows = tried[tried["why"] != ""]
-    reasons = rows["why"].str.split(": ", n=1).str[-1].str.split(";").str[0]
-    named = zip(rows["variant"], reasons, strict=True)
+    named = zip(rows["variant"], rows["why"], strict=True)
     return "; ".join(f"{variant} ({why})" for variant, why in dict.fromkeys(named))
 
 
@@ -225,7 +231,7 @@ def draw(results: Results, folder: Path) -> None:
     figures.draw(results.runs, results.entries, folder)
     times = results.entries["times"].map(lambda t: " ".join(map(str, t)))
     frames = {
-        "printed": results.entries.assign(times=times),
+        "printed": results.entries.assign(times=times).join(results.causes),
         "statements": results.statements,
         "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
         "limits": results.limits,

@@ -404,11 +404,11 @@ def tried(monkeypatch):
 
 def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_out(tried):
     rows, found, log = tried
-    cause = dict(zip(rows["ids"], causes.causes(rows, found, found[:0]), strict=True))
+    cause = causes.causes(rows, found, found[:0]).set_axis(causes.missed(rows)["ids"])
     # 3 times the printed size in the second cycle: in the first it is that, and the foundation meets all.
-    assert cause["F9-69-v"] == "first cycle, foundation"
-    assert cause["F11-01-v"] == "foundation"
-    assert cause["S4.2-stroke"] == cause["F7-T-d"] == ""
+    assert cause["reached_by"]["F9-69-v"] == ["first cycle", "foundation"]
+    assert cause["reached_by"]["F11-01-v"] == ["foundation"]
+    assert not {"S4.2-stroke", "F7-T-d"} & set(cause.index)
     refused = found[found["variant"] == "adams-impact"]
     assert set(refused["why"]) == {"not simulated"}
     assert set(refused["size"]) == {Size.NONE}
@@ -416,8 +416,9 @@ def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_ou
     assert {task.count for task in probed} == {causes.PROBED}
     without = found[~found["variant"].isin(["foundation", "first cycle"])]
     # Paper-switching, no gravity, slider alone, all of aluminium; of other scenes the first two.
-    cause = dict(zip(rows["ids"], causes.causes(rows, without, without[:0]), strict=True))
-    assert (cause["F9-69-v"], cause["F11-01-v"]) == ("none of 4", "none of 2")
+    cause = causes.causes(rows, without, without[:0]).set_axis(causes.missed(rows)["ids"])
+    assert cause.loc["F9-69-v"].tolist() == [[], 0, 4, 0]
+    assert cause.loc["F11-01-v"].tolist() == [[], 0, 2, 0]
 
 
 def test_materials_are_tried_for_their_figures_whether_reproduced_or_not(tried):
@@ -438,11 +439,27 @@ def test_a_setting_of_the_papers_own_that_reaches_a_figure_is_named(tried):
     found = causes.by_numerics(rows, settings)
     assert list(found["size"]) == [Size.REPRODUCED, Size.OUTSIDE, Size.NONE]
     assert found["low"][0] == pytest.approx(entry["low"] / 3)
-    cause = dict(zip(rows["ids"], causes.causes(rows, found[:0], found), strict=True))
-    assert cause["F9-69-v"] == "numerics (1 of 2 settings)"
-    assert cause["F11-01-v"] == "none tried"
-    cause = dict(zip(rows["ids"], causes.causes(rows, found[:0], found[1:]), strict=True))
-    assert cause["F9-69-v"] == "none of 1 settings"
+    cause = causes.causes(rows, found[:0], found).set_axis(causes.missed(rows)["ids"])
+    assert cause.loc["F9-69-v"].tolist() == [[], 1, 0, 2]
+    assert cause.loc["F11-01-v"].tolist() == [[], 0, 0, 0]
+    written = (
+        {"reached_by": ["foundation"], "hits": 1},
+        {"reached_by": [], "hits": 0},
+        {"variants": 4},
+        {"settings": 0},
+    )
+    entry = (
+        rows.set_index("ids").loc["F9-69-v"].to_dict() | {"ids": "F9-69-v"} | cause.loc["F9-69-v"].to_dict()
+    )
+    texts = [
+        "foundation, numerics (1 of 2 settings)",
+        "none of 2 settings",
+        "none of 4 and 2 settings",
+        "none of 4",
+    ]
+    for change, text in zip(written, texts, strict=True):
+        entry |= change
+        assert study._missed(entry)["reached by"] == text
 
 
 def test_what_the_law_changes_is_told_from_what_the_code_changes():
