@@ -14,6 +14,17 @@ from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.observation import all_bodies
 from reference_model.parameters import Parameters
 
+IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
+MULTIPLIER = {"solver.reference.formulation": "multiplier"}
+EACH = {
+    "slider": {},
+    "ideal": IDEAL,
+    "pin": IDEAL | PIN,
+    "both": PIN,
+    "multiplier": MULTIPLIER,
+    "multiplier ideal": MULTIPLIER | IDEAL,
+}
+"""What selects each formulation of the reference, for each of its joints with clearance."""
 MEMORY, REGIME, CLIPPED, INSIDE = range(4)
 """Rows of the modes, shape (4, CONTACTS)."""
 RATE, SLIP, GAP, NORMAL, FRICTION = range(5)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from reference_states import EACH, IDEAL, MULTIPLIER
 
 from reference_model import simulate
 from reference_model.contact import TAIL
@@ -11,18 +12,8 @@ from reference_model.parameters import read_parameters
 from reference_model.reactions import REACTIONS
 from reference_model.running import formulation, start
 
-IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
-MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 BDF, TOLERANCE = {"solver.reference.method": "BDF"}, "solver.reference.tolerance"
 JOINTS = {"output.groups": ["accelerations", "joints", "energy"]}
-EACH = {
-    "slider": {},
-    "ideal": IDEAL,
-    "pin": IDEAL | PIN,
-    "both": PIN,
-    "multiplier": MULTIPLIER,
-    "multiplier ideal": MULTIPLIER | IDEAL,
-}
 FORMULATIONS = pytest.mark.parametrize("changes", EACH.values(), ids=EACH.keys())
 GAINS = pytest.mark.parametrize("gain", [3.0, 30.0, 300.0])
 

@@ -26,18 +26,6 @@ DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 2_000_000}
 """Samples 2e-7 s apart."""
 
 
-@pytest.fixture
-def run(scene):
-    """Simulate the paper's press with dotted keys replaced; what ends otherwise is no run."""
-
-    def simulated(*changes):
-        result = simulate(scene({key: value for part in changes for key, value in part.items()}))
-        assert result.status == "success", result.remedy
-        return result
-
-    return simulated
-
-
 def test_error_follows_the_tolerance(run) -> None:
     """First-cycle error of x over five decades: fitted slope 0.9-1.4, no point tenfold off the fit.
 

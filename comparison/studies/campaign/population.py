@@ -55,7 +55,7 @@ AT_WORK = {
     "depth of this force": (0.5e-3, 10e-3, "m"),
     "exponent of the workpiece": (1.0, 3.0, "1"),
 }
-BOTTOM = -0.0348  # y of the slider at its bottom dead centre, m
+BOTTOM = -0.0348  # y of the slider at its bottom dead centre, m: lengths and pivots are never drawn
 GRAVITY = {"usual": 0.6, "none": 0.1, "reversed": 0.1, "drawn": 0.2}
 _shipped = cache(load_scene)
 
@@ -100,7 +100,9 @@ def _beside_shipped(rng: np.random.Generator) -> Scene:
 
 def _at_work(base: Scene, rng: np.random.Generator) -> Scene:
     """Return a scene with a workpiece, the law of ADAMS, or both."""
-    damping, full, force, depth = (log_uniform(rng, bounds[:2]) for bounds in list(AT_WORK.values())[:4])
+    damping, full = (log_uniform(rng, AT_WORK[name][:2]) for name in ("damping", "depth of the full damping"))
+    force = log_uniform(rng, AT_WORK["force of the workpiece"][:2])
+    depth = log_uniform(rng, AT_WORK["depth of this force"][:2])
     exponent = float(rng.uniform(*AT_WORK["exponent of the workpiece"][:2]))
     which = str(rng.choice(["law", "power law", "table", "both"]))
     values: dict[str, object] = {}
