@@ -7,6 +7,7 @@ fixture is used. PYTEST_DONT_REWRITE
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -97,8 +98,10 @@ def _write(results: Results, label: str, path: Path, options: dict[str, Any]) ->
     from comparison.tables.table import check
     from comparison.tables.table_files import write
 
-    rows, only = options.get("at_events"), options.get("channels")
-    (table,), _ = read_tables([as_source(results, label)], ["a"], options["mapping"], rows, only=only)
+    rows, only, abscissa = options.get("at_events"), options.get("channels"), options.get("abscissa", "time")
+    sources = [as_source(results, label)]
+    (table,), _ = read_tables(sources, ["a"], options["mapping"], rows, only=only, abscissa=abscissa)
     check(table, table.channels, name=label)
+    table = replace(table, frame=table.frame.rename(columns={"time": abscissa}))
     path.parent.mkdir(parents=True, exist_ok=True)
     write(table, path)

@@ -90,6 +90,8 @@ def read_tables(
     """
     if at_events is not None and at_events not in AT_EVENTS:
         raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
+    if isinstance(only, str):
+        raise TableError(f"channels {only!r} must be a list of names")
     mapping = mapping or Mapping()
     if only is not None:
         mapping = mapping.model_copy(update={"compare": list(only)})

@@ -148,8 +148,9 @@ def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
         (A.assign(slider_vx=float("nan")), {"tolerance": 1.0}, "slider_vx|nan"),
         (A.iloc[:50], {"tolerance": 1.0}, "truncated"),
         ("nowhere.mat", {"tolerance": 1.0}, "nowhere.mat"),
+        (A, {"tolerance": 1.0, "channels": "slider_x"}, "channels 'slider_x' must be a list of names"),
     ],
-    ids=["differ", "no tolerance", "no doubt", "missing", "nan", "truncated", "no file"],
+    ids=["differ", "no tolerance", "no doubt", "missing", "nan", "truncated", "no file", "no list"],
 )
 def test_the_fixture_of_pytest_fails_with_the_verdict(other, options, pieces, assert_agree):
     with pytest.raises(AssertionError) as failed:
