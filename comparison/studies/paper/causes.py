@@ -37,6 +37,11 @@ def _quantity(identifier: str) -> str:
     return str(printed_rows().loc[identifier, "quantity"])
 
 
+def _is_range(identifier: str) -> bool:
+    """Return whether a number is a range of many cycles, in which they are run too."""
+    return _quantity(identifier).startswith("range_")
+
+
 def draw_all(
     config: Config, limits: Mapping[str, float], n_jobs: int, on_progress: Progress | None
 ) -> tuple[dict[str, pd.DataFrame], pd.DataFrame]:
@@ -47,7 +52,7 @@ def draw_all(
     groups: dict[tuple[str, bool], list[str]] = {}
     for name in _ids():  # the ideal mechanism is that of the central case
         scene = CENTRAL if scene_of(name) == IDEAL else scene_of(name)
-        groups.setdefault((scene, _quantity(name).startswith("range_")), []).append(name)
+        groups.setdefault((scene, _is_range(name)), []).append(name)
     small = config._replace(samples=2 * config.long_samples)
     tasks = [
         Draws(scene, tuple(ids), small, limits, config.long_draws if many else config.draws, many)
@@ -93,22 +98,26 @@ def try_variants(
     n_jobs: int,
     on_progress: Progress | None,
 ) -> pd.DataFrame:
-    """Return a row of `COLUMNS` for each largest error and each variant tried for it.
+    """Return a row of `COLUMNS` for each largest error or range and each variant tried for it.
 
-    Tried for the predictions that are not reproduced, the materials for all of their figures. A variant of
-    which one of `PROBED` draws fails under a condition is left out, and ``why`` has the status of its run.
+    Tried for the predictions that are not reproduced, the materials for all of their largest errors. A
+    variant of which one of `PROBED` draws fails under a condition is left out, and ``why`` has the status of
+    its run.
     """
     by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
     open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
     small = config._replace(samples=2 * config.long_samples)
+    wanted: dict[tuple[str, bool], list[str]] = {}
+    for name in open_ids:
+        if _quantity(name) in PEAKS or _is_range(name):
+            wanted.setdefault((scene_of(name), _is_range(name)), []).append(name)
     tasks = []
     for one in VARIANTS:
-        for scene in [one["scene"]] if "scene" in one else dict.fromkeys(map(scene_of, open_ids)):
-            ids = tuple(name for name in peaks_of(scene) if "scene" in one or name in open_ids)
-            if "values" in one and ids:
-                tasks.append(
-                    (one["name"], Draws(scene, ids, small, {}, config.long_draws, changes=one["values"]))
-                )
+        if "values" in one:
+            asked = {(one["scene"], False): peaks_of(one["scene"])} if "scene" in one else wanted
+            for (scene, many), ids in asked.items():
+                draws = Draws(scene, tuple(ids), small, {}, config.long_draws, many, changes=one["values"])
+                tasks.append((one["name"], draws))
     probes = run_draws(
         [replace(task, count=PROBED) for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.1)
     )

@@ -427,6 +427,19 @@ def test_materials_are_tried_for_their_figures_whether_reproduced_or_not(tried):
     assert set(alone["ids"]) == {f"F{figure}-{letter}" for figure in ("9-69", "10-33") for letter in "dva"}
 
 
+def test_ranges_are_tried_over_many_cycles_and_largest_errors_are_not(tried):
+    rows, found, log = tried
+    open_ranges = {ids for ids in causes.missed(rows)["ids"] if ids.startswith("F14")}
+    assert open_ranges
+    reached = found[found["ids"].isin(open_ranges) & (found["size"] == Size.REPRODUCED)]
+    assert set(reached["ids"]) == open_ranges
+    assert set(reached["variant"]) == {"foundation"}
+    assert {name: task.many for task in log for name in task.ids if name in open_ranges} == dict.fromkeys(
+        open_ranges, True
+    )
+    assert not any(task.many for task in log if not open_ranges & {*task.ids})
+
+
 def test_a_setting_of_the_papers_own_that_reaches_a_figure_is_named(tried):
     rows, _, _ = tried
     entry = next(row for row in rows.to_dict("records") if row["ids"] == "F9-69-v")
