@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from math import inf
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from threading import Thread
 from typing import Any
 
 Attempt = Callable[[Any, Callable[[float], None]], Any]
@@ -206,8 +207,16 @@ def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
+def _end_with_parent() -> None:
+    """Wait for the end of the process that gives the tasks, which does not end one under way."""
+    if parent := multiprocessing.parent_process():
+        parent.join()
+    os._exit(1)
+
+
 def _serve(connection: Connection) -> None:
     """Process tasks until the connection ends (in the worker)."""
+    Thread(target=_end_with_parent, daemon=True).start()
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit

@@ -89,6 +89,15 @@ def test_a_worker_that_is_killed_costs_its_run_alone(sixbar):
     assert "its process" in bad["reason"]
 
 
+def test_workers_end_with_a_command_that_is_killed(sixbar):
+    log = sixbar.folder / sixbar.write("log", "")
+    path = sixbar.press("hang", beta='does = "hang"')
+    process = sixbar.start(*VALIDATE, path, env={"PRESSES_LOG": str(log)})
+    until(lambda: "hang" in log.read_text() or process.poll() is not None)
+    process.kill()
+    process.communicate(timeout=PATIENCE)  # ends where no worker holds the streams any more
+
+
 def test_the_script_is_the_module(sixbar):
     script = [str(Path(sys.executable).with_name("sixbar")), "plan", "idael"]
     ended = subprocess.run(script, capture_output=True, text=True, cwd=sixbar.folder, check=False)
