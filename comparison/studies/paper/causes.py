@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.models import MODELS
 from comparison.studies.paper.draws import GROUPS, VARIANTS, Draws, Ensemble, run_draws
-from comparison.studies.paper.ledger import Entry, Interval, Size, Use, events, interval, size_of
+from comparison.studies.paper.ledger import Entry, Size, Use, events, interval, size_of
 from comparison.studies.paper.runs import CENTRAL, IDEAL, PEAKS, Config, scene_of
 from comparison.studies.shared.published import printed_rows
 from comparison.studies.shared.study import part
@@ -18,7 +18,6 @@ from comparison.tables.arrays import Array
 
 FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
 PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
-NUMERICS = "tolerance {tolerance:g}, α {alpha:g}, β {beta:g}"
 COLUMNS = [
     "ids", "scene", "quantity", "unit", "printed", "variant", "low", "high", "draws", "size", "why",
 ]  # fmt: skip
@@ -136,54 +135,28 @@ def try_variants(
 
 
 def _row(entry: Entry, variant: str, values: pd.Series, why: str = "") -> dict[str, Any]:
-    """Judge a printed number by the interval of a variant's draws."""
+    """Judge a printed number by the interval of a variant's draws; numerics and print are the entry's."""
     within = interval(_sizes(entry["ids"].split(", ")[0], values), entry["u_num"], entry["u_print"])
-    return _judged(entry, variant, within, len(values), why)
-
-
-def _judged(entry: Entry, variant: str, within: Interval, draws: int, why: str = "") -> dict[str, Any]:
     size = Size.NONE if why else within.size(abs(entry["printed"]))
-    found = (variant, within.low, within.high, draws, size, why)
-    return {name: entry[name] for name in COLUMNS[:5]} | dict(zip(COLUMNS[5:], found, strict=True))
-
-
-def by_numerics(entries: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
-    """Return a row of `COLUMNS` for each prediction that is not reproduced and each of the paper's settings.
-
-    ``settings``: a row a printed figure and setting, with columns ``id``, ``tolerance``, ``alpha``, ``beta``,
-    ``status`` and ``value``. These runs have nominal inputs: the interval is that of the draws, multiplied by
-    how much a setting changes the size.
-    """
-    rows = []
-    for entry in missed(entries).to_dict("records"):
-        mine = settings[settings["id"].isin(entry["ids"].split(", "))]
-        for setting in mine.to_dict("records"):
-            size = abs(entry[MODELS[0]])
-            factor = abs(setting["value"]) / size if size else np.nan
-            why = "" if setting["status"] == "success" and np.isfinite(factor) else str(setting["status"])
-            scaled = Interval(factor * entry["low"], factor * entry["high"], factor * entry["u_input"])
-            name = NUMERICS.format_map(setting)
-            rows.append(_judged(entry, name, scaled, entry["draws"], why))
-    return pd.DataFrame(rows, columns=COLUMNS)
+    judged = (variant, within.low, within.high, len(values), size, why)
+    return {name: entry[name] for name in COLUMNS[:5]} | dict(zip(COLUMNS[5:], judged, strict=True))
 
 
 def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.DataFrame:
     """Return what reaches each prediction that is not reproduced, a row each by the index of ``entries``.
 
-    ``reached_by``: the names of variants; ``hits``: at how many settings the paper's ``numerics`` reach it;
-    ``variants`` and ``settings``: how many were tried.
+    ``reached_by``: the names of variants; ``variants``: how many were tried; ``settings``: at how many the
+    paper's own formulation and solver gives the printed size, ``chance`` of that: those of ``numerics``, as
+    `comparison.studies.as_published.study.judge` returns it; nan where it was not tried.
     """
+    by_id = numerics.set_index("id").reindex(columns=["settings", "chance"])
     rows = {}
     for key, ids in missed(entries)["ids"].items():
-        mine, settings = (
-            each[(each["ids"] == ids) & (each["size"] != Size.NONE)] for each in (tried, numerics)
-        )
+        mine = tried[(tried["ids"] == ids) & (tried["size"] != Size.NONE)]
+        name = next((each for each in ids.split(", ") if each in by_id.index), None)
         rows[key] = {
             "reached_by": list(mine["variant"][mine["size"] != Size.OUTSIDE]),
-            "hits": int((settings["size"] != Size.OUTSIDE).sum()),
             "variants": len(mine),
-            "settings": len(settings),
+            **(by_id.loc[name].to_dict() if name else dict.fromkeys(by_id, nan)),
         }
-    return pd.DataFrame.from_dict(
-        rows, orient="index", columns=["reached_by", "hits", "variants", "settings"]
-    )
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["reached_by", "variants", *by_id])

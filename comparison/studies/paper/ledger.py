@@ -2,9 +2,9 @@
 
 A number to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
 however well it is met. A number that the paper prints again is one entry. Sizes are judged after ASME V&V 20:
-the difference of simulation and print against the uncertainties of numerics, inputs and print. Size, sign and
-instant are judged apart: the largest error of a cycle has the printed size by chance more easily than all
-three.
+the difference of simulation and print against the uncertainties of numerics, inputs and print, but around the
+median of the draws, to each side by itself. Size, sign and instant are judged apart: the largest error of a
+cycle has the printed size by chance more easily than all three.
 """
 
 from collections.abc import Iterable, Mapping
@@ -81,11 +81,13 @@ class Interval(NamedTuple):
 def interval(sizes: Array, u_num: float, u_print: float) -> Interval:
     """Return the interval of sizes drawn, with the half-widths of numerics and print added in squares.
 
-    To each side of the median: what the inputs leave open is not symmetric.
+    To each side of the median: what the inputs leave open is not symmetric. Of n draws Weibull's rule leaves
+    the share of further ones between two quantiles what it is to be; the linear one 0.91 for 0.95 of 50.
     """
     if not sizes.size:
         return Interval(nan, nan, nan)
-    low, middle, high = np.quantile(sizes, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]).tolist()
+    shares = [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]
+    low, middle, high = np.quantile(sizes, shares, method="weibull").tolist()
     rest = hypot(u_num, u_print)
     return Interval(middle - hypot(middle - low, rest), middle + hypot(high - middle, rest), (high - low) / 2)
 

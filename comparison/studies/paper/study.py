@@ -5,6 +5,7 @@ from math import isnan
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
@@ -15,7 +16,7 @@ from comparison.scene import load_scene
 from comparison.studies.as_published.study import STUDY as AS_PUBLISHED
 from comparison.studies.nonlinear.study import STUDY as CHAOS
 from comparison.studies.paper import figures
-from comparison.studies.paper.causes import by_numerics, causes, draw_all, missed, try_variants
+from comparison.studies.paper.causes import causes, draw_all, missed, try_variants
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
 from comparison.studies.paper.draws import DATA, INPUTS, VARIANTS
 from comparison.studies.paper.ledger import Entry, Outcome, Size, Use, implied, ledger, one_limit
@@ -39,7 +40,6 @@ class Results(NamedTuple):
     causes: pd.DataFrame  # `causes.causes`
     shares: pd.DataFrame  # `causes.shares`
     tried: pd.DataFrame  # `causes.try_variants`
-    numerics: pd.DataFrame  # `causes.by_numerics`
     limits: pd.DataFrame  # `implied`
     statements: pd.DataFrame  # `judge_all`
 
@@ -52,9 +52,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     entries = ledger(runs, drawn, limits)
     tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 0.9))
     published = AS_PUBLISHED.measure(config.published, n_jobs, part(on_progress, 0.9, 1.0))
-    numerics = by_numerics(entries, published.figures)
-    reached = causes(entries, tried, numerics)
-    return Results(runs, entries, reached, alone, tried, numerics, implied(runs), judge_all(runs))
+    reached = causes(entries, tried, published.judged)
+    return Results(runs, entries, reached, alone, tried, implied(runs), judge_all(runs))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -65,26 +64,35 @@ def page(results: Results) -> Mapping[str, object]:
     shown = results.statements.query("model == @MODELS[0] and not decides")
     limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
     peaks, statements = predicted[predicted["sign_share"].notna()], results.statements.drop_duplicates("id")
+    clear = peaks[(peaks["sign"] != Outcome.OPEN) & (peaks["instant"] != Outcome.OPEN)]
+    error = (predicted[f"{MODELS[0]}_ratio"] - 1.0).abs() * predicted["printed_size"]
+    nominal = error <= np.sqrt((predicted[["u_num", "u_input", "u_print"]] ** 2).sum(axis=1))
+    other = nominal != (predicted["size"] != Size.OUTSIDE)
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
         "sizes": {str(size): predicted[predicted["size"] == size] for size in SIZES},
         "peaks": peaks,
-        "clear": peaks[(peaks["sign"] != Outcome.OPEN) & (peaks["instant"] != Outcome.OPEN)],
+        "clear": len(clear),
+        "met": ((clear["size"] == Size.REPRODUCED) & (clear["both_share"] >= DATA["level"])).sum(),
+        "nominal": nominal.sum(),
+        "otherwise": ", ".join(predicted[other]["ids"].str.split(", ").str[0]) or "none",
         "split": rows_table(_split(predicted, size) for size in SIZES),
         "table": markdown(_written(entries)),
         "missed": rows_table(map(_missed, missed(entries).join(results.causes).to_dict("records"))),
-        "reached": int((results.causes["reached_by"].map(bool) | (results.causes["hits"] > 0)).sum()),
+        "reached": int(results.causes["reached_by"].map(bool).sum()),
+        "by_numerics": results.causes["settings"].gt(0).sum(),
+        "tried_numerics": results.causes["settings"].count(),
+        "chance": number(results.causes["chance"].sum(), 2),
         "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
         "left_out": _left_out(results.tried),
-        "settings": results.numerics["variant"].nunique(),
         "codes_and_laws": rows_table(_codes_and_laws(results.runs)),
         "inputs": rows_table(_inputs()),
         "shares": markdown(_shares(results.shares)),
         "largest": _largest(results.shares),
         "materials": markdown(materials),
         "held": ", ".join(
-            f"{name} {(rows['size'] != Size.OUTSIDE).sum()} of {len(rows)}"
+            f"{name} {rows['size'].isin([Size.REPRODUCED, Size.WIDE]).sum()} of {len(rows)}"
             for name, rows in materials.groupby("changed", sort=False)
         ),
         "statements": statements,
@@ -160,17 +168,16 @@ def _written(entries: pd.DataFrame) -> pd.DataFrame:
 
 def _missed(entry: Entry) -> dict[str, str]:
     """Return a line of a prediction that is not reproduced."""
-    by = list(entry["reached_by"])
-    if entry["hits"]:
-        by.append(f"numerics ({entry['hits']} of {entry['settings']} settings)")
-    counts = ((entry["variants"], ""), (entry["settings"], " settings"))
-    tried = " and ".join(f"{count}{what}" for count, what in counts if count)
+    numerics = "not tried"
+    if not isnan(entry["settings"]):
+        numerics = f"{entry['settings']:g} settings (chance {share(entry['chance'])})"
     return {
         "printed as": entry["ids"],
         "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
         "printed": _size(entry["printed"], entry, 4),
         "interval": _interval(entry),
-        "reached by": ", ".join(by) or (f"none of {tried}" if tried else "none tried"),
+        "reached by": ", ".join(entry["reached_by"]) or f"none of {entry['variants']:g}",
+        "numerics": numerics,
     }
 
 
@@ -236,7 +243,7 @@ def draw(results: Results, folder: Path) -> None:
         "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
         "limits": results.limits,
         "shares": results.shares,
-        "causes": pd.concat([results.tried, results.numerics], ignore_index=True),
+        "causes": results.tried,
     }
     write_csv(frames, folder)
 
