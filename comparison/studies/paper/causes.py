@@ -100,12 +100,12 @@ def try_variants(
     """Return a row of `COLUMNS` for each largest error or range and each variant tried for it.
 
     Tried for the predictions that are not reproduced, the materials for all of their largest errors. A
-    variant of which one of `PROBED` draws fails under a condition is left out, and ``why`` has the status of
-    its run.
+    variant of which one of `PROBED` draws of two cycles fails under a condition is left out, and ``why`` has
+    the status of its run. Ranges are those of fewer cycles.
     """
     by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
     open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
-    small = config._replace(samples=2 * config.long_samples)
+    small = config._replace(samples=2 * config.long_samples, cycles=config.fewer)
     wanted: dict[tuple[str, bool], list[str]] = {}
     for name in open_ids:
         if _quantity(name) in PEAKS or _is_range(name):
@@ -117,20 +117,21 @@ def try_variants(
             for (scene, many), ids in asked.items():
                 draws = Draws(scene, tuple(ids), small, {}, config.long_draws, many, changes=one["values"])
                 tasks.append((one["name"], draws))
-    probes = run_draws(
-        [replace(task, count=PROBED) for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.1)
-    )
+    probed = [(variant, replace(task, count=PROBED)) for variant, task in tasks if not task.many]
+    probes = run_draws([task for _, task in probed], n_jobs, part(on_progress, 0.0, 0.1))
     why: dict[str, str] = {}
-    for (variant, _), probe in zip(tasks, probes, strict=True):
+    for (variant, _), probe in zip(probed, probes, strict=True):
         for text in probe.failures:
             why.setdefault(variant, text)
     runs = [task for variant, task in tasks if variant not in why]
     rest = iter(run_draws(runs, n_jobs, part(on_progress, 0.1, 1.0)))
     firsts = [name for name in open_ids if _quantity(name) in PEAKS]
     rows = [_row(by_id[name], FIRST_CYCLE, drawn[name]["first"]) for name in firsts]
-    for (variant, task), probe in zip(tasks, probes, strict=True):
-        shown = (probe if variant in why else next(rest)).shown
-        rows += [_row(by_id[name], variant, shown[name]["value"], why.get(variant, "")) for name in task.ids]
+    for variant, task in tasks:
+        shown = None if variant in why else next(rest).shown
+        for name in task.ids:
+            values = pd.Series(dtype=float) if shown is None else shown[name]["value"]
+            rows.append(_row(by_id[name], variant, values, why.get(variant, "")))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
