@@ -158,8 +158,8 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
     title = known.label.replace(", ", ",\n") if known else name
     if known and known.name != name:
         title = f"estimated error of {title}"
-    if name == "slider_x" and (guide := _guide(next(iter(tables.values())))) is not None:
-        title, zero = "slider x − guide", guide
+    if name == "slider_x" and (scene := next(iter(tables.values())).scene) is not None:
+        title, zero = "slider x − guide", scene.data["mechanism"]["guide_x"]
     curves = [(table.time, table.values(name) - zero) for table in tables.values()]
     factor = _curves(panel, curves, title, known.unit if known else "", _COLUMNS)
     for table, (time, values), line in zip(tables.values(), curves, panel.lines, strict=True):
@@ -168,15 +168,6 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
             low, high = (values - u) / factor, (values + u) / factor
             kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
             panel.fill_between(time[kept], low[kept], high[kept], color=line.get_color(), alpha=0.25, lw=0)
-
-
-def _guide(table: Table) -> float | None:
-    """Return the x of the guide's centre line (m) as recorded; what a file records may be anything."""
-    scene = table.provenance.get("scene")
-    try:
-        return float(scene["mechanism"]["guide_x"]) if scene else None
-    except (KeyError, TypeError, ValueError):
-        return None
 
 
 def write_picture(figure: Figure, path: Path) -> None:

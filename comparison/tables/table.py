@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from comparison.files import json_text
 from comparison.formatting import instant
+from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertainty
 
@@ -105,6 +106,21 @@ class Table:
     def channels(self) -> list[str]:
         """Column names without ``time`` and without the estimated errors of channels."""
         return [name for name in self.names if name != "time" and not is_uncertainty(name)]
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene recorded with the results; None without a valid one.
+
+        With the usual settings of solvers: the model that wrote the table need not be installed here.
+        """
+        record = self.provenance.get("scene")
+        if not isinstance(record, dict):
+            return None
+        others = {"solver": {}, "reliability": self.provenance.get("reliability", {})}
+        try:
+            return scene_from_mapping(record | others)
+        except SceneError:
+            return None
 
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""
