@@ -21,7 +21,7 @@ _FORMULATION = "solver.exudyn.formulation"
 _SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
-_PLAIN = re.compile(r"[\w-]+")  # a step of a key that is not quoted
+_PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
 _RULES = {
     "rule": "{text}",
     "greater_than": "must be > {gt:g}",
@@ -134,7 +134,7 @@ def name_with(name: str, overrides: Mapping[str, object]) -> str:
     whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in overrides.items())])
     if re.match(NAME, whole) and len(whole) <= LONGEST:
         return whole
-    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:
@@ -163,9 +163,11 @@ def _text(value: object) -> str:
 
 
 def toml(value: object) -> str:
-    """Return a value as TOML, floats exactly."""
+    """Return a value as TOML in one line, floats exactly."""
     if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{json.dumps(key)} = {toml(part)}' for key, part in value.items())}}}"
+        keys = [key if _PLAIN.fullmatch(key) else toml(key) for key in map(str, value)]
+        parts = [f"{key} = {toml(part)}" for key, part in zip(keys, value.values(), strict=True)]
+        return f"{{ {', '.join(parts)} }}" if parts else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, float):
