@@ -65,7 +65,10 @@ class RunError(RuntimeError):
 
     def __init__(self, outcome: Outcome, job: Job) -> None:
         self.outcome, self.job = outcome, job
-        super().__init__(describe(job, outcome))
+        super().__init__(outcome, job)
+
+    def __str__(self) -> str:
+        return describe(self.job, self.outcome)
 
 
 def describe(job: Job, outcome: Outcome) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
-from comparison.execution.run import Job, Outcome
+from comparison.execution.run import RunError
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
@@ -69,20 +69,12 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class FailedRun:
-    """A run that did not succeed, such as of the ideal mechanism."""
-
-    job: Job
-    outcome: Outcome
-
-
-@dataclass(frozen=True)
 class ReliabilityComparison:
-    """A scene's reliability in two models, by quantity, or what prevented it."""
+    """A scene's reliability in two models, by quantity, or what prevented it, such as a run that failed."""
 
     settings: Settings
     quantities: dict[str, Difference] = field(default_factory=dict)
-    missing: FailedRun | TableError | None = None
+    missing: RunError | TableError | None = None
 
     @property
     def verdict(self) -> str:
