@@ -111,19 +111,11 @@ def find(name: str) -> EntryPoint:
     return points[0]
 
 
-def pair(names: str) -> tuple[str, str]:
-    """Parse the names of two different models, as in ``"reference,exudyn"``; else an `EngineError`."""
-    first, _, second = names.partition(",")
-    if not second or first == second:
-        raise EngineError(f"models {names!r} must be two names, as in reference,exudyn")
-    return find(first).name, find(second).name
-
-
-def several(names: str) -> list[str]:
-    """Parse the names of three or more different models; else an `EngineError`."""
+def named(names: str) -> list[str]:
+    """Parse two or more names of different models, as in ``"reference,exudyn"``; else an `EngineError`."""
     models = [find(name).name for name in names.split(",")]
-    if twice := next((name for name in models if models.count(name) > 1), None):
-        raise EngineError(f"models {names!r}: {twice} is named twice")
+    if len(set(models)) < max(2, len(models)):
+        raise EngineError(f"models {names!r} must be two or more different names, as in reference,exudyn")
     return models
 
 

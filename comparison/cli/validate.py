@@ -77,7 +77,7 @@ def validate(
     """
     from comparison.accuracy.levels import TIERS
     from comparison.execution.pool import cpus, kept_workers
-    from comparison.models import pair, several
+    from comparison.models import named
     from comparison.scene import name_with, parse_set
 
     changes, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
@@ -85,11 +85,12 @@ def validate(
         scenes or [], changes, accuracy, tiers, jobs or cpus(), allow_indeterminate, verbose, quiet, json
     )
     with kept_workers():
-        if models.count(",") > 1:
+        first, second, *others = several = named(models)
+        if others:
             folder = out or options.REPORTS / name_with("pairwise", changes)
-            code, summary = _validate_pairs(request, several(models), folder)
+            code, summary = _validate_pairs(request, several, folder)
         else:
-            code, summary = _validate_pair(request, pair(models), out)
+            code, summary = _validate_pair(request, (first, second), out)
     if json and summary:
         print_json(summary)
     return code
