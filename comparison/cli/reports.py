@@ -49,18 +49,9 @@ def times() -> str:
     with tempfile.TemporaryDirectory() as folder:
         for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
             place = dict.fromkeys(("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR"), f"{folder}/{cache}")
-            command = [
-                sys.executable,
-                "-m",
-                "comparison",
-                "validate",
-                *options,
-                "-q",
-                "--out",
-                f"{folder}/out",
-            ]
+            words = ["-m", "comparison", "validate", *options, "-q", "--out", f"{folder}/out"]
             begun = time.perf_counter()
-            subprocess.run(command, env=os.environ | place, check=True, capture_output=True)
+            subprocess.run([sys.executable, *words], env=os.environ | place, check=True, capture_output=True)
             seconds.append(f"{time.perf_counter() - begun:.0f} s")
     quick, cold, stored = seconds
     return (
