@@ -36,6 +36,23 @@ def contents(path: Path, most: int = LARGEST_TEXT) -> str:
     return content.decode("utf-8")
 
 
+@contextmanager
+def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Iterator[None]:
+    """Convert errors of reading a file (of a kind, such as TOML) to a ``refusal`` of one line."""
+    try:
+        yield
+    except refusal as error:
+        raise refusal(f"{where}: {error}") from error.__cause__
+    except OSError as error:
+        raise refusal(f"{where}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise refusal(f"{where}: is nested too deeply") from error
+    # pandas' parser errors, pyarrow's, JSON's, TOML's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise refusal(f"{where}: cannot be read{f' as {kind}' if kind else ''}: {reason}") from error
+
+
 def check_size(path: Path, most: int) -> None:
     """Reject what is no regular file of at most so many bytes by an `OSError`, before it is read."""
     status = path.stat()

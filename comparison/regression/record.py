@@ -29,7 +29,7 @@ from comparison.accuracy.levels import refinement, thresholds, thresholds_record
 from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
 from comparison.execution.run import Job, Progress, run_all, successful
-from comparison.files import contents, write_text
+from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.scene.overrides import explain, toml
@@ -139,19 +139,13 @@ def read(path: Path) -> Baseline:
 
 def parsed(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
     """Read a file of a kind; a `BaselineError` tells why it is none, of a bad value where, and the rule."""
-    try:
-        return model.model_validate(load(contents(path)))
-    except FileNotFoundError:
-        fault = "there is no such baseline; sixbar gate --update makes one"
-    except OSError as error:
-        fault = error.strerror or str(error)
-    except RecursionError:
-        fault = "is nested too deeply"
-    except ValidationError as error:  # before its base class ValueError
-        fault = explain(error, model)
-    except ValueError as error:
-        fault = f"is not {kind} text: {' '.join(str(error).split())}"
-    raise BaselineError(f"{path}: {fault}")
+    with reading(path, BaselineError, kind):
+        try:
+            return model.model_validate(load(contents(path)))
+        except FileNotFoundError as error:
+            raise BaselineError("there is no such baseline; sixbar gate --update makes one") from error
+        except ValidationError as error:
+            raise BaselineError(explain(error, model)) from error
 
 
 def checksum(baseline: Baseline) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from comparison.files import contents
+from comparison.files import contents, reading
 from comparison.scene import implausible
 from comparison.scene.overrides import (
     apply,
@@ -207,18 +207,8 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     if path in chain:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
-    try:
+    with reading(f"{where}: {path}", SceneError, "TOML"):
         keys = flat(tomllib.loads(contents(path, LARGEST_FILE)))
-    except OSError as error:
-        raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{where}: {path} is not UTF-8 text (byte {error.start})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{where}: {path} is not valid TOML: {' '.join(str(error).split())}") from error
-    except ValueError as error:  # of Python, about integers of thousands of digits
-        raise SceneError(f"{where}: {path} has an integer of too many digits") from error
-    except RecursionError as error:
-        raise SceneError(f"{where}: {path} is nested too deeply") from error
     base = keys.pop("scene.extends", None)
     if base is None:
         return keys

@@ -169,7 +169,7 @@ FILES = {
     "drive = 3\n" + PAPER: "drive = 3|section",
     PAPER + f"x = {'[' * 2000}{']' * 2000}\n": "nested",
     PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",
-    b'[scene]\ntitle = "\xff"\n': "UTF-8",
+    b'[scene]\ntitle = "\xff"\n': "utf-8",
     b"#" * 20_000_000: "larger than",
 }
 
