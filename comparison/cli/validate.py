@@ -157,7 +157,7 @@ def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
     options.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
-            check_gate(scene.gate)
+            check_gate(scene.compare.gate)
         except TableError as error:
             raise SceneError(f"scene {scene.name!r}: compare.{error}") from None
         for model in models if accuracy is not None else ():

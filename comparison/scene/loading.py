@@ -7,7 +7,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -29,7 +29,7 @@ from comparison.scene.overrides import (
     short,
     title_with,
 )
-from comparison.scene.schema import RandomInput, Reliability, SceneKeys
+from comparison.scene.schema import Compare, RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
@@ -56,16 +56,12 @@ class Scene:
     """The dotted keys whose values differ from these; name, title and command follow from them."""
     source: str
     """The shipped name or the path that it was read from; empty where it was not."""
-    tolerance: float | None = None
-    """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
-    time_tolerance: float = 0.0
-    """[compare] time_tolerance, s: how early or late either of them may be."""
-    gate: Mapping[str, float] = field(default_factory=dict)
-    """[compare.gate]: limits of metrics for such tables."""
-    reliability: Reliability = field(default_factory=Reliability)
-    """[reliability]: limits of the errors, bins."""
-    random: tuple[RandomInput, ...] = ()
-    """[[random]]: random variables and their distributions; no run depends on them."""
+    compare: Compare
+    """Rules for two tables without uncertainties."""
+    reliability: Reliability
+    """Limits of the errors, and intervals of the crank cycle."""
+    random: list[RandomInput]
+    """Random variables and their distributions; no run depends on them."""
 
     @property
     def name(self) -> str:
@@ -235,15 +231,5 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     start = data["initial"]
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
-    return Scene(
-        data,
-        tuple(implausible.warnings(data)),
-        files,
-        overrides,
-        source,
-        tolerance=keys.compare.tolerance,
-        time_tolerance=keys.compare.time_tolerance,
-        gate=keys.compare.gate,
-        reliability=keys.reliability,
-        random=tuple(keys.random),
-    )
+    warnings = tuple(implausible.warnings(data))
+    return Scene(data, warnings, files, overrides, source, keys.compare, keys.reliability, keys.random)

@@ -175,9 +175,9 @@ class _Case:
             comparison = compare(
                 *pair,
                 scene=scene,
-                tolerance=scene.tolerance,
-                time_tolerance=scene.time_tolerance,
-                gate=scene.gate,
+                tolerance=scene.compare.tolerance,
+                time_tolerance=scene.compare.time_tolerance,
+                gate=scene.compare.gate,
                 labels=models,
                 command=self.command,
                 warnings=warnings,

@@ -48,7 +48,7 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert (data["solver"]["reference"]["tolerance"], data["solver"]["exudyn"]) == (1e-10, FULL)
     assert (type(data["mechanism"]["rod4"]), type(data["drive"]["speed_rpm"])) == (dict, float)
     assert not {"compare", "reliability", "random"} & set(data)
-    assert (scene.tolerance, scene.reliability.bins) == (1e-3, 36)
+    assert (scene.compare.tolerance, scene.reliability.bins) == (1e-3, 36)
     assert load_scene("paper").reliability == Reliability()
     # The end is that of the last sample.
     shorter = scene.with_values({"drive.cycles": 0.3334, "output.samples_per_cycle": 100})
