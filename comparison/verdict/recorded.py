@@ -137,11 +137,9 @@ def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, fl
 
 def _over_angle(tables: Sequence[Table], scene: Scene | None) -> list[Table]:
     """Return tables over the crank angle with the times at which the drive of the scene reaches it."""
-    recorded = [None if scene is None else scene.data, *(table.provenance.get("scene") for table in tables)]
-    for data in recorded:
-        if isinstance(data, dict):
-            start, speed = data["mechanism"]["crank_angle_deg"], data["drive"]["speed_rpm"]
-            return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
+    for known in filter(None, (scene, *(table.scene for table in tables))):
+        start, speed = known.data["mechanism"]["crank_angle_deg"], known.data["drive"]["speed_rpm"]
+        return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
     speeds = [table.values("crank_speed") for table in tables if "crank_speed" in table.names]
     if not speeds or not np.mean(speeds[0]):
         raise TableError(
