@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -37,17 +37,6 @@ class TableError(ValueError):
     """Unusable table; the message is one line with file, channel and row."""
 
 
-class Result(Protocol):
-    """A model's result; it may also have ``pulses`` and ``cycle_extrema``, as a `Table` has."""
-
-    columns: dict[str, NDArray[np.float64]]
-    events: dict[str, NDArray[Any]]
-    extrema: dict[str, dict[str, float]]
-    provenance: dict[str, Any]
-    status: str
-    remedy: str
-
-
 @dataclass(frozen=True)
 class Table:
     """Results of a run."""
@@ -68,7 +57,7 @@ class Table:
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
 
     @classmethod
-    def from_result(cls, result: Result) -> Self:
+    def from_result(cls, result: Any) -> Self:
         """Convert the result of a model's ``simulate``, whatever its status; a `TableError` if it is none."""
         if fault := next(result_faults(result), ""):
             raise TableError(f"the model's {fault}")
@@ -238,8 +227,8 @@ def _first(bad: BoolArray) -> list[int]:
     return [int(n) for n in np.flatnonzero(bad)[:1]]
 
 
-def result_faults(result: Result) -> Iterator[str]:
-    """Yield which parts of a `Result` are missing or something else."""
+def result_faults(result: Any) -> Iterator[str]:
+    """Yield which parts of a model's result (docs/engine.md) are missing or something else."""
     for name, kind in _PARTS.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):
