@@ -264,12 +264,10 @@ class ReferenceSolver(Section):
 
 
 class ExudynSolver(Section):
-    """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
+    """Settings of the Exudyn model.
 
-    For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; without
-    clearance, or with a sample at each step all are equal. Samples two to four steps apart are interpolated
-    in longer ones. The tolerance is Newton's. For the tree, which has error control, they are the largest
-    step and the local error tolerance. "auto" is the smallest formulation that yields the requested channels.
+    Steps of five bodies in flight are up to 32 times as long as in a contact; without clearance, or with a
+    sample at each step, all are equal. Samples two to four steps apart are interpolated in longer ones.
     """
 
     formulation: str = "auto"
