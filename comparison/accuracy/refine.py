@@ -32,8 +32,7 @@ from comparison.accuracy.uncertainty import (
 from comparison.execution.run import VIOLATED, Job, Outcome, Progress, run_all, successful
 from comparison.models import OWN
 from comparison.scene import Scene
-from comparison.tables.arrays import Array
-from comparison.tables.channels import UNCERTAINTY
+from comparison.tables.channels import UNCERTAINTY, Array
 from comparison.tables.table import Table
 
 CHANNEL = "slider_x"  # whose error an accuracy means

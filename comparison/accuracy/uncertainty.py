@@ -28,7 +28,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
 SAFETY_FACTOR = 3.0

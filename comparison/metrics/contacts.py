@@ -14,8 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, CORNERS, PIN
+from comparison.tables.channels import CONTACTS, CORNERS, PIN, Array, BoolArray
 from comparison.tables.table import Table
 
 IntArray = NDArray[np.intp]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 INNER, OUTER = 0.05, 0.5  # half-widths of the corridors, as shares of the reference's largest value
 MAX_SHIFT = 0.2  # share of the duration

@@ -16,8 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.metrics.contacts import WINDOW, starts_at
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS
+from comparison.tables.channels import CONTACTS, Array, BoolArray
 
 # Gap over the wider of two groups. Errors of one kind do not look like that even if they spread over six
 # decades; two families of trajectories, a contact apart, do.

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from comparison.metrics.iso18571 import EQUAL, MOST_POINTS, rating
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 TUBE = 0.002  # the default width of csv-compare
 

@@ -33,8 +33,7 @@ from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.scene.overrides import explain, toml
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels, expected
+from comparison.tables.channels import Array, BoolArray, channels, expected
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, model_uncertainty
 

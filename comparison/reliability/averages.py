@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtri, stdtrit
 
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 
 BLOCKS = 8  # of a part in one cycle
 SAFETY = 2.0  # of a normal error's deviation, 95 %

@@ -23,8 +23,7 @@ from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
-from comparison.tables.arrays import Array
-from comparison.tables.channels import expected
+from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID
 

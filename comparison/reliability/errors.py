@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import channels
+from comparison.tables.channels import Array, channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID, hermite
 

@@ -17,8 +17,7 @@ from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.difference import Difference
 from comparison.report import svg
-from comparison.tables.arrays import Array
-from comparison.tables.channels import UNCERTAINTY, channels
+from comparison.tables.channels import UNCERTAINTY, Array, channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name

@@ -10,8 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import instant
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, Channel, channels
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID, Shift, estimate, hermite
 

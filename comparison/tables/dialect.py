@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import TableError
 from comparison.tables.units import parse, same_dimension
 

@@ -16,8 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.align import continuous
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.dialect import Column, Source, position
 from comparison.tables.dialect import column as source_column
 from comparison.tables.formats import open_source

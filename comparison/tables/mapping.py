@@ -14,8 +14,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 from comparison.files import contents
 from comparison.scene.overrides import explain
 from comparison.scene.schema import Positive, Real, Section, integer
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
 from comparison.tables.units import parse, same_dimension

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import JOINTS, channels
+from comparison.tables.channels import JOINTS, Array, channels
 from comparison.tables.dialect import Column
 from comparison.tables.formats import open_source
 from comparison.tables.mapping import TIME

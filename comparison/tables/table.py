@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from comparison.files import json_text
 from comparison.formatting import instant
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertainty
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels, is_uncertainty
 
 Columns = dict[str, NDArray[Any]]
 

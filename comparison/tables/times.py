@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 
 SAME_GRID = 1e-9
 """Share of a sample interval by which equal times may differ: a thousand rows written with 13 digits differ

@@ -20,7 +20,7 @@ from scipy.ndimage import maximum_filter1d
 from comparison.accuracy.levels import AccuracyError, finer, solver_values
 from comparison.accuracy.uncertainty import Runs, observed_order, round_off, spread, window_samples
 from comparison.scene import Scene
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 from comparison.verdict.results import Attribution, ChannelComparison, Refinement
 
 Channels = Mapping[str, ChannelComparison]

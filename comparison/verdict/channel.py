@@ -14,8 +14,7 @@ import numpy as np
 
 from comparison.accuracy.levels import Thresholds
 from comparison.metrics.signals import information, scaled
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import Channel
+from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.verdict.results import Basis, ChannelComparison, Check
 
 

@@ -30,7 +30,7 @@ import pandas as pd
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
 from comparison.metrics.outliers import Parting, clustered, distances, parting_contact, split
 from comparison.scene import Scene, digest
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.results import Confirmation, Doubt, SceneComparison

@@ -20,8 +20,7 @@ from comparison.formatting import quantity
 from comparison.models import MODELS, engine_names
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.population import Case
-from comparison.tables.arrays import Array
-from comparison.tables.channels import CONTACTS, CORNERS, touching
+from comparison.tables.channels import CONTACTS, CORNERS, Array, touching
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 

@@ -28,7 +28,7 @@ from comparison.studies.extremes.runs import BASE
 from comparison.studies.shared.figures import curves
 from comparison.studies.shared.study import part
 from comparison.studies.shared.switches import contacts, corner_stiffness
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
 Config = Mapping[str, Sequence[float]]

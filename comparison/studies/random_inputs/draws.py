@@ -21,7 +21,7 @@ from comparison.scene import Scene, SceneError
 from comparison.scene.keys import did_you_mean
 from comparison.scene.schema import RandomInput
 from comparison.studies.shared.scenes import settable
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
 CHUNK = 50
