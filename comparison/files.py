@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import hashlib
 import json
 import math
 import os
@@ -108,16 +107,12 @@ def check_file(path: Path) -> Path:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary name that replaces a file if the block succeeds; an `OSError` names the file."""
-    part = path.with_name(f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:8]}.{os.getpid()}.part")
     try:
-        yield part
-        part.replace(path)
+        with replacing_in(path.parent) as part:
+            yield part / path.name
     except OSError as error:
         error.filename, error.filename2 = str(path), None
         raise
-    finally:
-        with suppress(OSError):
-            part.unlink()
 
 
 @contextmanager
@@ -155,7 +150,7 @@ def _move(part: Path, folder: Path) -> None:
     with ExitStack() as undo:
         for number, (path, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
-            if target.exists():
+            if len(moves) > 1 and target.exists():  # one alone is replaced in one step
                 kept = target.replace(old / str(number))
                 undo.callback(kept.replace, target)
             undo.callback(path.replace(target).replace, path)
@@ -169,7 +164,6 @@ def write_json(value: Mapping[str, Any], path: Path) -> None:
 
 def write_text(text: str, path: Path) -> None:
     """Write text atomically; missing folders are created."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(text, "utf-8")
 

@@ -171,7 +171,6 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
 
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a picture in the format of its name."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     with svg.style():
         if path.suffix.lower() == ".svg":
             svg.write_svg(figure, path)
