@@ -63,7 +63,7 @@ MISTAKES = {
     "gate --baseline x.csv": "x.csv: |TOML",
     "settings ideal --seconds 0": "--seconds 0|positive",
     "settings ideal --out a.png": "a.png|.svg",
-    "study nope": "'nope'|verdicts|sweep",
+    "study nope": "'nope'|sixbar study --help",
     "study verdicts --jobs 0": "--jobs",
     "study sweep ideal --grid drive.speed_rpm": "--grid 'drive.speed_rpm'|key=a,b,c",
     "study sweep ideal --grid drive.speed=1": "'drive.speed'|did you mean drive.speed_rpm?",
