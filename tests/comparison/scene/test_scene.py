@@ -129,7 +129,7 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random.0.element?"),
+        (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random[].element?"),
         (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "cannot be read as TOML: Exceeds the limit"),
         (f"{BASE}[output]\nsamples_per_cycle = {'9' * 400}\n", "must be <= 1e+15"),
         (f"{BASE}[drive]\ncycles = 1e308\n", "must give 1 to 100000000 samples, not inf"),
