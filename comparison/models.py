@@ -77,22 +77,18 @@ def key_of(formulation: str) -> str:
 
 def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
     """Return Exudyn's smallest formulation with the requested channels; an implicit method is of "full"."""
-    method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
-    explicit = method in ("auto", "dopri5")
+    explicit = scene["solver"]["exudyn"]["method"] in ("auto", "dopri5")
     return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"
 
 
 def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the joints with clearance, of "crank_pin" and "slider"."""
-    joints = scene.get("joints", {})
-    defaults = (("crank_pin", "ideal"), ("slider", "clearance"))
-    return tuple(name for name, usual in defaults if joints.get(name, usual) == "clearance")
+    return tuple(name for name in ("crank_pin", "slider") if scene["joints"][name] == "clearance")
 
 
 def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the requested channel groups that require the motion of all bodies."""
-    groups = scene.get("output", {}).get("groups", ())
-    return tuple(name for name in ("joints", "energy") if isinstance(groups, list) and name in groups)
+    return tuple(name for name in ("joints", "energy") if name in scene["output"]["groups"])
 
 
 def engine_names() -> list[str]:

@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparison.files import contents, reading
+from comparison.models import smallest_in_exudyn
 from comparison.scene import implausible
 from comparison.scene.overrides import (
     apply,
@@ -33,6 +34,8 @@ from comparison.scene.schema import Compare, RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
+_TREE = {"step": 1e-4, "tolerance": 1e-10}
+"""Settings of Exudyn's tree where a scene has none."""
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
 LONGEST_CHAIN = 20
@@ -228,8 +231,12 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error)}") from error
     data = keys.model_dump(exclude={"compare", "reliability", "random"})
-    start = data["initial"]
+    start, exudyn = data["initial"], data["solver"]["exudyn"]
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
+    if exudyn["formulation"] == "auto":
+        exudyn["formulation"] = smallest_in_exudyn(data)
+    if exudyn["formulation"] == "tree":
+        exudyn |= {key: _TREE[key] for key in _TREE.keys() - keys.solver.exudyn.model_fields_set}
     warnings = tuple(implausible.warnings(data))
     return Scene(data, warnings, files, overrides, source, keys.compare, keys.reliability, keys.random)
