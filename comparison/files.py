@@ -1,7 +1,5 @@
 """Files: bounded reading, and atomic writing: one is complete or as before, several together all are."""
 
-from __future__ import annotations
-
 import errno
 import json
 import math

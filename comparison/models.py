@@ -3,8 +3,6 @@
 A package registers a model by an entry point (``docs/engine.md``); our two are available without one.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import os

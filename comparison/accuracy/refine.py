@@ -1,7 +1,5 @@
 """The runs that give a model's uncertainty, and the refinement of a run until its error is small enough."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ chance. The error of a setting is its distance from the most accurate run and th
 is known well enough.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing

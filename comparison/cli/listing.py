@@ -1,7 +1,5 @@
 """``sixbar scenes``, ``channels``, ``plan``, ``keys``, ``new``: what there is to simulate and to compare."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Command line ``sixbar``; each command imports what it needs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path

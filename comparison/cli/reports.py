@@ -1,7 +1,5 @@
 """``make reports`` in the folder of the README: all studies, their index, and what the README has of them."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

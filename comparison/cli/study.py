@@ -1,7 +1,5 @@
 """``sixbar study``: one command per study, and the sweep with its own options."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated

@@ -4,8 +4,6 @@ Scenes are validated in batches: what is finished survives an interruption, or t
 imports what the command needs, and is imported when that runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Runs of scenes by models, what came of them; the only module that starts a model."""
 
-from __future__ import annotations
-
 import platform
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence

@@ -3,8 +3,6 @@
 Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Times are in s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise

@@ -3,8 +3,6 @@
 Written from the standard's section 6, and Barbat, Fu, Zhan, Yang and Gehre (2013), ESV 13-0448.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple

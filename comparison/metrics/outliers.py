@@ -6,8 +6,6 @@ T(M_i), i = 1 ... n, about once in n + 1 draws, whatever the distribution (a per
 K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Of several channels the largest T counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil
 from typing import NamedTuple

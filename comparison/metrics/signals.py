@@ -4,8 +4,6 @@ Times increase, in s, shape (n,), n >= 2; signals and their differences have the
 one unit. No measure changes with the units but by the factor of its own.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ cycles at equal angle makes an average uncertain. The 95 % intervals hold the tr
 from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

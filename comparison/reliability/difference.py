@@ -7,8 +7,6 @@ the errors of both models at one instant belong together. Quadrature: what the s
 averages, paired too. Where the smallest reliabilities of the two are in different bins there are no pairs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import ceil
 

@@ -1,7 +1,5 @@
 """Errors of the slider's motion: a result less the ideal mechanism's at equal time, Eq. 35 of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

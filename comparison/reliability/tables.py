@@ -1,7 +1,5 @@
 """Reliability of the slider's motion in tables of any origin, against a table of the ideal mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, replace
 from math import isclose

@@ -1,7 +1,5 @@
 """Dotted keys of a scene: overrides, the name, title and command that follow, and errors of validation."""
 
-from __future__ import annotations
-
 import difflib
 import hashlib
 import json

@@ -4,8 +4,6 @@ The string below a key describes it to users: `sixbar keys` and `sixbar new` pri
 against its words. The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene extends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise

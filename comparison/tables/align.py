@@ -1,7 +1,5 @@
 """Two tables on one time grid: the coarser one's, at which the channels of the other are interpolated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

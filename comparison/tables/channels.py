@@ -1,7 +1,5 @@
 """Channels of a result: definition, scale for differences, and selection by a scene."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Lines end as in `csv` and pandas: not with a form feed or U+2028, at which Python splits too.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 import warnings

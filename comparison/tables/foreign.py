@@ -3,8 +3,6 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Pairs

@@ -1,7 +1,5 @@
 """Mapping file: channel, unit and sign of each column of another program's table; channels of one's own."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Iterator, Sequence

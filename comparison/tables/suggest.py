@@ -4,8 +4,6 @@ Evidence are the names of the columns, the units that the tables state, and the 
 and held against each column of the other table, on a grid of times that both span.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

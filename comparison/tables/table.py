@@ -5,8 +5,6 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self

@@ -4,8 +4,6 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 (their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import warnings

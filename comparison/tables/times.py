@@ -1,7 +1,5 @@
 """What the times of tables tell: missing rows, and the shift between two tables, reported, never applied."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise

@@ -7,8 +7,6 @@ scale, of the decisive samples: those outside their band where the models differ
 the channels whose verdict is the scene's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot, inf, nan, sqrt

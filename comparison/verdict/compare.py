@@ -6,8 +6,6 @@ every fourth sample: three times the larger of the changes, that on every fourth
 Roache).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isnan, nan

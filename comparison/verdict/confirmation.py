@@ -18,8 +18,6 @@ accordingly. Both are never less than what the perturbed runs were moved by, or 
 than what it is to correct.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf, nan

@@ -16,8 +16,6 @@ starts are moved, not its steps. So a verdict other than "agree" is judged again
   the first verdict is that of the next level (`without_violation`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

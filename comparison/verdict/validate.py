@@ -1,7 +1,5 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -8,8 +8,6 @@
 True
 """
 
-from __future__ import annotations
-
 import html
 from dataclasses import dataclass
 from typing import Any

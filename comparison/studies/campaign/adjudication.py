@@ -4,8 +4,6 @@ A model errs whose run contradicts itself, or whose own code, run otherwise, sta
 its opinions stand with its own run proves nothing: they may share the fault.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Theory beside runs: what an explicit method allows, what fixed steps make of one
 where Exudyn's five bodies, which have no error control in contacts, cannot follow one.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
