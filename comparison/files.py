@@ -1,9 +1,6 @@
 """Files: bounded reading, and atomic writing: one is complete or as before, several together all are."""
 
-from __future__ import annotations
-
 import errno
-import hashlib
 import json
 import math
 import os
@@ -34,6 +31,23 @@ def contents(path: Path, most: int = LARGEST_TEXT) -> str:
     if len(content) > most:
         raise _too_large(path, most)
     return content.decode("utf-8")
+
+
+@contextmanager
+def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Iterator[None]:
+    """Convert errors of reading a file (of a kind, such as TOML) to a ``refusal`` of one line."""
+    try:
+        yield
+    except refusal as error:
+        raise refusal(f"{where}: {error}") from error.__cause__
+    except OSError as error:
+        raise refusal(f"{where}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise refusal(f"{where}: is nested too deeply") from error
+    # pandas' parser errors, pyarrow's, JSON's, TOML's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise refusal(f"{where}: cannot be read{f' as {kind}' if kind else ''}: {reason}") from error
 
 
 def check_size(path: Path, most: int) -> None:
@@ -91,16 +105,12 @@ def check_file(path: Path) -> Path:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary name that replaces a file if the block succeeds; an `OSError` names the file."""
-    part = path.with_name(f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:8]}.{os.getpid()}.part")
     try:
-        yield part
-        part.replace(path)
+        with replacing_in(path.parent) as part:
+            yield part / path.name
     except OSError as error:
         error.filename, error.filename2 = str(path), None
         raise
-    finally:
-        with suppress(OSError):
-            part.unlink()
 
 
 @contextmanager
@@ -138,7 +148,7 @@ def _move(part: Path, folder: Path) -> None:
     with ExitStack() as undo:
         for number, (path, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
-            if target.exists():
+            if len(moves) > 1 and target.exists():  # one alone is replaced in one step
                 kept = target.replace(old / str(number))
                 undo.callback(kept.replace, target)
             undo.callback(path.replace(target).replace, path)
@@ -152,7 +162,6 @@ def write_json(value: Mapping[str, Any], path: Path) -> None:
 
 def write_text(text: str, path: Path) -> None:
     """Write text atomically; missing folders are created."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(text, "utf-8")
 

@@ -1,7 +1,5 @@
 """Formatting of numbers (significant digits, SI prefix, unit) and of Markdown tables."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Sequence

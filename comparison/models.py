@@ -3,8 +3,6 @@
 A package registers a model by an entry point (``docs/engine.md``); our two are available without one.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import os
@@ -77,22 +75,18 @@ def key_of(formulation: str) -> str:
 
 def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
     """Return Exudyn's smallest formulation with the requested channels; an implicit method is of "full"."""
-    method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
-    explicit = method in ("auto", "dopri5")
+    explicit = scene["solver"]["exudyn"]["method"] in ("auto", "dopri5")
     return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"
 
 
 def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the joints with clearance, of "crank_pin" and "slider"."""
-    joints = scene.get("joints", {})
-    defaults = (("crank_pin", "ideal"), ("slider", "clearance"))
-    return tuple(name for name, usual in defaults if joints.get(name, usual) == "clearance")
+    return tuple(name for name in ("crank_pin", "slider") if scene["joints"][name] == "clearance")
 
 
 def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the requested channel groups that require the motion of all bodies."""
-    groups = scene.get("output", {}).get("groups", ())
-    return tuple(name for name in ("joints", "energy") if isinstance(groups, list) and name in groups)
+    return tuple(name for name in ("joints", "energy") if name in scene["output"]["groups"])
 
 
 def engine_names() -> list[str]:
@@ -111,19 +105,11 @@ def find(name: str) -> EntryPoint:
     return points[0]
 
 
-def pair(names: str) -> tuple[str, str]:
-    """Parse the names of two different models, as in ``"reference,exudyn"``; else an `EngineError`."""
-    first, _, second = names.partition(",")
-    if not second or first == second:
-        raise EngineError(f"models {names!r} must be two names, as in reference,exudyn")
-    return find(first).name, find(second).name
-
-
-def several(names: str) -> list[str]:
-    """Parse the names of three or more different models; else an `EngineError`."""
+def named(names: str) -> list[str]:
+    """Parse two or more names of different models, as in ``"reference,exudyn"``; else an `EngineError`."""
     models = [find(name).name for name in names.split(",")]
-    if twice := next((name for name in models if models.count(name) > 1), None):
-        raise EngineError(f"models {names!r}: {twice} is named twice")
+    if len(set(models)) < max(2, len(models)):
+        raise EngineError(f"models {names!r} must be two or more different names, as in reference,exudyn")
     return models
 
 

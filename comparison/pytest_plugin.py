@@ -103,5 +103,4 @@ def _write(results: Results, label: str, path: Path, options: dict[str, Any]) ->
     (table,), _ = read_tables(sources, ["a"], options["mapping"], rows, only=only, abscissa=abscissa)
     check(table, table.channels, name=label)
     table = replace(table, frame=table.frame.rename(columns={"time": abscissa}))
-    path.parent.mkdir(parents=True, exist_ok=True)
     write(table, path)

@@ -4,8 +4,6 @@ The numbers are data: ``accuracy.toml`` has the names and the refinement, ``thre
 requires, ``measured.toml`` error bounds by scene.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A scene uses those of the shipped scene with the same physics; any other those o
 same joints, with a caution, since the amplification of errors depends on the scene.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass

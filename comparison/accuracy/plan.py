@@ -1,7 +1,5 @@
 """Plan of a scene's runs: what each model integrates, what it leaves out and why, and the cost."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import nan
 

@@ -1,7 +1,5 @@
 """The runs that give a model's uncertainty, and the refinement of a run until its error is small enough."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -32,8 +30,7 @@ from comparison.accuracy.uncertainty import (
 from comparison.execution.run import VIOLATED, Job, Outcome, Progress, run_all, successful
 from comparison.models import OWN
 from comparison.scene import Scene
-from comparison.tables.arrays import Array
-from comparison.tables.channels import UNCERTAINTY
+from comparison.tables.channels import UNCERTAINTY, Array
 from comparison.tables.table import Table
 
 CHANNEL = "slider_x"  # whose error an accuracy means

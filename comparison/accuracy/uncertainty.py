@@ -18,8 +18,6 @@ runs M_i of the same setting from moved starts (`comparison.verdict.confirmation
 :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, log, nan, sqrt
@@ -28,7 +26,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
 SAFETY_FACTOR = 3.0

@@ -6,8 +6,6 @@ chance. The error of a setting is its distance from the most accurate run and th
 is known well enough.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -32,8 +30,7 @@ from comparison.execution.pool import Died, Share, work
 from comparison.execution.run import RunError, run_one
 from comparison.models import MODELS, formulations, model_of, smallest_in_exudyn
 from comparison.scene import Scene, SceneError
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels
+from comparison.tables.channels import Array, BoolArray, channels
 
 EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
 """Formulation -> its most accurate setting that a minute allows: what the others are held against."""

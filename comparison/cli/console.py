@@ -1,7 +1,5 @@
 """Console output: lines that fit the terminal, warnings, one-line errors."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

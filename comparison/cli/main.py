@@ -1,7 +1,5 @@
 """Command line ``sixbar``; each command imports what it needs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,8 +10,7 @@ import typer
 from comparison.cli.compare import compare
 from comparison.cli.console import INTERRUPTED, complain, described, say, session
 from comparison.cli.gate import gate
-from comparison.cli.keys import keys, new
-from comparison.cli.listing import channels, plan, scenes
+from comparison.cli.listing import channels, keys, new, plan, scenes
 from comparison.cli.options import option
 from comparison.cli.plot import animate, plot
 from comparison.cli.reliability import reliability

@@ -52,16 +52,20 @@ def animate(
     The HTML file shows the forces at the slider's corners and needs nothing else. Two tables are shown over
     each other.
     """
-    from comparison.report.other_pages import recorded_scene, write_animation
+    from comparison.report.other_pages import write_animation
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
+    from comparison.tables.table import TableError
 
     path = options.to_write(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
     command = shlex.join(["sixbar", "animate", *map(str, tables), *(["--scene", scene] if scene else [])])
-    data = load_scene(scene).data if scene is not None else recorded_scene(read)
+    label, first = next(iter(read.items()))
+    known = first.scene if scene is None else load_scene(scene)
+    if known is None:
+        raise TableError(f"{label}: no valid scene is recorded beside the table; name it by --scene")
     title = f"Animation of {' and '.join(read)}"
-    say(str(write_animation(read, data, path, title=title, command=command)))
+    say(str(write_animation(read, known.data, path, title=title, command=command)))
     return 0
 
 

@@ -1,7 +1,5 @@
 """``sixbar reliability``: how reliably the slider of one or two tables follows the ideal mechanism."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """``make reports`` in the folder of the README: all studies, their index, and what the README has of them."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import re
@@ -49,18 +47,9 @@ def times() -> str:
     with tempfile.TemporaryDirectory() as folder:
         for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
             place = dict.fromkeys(("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR"), f"{folder}/{cache}")
-            command = [
-                sys.executable,
-                "-m",
-                "comparison",
-                "validate",
-                *options,
-                "-q",
-                "--out",
-                f"{folder}/out",
-            ]
+            words = ["-m", "comparison", "validate", *options, "-q", "--out", f"{folder}/out"]
             begun = time.perf_counter()
-            subprocess.run(command, env=os.environ | place, check=True, capture_output=True)
+            subprocess.run([sys.executable, *words], env=os.environ | place, check=True, capture_output=True)
             seconds.append(f"{time.perf_counter() - begun:.0f} s")
     quick, cold, stored = seconds
     return (

@@ -1,36 +1,22 @@
 """``sixbar study``: one command per study, and the sweep with its own options."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from comparison.cli import options
 from comparison.cli.console import columns, say, warn
 from comparison.cli.progress import progress
-from comparison.studies import NAMES, STUDIES
+from comparison.studies import STUDIES
 
 _SHOWN = 5  # rows of a sweep on the terminal
 _OutStudy = Annotated[
     Path | None, options.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
 ]
 
-
-class _Studies(TyperGroup):
-    """Command group that lists the known studies."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        if args and args[0] not in self.commands:
-            known = ", ".join((*NAMES, "sweep"))
-            raise typer.BadParameter(f"study {args[0]!r} is not known; available: {known}")
-        return super().resolve_command(ctx, args)
-
-
-studies = typer.Typer(cls=_Studies, help="Run a multi-run study. Cached runs are used.")
+studies = typer.Typer(help="Run a multi-run study. Cached runs are used.")
 
 
 @studies.callback(invoke_without_command=True)

@@ -4,8 +4,6 @@
 process dies; pebble's limit counts compilation, and its workers cannot report progress.
 """
 
-from __future__ import annotations
-
 import io
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Quality checks of finished runs: resolution of contacts, spurious energy, constraints, indentation."""
 
-from __future__ import annotations
-
 from math import nan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs of scenes by models, what came of them; the only module that starts a model."""
 
-from __future__ import annotations
-
 import platform
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -65,7 +63,10 @@ class RunError(RuntimeError):
 
     def __init__(self, outcome: Outcome, job: Job) -> None:
         self.outcome, self.job = outcome, job
-        super().__init__(describe(job, outcome))
+        super().__init__(outcome, job)
+
+    def __str__(self) -> str:
+        return describe(self.job, self.outcome)
 
 
 def describe(job: Job, outcome: Outcome) -> str:

@@ -5,8 +5,6 @@ file to which rows are appended. What is stored is complete or absent, and is us
 it was stored with: what is damaged is reported to this module's logger and computed again.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

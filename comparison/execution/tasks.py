@@ -4,8 +4,6 @@ The key of a row is everything that can change it: the task's own identity (scen
 data that the measure depends on, the models' code, the versions of libraries, and the kind of machine.
 """
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence

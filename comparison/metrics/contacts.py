@@ -3,8 +3,6 @@
 Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Times are in s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,8 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, CORNERS, PIN
+from comparison.tables.channels import CONTACTS, CORNERS, PIN, Array, BoolArray
 from comparison.tables.table import Table
 
 IntArray = NDArray[np.intp]

@@ -3,15 +3,13 @@
 Written from the standard's section 6, and Barbat, Fu, Zhan, Yang and Gehre (2013), ESV 13-0448.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 INNER, OUTER = 0.05, 0.5  # half-widths of the corridors, as shares of the reference's largest value
 MAX_SHIFT = 0.2  # share of the duration

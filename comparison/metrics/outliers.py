@@ -6,8 +6,6 @@ T(M_i), i = 1 ... n, about once in n + 1 draws, whatever the distribution (a per
 K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Of several channels the largest T counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil
 from typing import NamedTuple
@@ -16,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.metrics.contacts import WINDOW, starts_at
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS
+from comparison.tables.channels import CONTACTS, Array, BoolArray
 
 # Gap over the wider of two groups. Errors of one kind do not look like that even if they spread over six
 # decades; two families of trajectories, a contact apart, do.

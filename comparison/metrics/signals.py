@@ -4,15 +4,13 @@ Times increase, in s, shape (n,), n >= 2; signals and their differences have the
 one unit. No measure changes with the units but by the factor of its own.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from comparison.metrics.iso18571 import EQUAL, MOST_POINTS, rating
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 TUBE = 0.002  # the default width of csv-compare
 

@@ -29,12 +29,11 @@ from comparison.accuracy.levels import refinement, thresholds, thresholds_record
 from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
 from comparison.execution.run import Job, Progress, run_all, successful
-from comparison.files import contents, write_text
+from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
-from comparison.scene.overrides import explain
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels, expected
+from comparison.scene.overrides import explain, toml
+from comparison.tables.channels import Array, BoolArray, channels, expected
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, model_uncertainty
 
@@ -139,19 +138,13 @@ def read(path: Path) -> Baseline:
 
 def parsed(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
     """Read a file of a kind; a `BaselineError` tells why it is none, of a bad value where, and the rule."""
-    try:
-        return model.model_validate(load(contents(path)))
-    except FileNotFoundError:
-        fault = "there is no such baseline; sixbar gate --update makes one"
-    except OSError as error:
-        fault = error.strerror or str(error)
-    except RecursionError:
-        fault = "is nested too deeply"
-    except ValidationError as error:  # before its base class ValueError
-        fault = explain(error, model)
-    except ValueError as error:
-        fault = f"is not {kind} text: {' '.join(str(error).split())}"
-    raise BaselineError(f"{path}: {fault}")
+    with reading(path, BaselineError, kind):
+        try:
+            return model.model_validate(load(contents(path)))
+        except FileNotFoundError as error:
+            raise BaselineError("there is no such baseline; sixbar gate --update makes one") from error
+        except ValidationError as error:
+            raise BaselineError(explain(error, model)) from error
 
 
 def checksum(baseline: Baseline) -> str:
@@ -186,35 +179,23 @@ def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]
 
 def write(baseline: Baseline, path: Path) -> Path:
     """Write a baseline under a temporary name first; equal ones give the same bytes."""
-    lines = [HEADER, f"checksum = {_value(checksum(baseline))}"]
-    lines += [f"{key} = {_value(getattr(baseline, key))}" for key in ("platform", "versions", "thresholds")]
+    lines = [HEADER, f"checksum = {toml(checksum(baseline))}"]
+    lines += [f"{key} = {toml(getattr(baseline, key))}" for key in ("platform", "versions", "thresholds")]
     if baseline.detection is not None:
-        lines += ["\n[detection]", *(f"{name} = {_value(rates)}" for name, rates in baseline.detection)]
+        lines += ["\n[detection]", *(f"{name} = {toml(rates)}" for name, rates in baseline.detection)]
     for name, scene in baseline.scenes.items():
-        section = f"scenes.{_value(name)}"
-        lines += [f"\n[{section}]", f"source = {_value(scene.source)}", f"hash = {_value(scene.hash)}"]
+        section = f"scenes.{toml(name)}"
+        lines += [f"\n[{section}]", f"source = {toml(scene.source)}", f"hash = {toml(scene.hash)}"]
         for (model, tier), run in scene.runs.items():
             lines.append(f"\n[{section}.{model}.{tier}]")
             for key in ("settings", "counters", "spread", "unexcited", "unpredictable"):
                 if (value := getattr(run, key)) or key in ("settings", "counters"):
-                    lines.append(f"{key} = {_value(value)}")
+                    lines.append(f"{key} = {toml(value)}")
             lines.append(f"\n[{section}.{model}.{tier}.channels]")
             for channel, points in run.channels.items():
-                lines += [f"{channel} = [", *(f"  {_value([*point])}," for point in points), "]"]
+                lines += [f"{channel} = [", *(f"  {toml([*point])}," for point in points), "]"]
     write_text("\n".join(lines) + "\n", path)
     return path
-
-
-def _value(value: object) -> str:
-    """Return a value as TOML in one line."""
-    if isinstance(value, Mapping):
-        keys = {key: key.replace("_", "").replace("-", "") for key in value}
-        bare = {key: key if text.isalnum() and key.isascii() else _value(key) for key, text in keys.items()}
-        return f"{{ {', '.join(f'{bare[key]} = {_value(part)}' for key, part in value.items())} }}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    # JSON's texts, numbers and truth values are TOML's, which escapes one character more.
-    return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")
 
 
 # ---- what it records

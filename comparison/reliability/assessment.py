@@ -32,7 +32,7 @@ from comparison.reliability.averages import (
 from comparison.reliability.errors import PRIMITIVES, QUANTITIES, SliderErrors
 from comparison.scene.schema import Limits
 from comparison.scene.schema import Reliability as Settings
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 
 ROUNDING = 5e-6
 """Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be concluded."""

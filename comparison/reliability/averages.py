@@ -8,15 +8,13 @@ cycles at equal angle makes an average uncertain. The 95 % intervals hold the tr
 from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtri, stdtrit
 
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 
 BLOCKS = 8  # of a part in one cycle
 SAFETY = 2.0  # of a normal error's deviation, 95 %

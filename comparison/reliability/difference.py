@@ -7,8 +7,6 @@ the errors of both models at one instant belong together. Quadrature: what the s
 averages, paired too. Where the smallest reliabilities of the two are in different bins there are no pairs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import ceil
 
@@ -16,15 +14,14 @@ import numpy as np
 
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
-from comparison.execution.run import Job, Outcome
+from comparison.execution.run import RunError
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
-from comparison.tables.arrays import Array
-from comparison.tables.channels import expected
+from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID
 
@@ -69,20 +66,12 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class FailedRun:
-    """A run that did not succeed, such as of the ideal mechanism."""
-
-    job: Job
-    outcome: Outcome
-
-
-@dataclass(frozen=True)
 class ReliabilityComparison:
-    """A scene's reliability in two models, by quantity, or what prevented it."""
+    """A scene's reliability in two models, by quantity, or what prevented it, such as a run that failed."""
 
     settings: Settings
     quantities: dict[str, Difference] = field(default_factory=dict)
-    missing: FailedRun | TableError | None = None
+    missing: RunError | TableError | None = None
 
     @property
     def verdict(self) -> str:

@@ -1,14 +1,11 @@
 """Errors of the slider's motion: a result less the ideal mechanism's at equal time, Eq. 35 of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import channels
+from comparison.tables.channels import Array, channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID, hermite
 
@@ -19,11 +16,10 @@ PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}  # channels, an
 
 @dataclass(frozen=True)
 class Peak:
-    """An error of largest size, signed, and its instant, s; between samples it may be larger by ``error``."""
+    """An error of largest size, signed, and its instant, s."""
 
     value: float
     time: float
-    error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -42,33 +38,13 @@ class SliderErrors:
     def peak(self, channel: str, start: float = -np.inf, end: float = np.inf) -> Peak:
         """Return the error of largest size from ``start`` to ``end`` (s), between samples too."""
         slack = SAME_GRID * self.period
-        samples, extrema = (
-            points[:, (points[0] >= start - slack) & (points[0] <= end + slack)]
-            for points in (np.array([self.time, self.by_channel[channel]]), self.between[channel])
-        )
-        points = np.concatenate([samples, extrema], axis=1)
+        samples = np.array([self.time, self.by_channel[channel]])
+        points = np.concatenate([samples, self.between[channel]], axis=1)
+        points = points[:, (points[0] >= start - slack) & (points[0] <= end + slack)]
         if not points.size:
             raise TableError(f"the result: has no sample from {start:g} to {end:g} s")
         time, value = points[:, np.abs(points[1]).argmax()].tolist()
-        heights = _heights(samples[0], np.abs(samples[1]))
-        # Where the model has its extremum it is known
-        places = np.searchsorted(samples[0], extrema[0])[:, None] + np.arange(-2, 2)
-        heights[places[(places >= 0) & (places < heights.size)]] = 0.0
-        return Peak(value, time, max(0.0, float(heights.max(initial=0.0)) - abs(value)))
-
-
-def _heights(time: Array, sizes: Array) -> Array:
-    """Return what a concave signal does not exceed in each interval, where lines meet; elsewhere zero."""
-    heights = np.zeros(max(time.size - 1, 0))
-    if time.size < 4:
-        return heights
-    step, change = np.diff(time), np.diff(sizes)
-    up, down, width = (change / step)[:-2], -(change / step)[2:], step[1:-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = (change[1:-1] + down * width) / (up + down)
-    meets = (up > 0.0) & (down > 0.0) & (at >= 0.0) & (at <= width)
-    heights[1:-1] = np.where(meets, sizes[1:-2] + up * np.where(meets, at, 0.0), 0.0)
-    return heights
+        return Peak(value, time)
 
 
 def slider_errors(

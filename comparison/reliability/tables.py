@@ -1,7 +1,5 @@
 """Reliability of the slider's motion in tables of any origin, against a table of the ideal mechanism."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, replace
 from math import isclose
@@ -15,7 +13,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.scene import Reliability, Scene, SceneError, load_scene, scene_from_mapping
+from comparison.scene import Reliability, Scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.tables.foreign import as_tables
 from comparison.tables.mapping import Mapping, load_mapping
@@ -132,7 +130,7 @@ def reliability(
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
-    recorded = {part: _recorded(table) for part, table in tables.items()}
+    recorded = {part: table.scene for part, table in tables.items()}
     periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
     cycle = _common_period(
         periods
@@ -215,19 +213,6 @@ def _check(table: Table, name: str) -> None:
     check(table, table.channels, name=name)
     if abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
         raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
-
-
-def _recorded(table: Table) -> Scene | None:
-    """Return the scene recorded beside a table, whatever its solvers; None if there is none."""
-    record = table.provenance.get("scene")
-    if not isinstance(record, dict):
-        return None
-    try:
-        return scene_from_mapping(
-            record | {"solver": {}, "reliability": table.provenance.get("reliability", {})}
-        )
-    except SceneError:
-        return None
 
 
 def _common_period(stated: Pairs[str, float]) -> float:

@@ -46,7 +46,6 @@ def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
                     child.set("type", case.status)
                     child.text = child.get("message")
     ET.indent(root)
-    path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         ET.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
 

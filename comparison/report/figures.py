@@ -17,8 +17,7 @@ from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.difference import Difference
 from comparison.report import svg
-from comparison.tables.arrays import Array
-from comparison.tables.channels import UNCERTAINTY, channels
+from comparison.tables.channels import UNCERTAINTY, Array, channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
@@ -158,8 +157,8 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
     title = known.label.replace(", ", ",\n") if known else name
     if known and known.name != name:
         title = f"estimated error of {title}"
-    if name == "slider_x" and (guide := _guide(next(iter(tables.values())))) is not None:
-        title, zero = "slider x − guide", guide
+    if name == "slider_x" and (scene := next(iter(tables.values())).scene) is not None:
+        title, zero = "slider x − guide", scene.data["mechanism"]["guide_x"]
     curves = [(table.time, table.values(name) - zero) for table in tables.values()]
     factor = _curves(panel, curves, title, known.unit if known else "", _COLUMNS)
     for table, (time, values), line in zip(tables.values(), curves, panel.lines, strict=True):
@@ -170,18 +169,8 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
             panel.fill_between(time[kept], low[kept], high[kept], color=line.get_color(), alpha=0.25, lw=0)
 
 
-def _guide(table: Table) -> float | None:
-    """Return the x of the guide's centre line (m) as recorded; what a file records may be anything."""
-    scene = table.provenance.get("scene")
-    try:
-        return float(scene["mechanism"]["guide_x"]) if scene else None
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a picture in the format of its name."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     with svg.style():
         if path.suffix.lower() == ".svg":
             svg.write_svg(figure, path)

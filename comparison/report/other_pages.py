@@ -12,7 +12,6 @@ from comparison.metrics.contacts import noted
 from comparison.report.plots import FORCES, MOTION, table_plots
 from comparison.report.schematic import joints, schematic
 from comparison.report.templates import interactive_page
-from comparison.scene import SceneError, scene_from_mapping
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read
@@ -100,16 +99,3 @@ def write_animation(
     )
     write_text(html, path)
     return path
-
-
-def recorded_scene(tables: Mapping[str, Table]) -> Mapping[str, Any]:
-    """Return the scene recorded beside the first table; `TableError` without one that is valid."""
-    label, table = next(iter(tables.items()))
-    scene = table.provenance.get("scene")
-    if not isinstance(scene, dict):
-        raise TableError(f"{label}: no scene is recorded beside the table; name it by --scene")
-    try:
-        # The model of a table need not be installed here.
-        return scene_from_mapping({key: part for key, part in scene.items() if key != "solver"}).data
-    except SceneError as error:
-        raise TableError(f"{label}: the recorded scene is not valid: {error}; name one by --scene") from error

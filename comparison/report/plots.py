@@ -21,8 +21,7 @@ from comparison.formatting import pretty_unit
 from comparison.metrics.contacts import Pulse
 from comparison.report.figures import relative_to_guide
 from comparison.report.svg import envelope, upper_envelope
-from comparison.tables.arrays import Array
-from comparison.tables.channels import CONTACTS, CORNERS, Channel, channels
+from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels
 from comparison.tables.table import Table
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name

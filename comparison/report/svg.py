@@ -16,7 +16,7 @@ from matplotlib.legend import Legend
 from numpy.typing import NDArray
 
 from comparison.files import write_text
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 COLUMNS = 400

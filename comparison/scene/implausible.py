@@ -1,7 +1,5 @@
 """Values of a scene that are valid but probably not meant: warnings, each with its reason."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from math import cos, degrees, gamma, hypot, inf, pi, sin, sqrt

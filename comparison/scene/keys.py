@@ -1,7 +1,5 @@
 """All keys of a scene as the schema has them, and those that an unknown one may mean."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections import Counter

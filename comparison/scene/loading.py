@@ -7,7 +7,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -15,7 +15,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from comparison.files import contents
+from comparison.files import contents, reading
+from comparison.models import smallest_in_exudyn
 from comparison.scene import implausible
 from comparison.scene.overrides import (
     apply,
@@ -29,10 +30,12 @@ from comparison.scene.overrides import (
     short,
     title_with,
 )
-from comparison.scene.schema import RandomInput, Reliability, SceneKeys
+from comparison.scene.schema import Compare, RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
+_TREE = {"step": 1e-4, "tolerance": 1e-10}
+"""Settings of Exudyn's tree where a scene has none."""
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
 LONGEST_CHAIN = 20
@@ -56,16 +59,12 @@ class Scene:
     """The dotted keys whose values differ from these; name, title and command follow from them."""
     source: str
     """The shipped name or the path that it was read from; empty where it was not."""
-    tolerance: float | None = None
-    """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
-    time_tolerance: float = 0.0
-    """[compare] time_tolerance, s: how early or late either of them may be."""
-    gate: Mapping[str, float] = field(default_factory=dict)
-    """[compare.gate]: limits of metrics for such tables."""
-    reliability: Reliability = field(default_factory=Reliability)
-    """[reliability]: limits of the errors, bins."""
-    random: tuple[RandomInput, ...] = ()
-    """[[random]]: random variables and their distributions; no run depends on them."""
+    compare: Compare
+    """Rules for two tables without uncertainties."""
+    reliability: Reliability
+    """Limits of the errors, and intervals of the crank cycle."""
+    random: list[RandomInput]
+    """Random variables and their distributions; no run depends on them."""
 
     @property
     def name(self) -> str:
@@ -207,18 +206,8 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     if path in chain:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
-    try:
+    with reading(f"{where}: {path}", SceneError, "TOML"):
         keys = flat(tomllib.loads(contents(path, LARGEST_FILE)))
-    except OSError as error:
-        raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{where}: {path} is not UTF-8 text (byte {error.start})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"{where}: {path} is not valid TOML: {' '.join(str(error).split())}") from error
-    except ValueError as error:  # of Python, about integers of thousands of digits
-        raise SceneError(f"{where}: {path} has an integer of too many digits") from error
-    except RecursionError as error:
-        raise SceneError(f"{where}: {path} is nested too deeply") from error
     base = keys.pop("scene.extends", None)
     if base is None:
         return keys
@@ -242,18 +231,12 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error)}") from error
     data = keys.model_dump(exclude={"compare", "reliability", "random"})
-    start = data["initial"]
+    start, exudyn = data["initial"], data["solver"]["exudyn"]
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
-    return Scene(
-        data,
-        tuple(implausible.warnings(data)),
-        files,
-        overrides,
-        source,
-        tolerance=keys.compare.tolerance,
-        time_tolerance=keys.compare.time_tolerance,
-        gate=keys.compare.gate,
-        reliability=keys.reliability,
-        random=tuple(keys.random),
-    )
+    if exudyn["formulation"] == "auto":
+        exudyn["formulation"] = smallest_in_exudyn(data)
+    if exudyn["formulation"] == "tree":
+        exudyn |= {key: _TREE[key] for key in _TREE.keys() - keys.solver.exudyn.model_fields_set}
+    warnings = tuple(implausible.warnings(data))
+    return Scene(data, warnings, files, overrides, source, keys.compare, keys.reliability, keys.random)

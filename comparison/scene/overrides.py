@@ -1,19 +1,17 @@
 """Dotted keys of a scene: overrides, the name, title and command that follow, and errors of validation."""
 
-from __future__ import annotations
-
 import difflib
 import hashlib
 import json
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from comparison.scene.keys import did_you_mean
-from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Unit
+from comparison.scene.keys import did_you_mean, scene_keys
+from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys
 
 LONGEST = 54
 """Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
@@ -21,7 +19,7 @@ _FORMULATION = "solver.exudyn.formulation"
 _SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
-_PLAIN = re.compile(r"[\w-]+")  # a step of a key that is not quoted
+_PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
 _RULES = {
     "rule": "{text}",
     "greater_than": "must be > {gt:g}",
@@ -134,14 +132,14 @@ def name_with(name: str, overrides: Mapping[str, object]) -> str:
     whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in overrides.items())])
     if re.match(NAME, whole) and len(whole) <= LONGEST:
         return whole
-    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:
     """Return a title: ``"150rpm-0.2mm with clearance.slider = 0.4 mm"``."""
     changes = []
     for key, value in overrides.items():
-        text, unit = _text(value), _place(key.split("."))[1]
+        text, unit = _text(value), _unit(key.split("."))
         if isinstance(value, float):
             factor, unit = _SHOWN.get(unit, (1.0, unit))
             text = f"{factor * value:.12g}"
@@ -163,9 +161,11 @@ def _text(value: object) -> str:
 
 
 def toml(value: object) -> str:
-    """Return a value as TOML, floats exactly."""
+    """Return a value as TOML in one line, floats exactly."""
     if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{json.dumps(key)} = {toml(part)}' for key, part in value.items())}}}"
+        keys = [key if _PLAIN.fullmatch(key) else toml(key) for key in map(str, value)]
+        parts = [f"{key} = {toml(part)}" for key, part in zip(keys, value.values(), strict=True)]
+        return f"{{ {', '.join(parts)} }}" if parts else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, float):
@@ -196,15 +196,17 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
     key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
-    section, unit = _place(steps, schema)
+    unit = _unit(steps) if schema is SceneKeys else ""
     if kind == "missing":
         hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
-        siblings = [".".join([*steps[:-1], name]) for name in (section.model_fields if section else ())]
         if schema is SceneKeys:
-            return f"{key} {text}{did_you_mean(next(iter(flat({'.'.join(steps): value}))), siblings)}"
-        close = difflib.get_close_matches(".".join(steps), siblings, n=1)
+            wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
+            known = [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
+            known += [each.name for each in scene_keys() if each.name != wrong]  # extends, only of a file
+            return f"{key} {text}{did_you_mean(wrong, known)}"
+        close = difflib.get_close_matches(".".join(steps), schema.model_fields, n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
     if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
         text += did_you_mean(steps[-1])
@@ -221,24 +223,8 @@ def short(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
 
 
-def _place(steps: Sequence[str], schema: type[BaseModel] = SceneKeys) -> tuple[type[BaseModel] | None, str]:
-    """Return the section that holds a key, None where there is none, and the key's unit, "" without one."""
-    section: type[BaseModel] | None = None
-    annotation: Any = schema
-    unit = ""
-    for step in steps:
-        if get_origin(annotation) in (list, dict):
-            annotation = get_args(annotation)[-1]
-            continue
-        section = _section(annotation)
-        field = section.model_fields.get(step) if section else None
-        annotation = field and field.annotation
-        unit = next((n.symbol for n in (field.metadata if field else ()) if isinstance(n, Unit)), unit)
-    return section, unit
-
-
-def _section(annotation: Any) -> type[BaseModel] | None:
-    """Return the section in an annotation, such as that of the partners of a number."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    return next(filter(None, map(_section, get_args(annotation))), None)
+def _unit(steps: Sequence[str]) -> str:
+    """Return the unit of a scene's key, also of one partner's or of a value in a list; "" without one."""
+    units = {key.name: key.unit for key in scene_keys()}
+    names = (".".join(steps[:count]) for count in range(len(steps), 0, -1))
+    return next((units[name] for name in names if name in units), "")

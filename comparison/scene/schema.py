@@ -4,18 +4,16 @@ The string below a key describes it to users: `sixbar keys` and `sixbar new` pri
 against its words. The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene extends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from comparison.models import engine_names, is_setting, smallest_in_exudyn
+from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
@@ -264,12 +262,10 @@ class ReferenceSolver(Section):
 
 
 class ExudynSolver(Section):
-    """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
+    """Settings of the Exudyn model.
 
-    For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; without
-    clearance, or with a sample at each step all are equal. Samples two to four steps apart are interpolated
-    in longer ones. The tolerance is Newton's. For the tree, which has error control, they are the largest
-    step and the local error tolerance. "auto" is the smallest formulation that yields the requested channels.
+    Steps of five bodies in flight are up to 32 times as long as in a contact; without clearance, or with a
+    sample at each step, all are equal. Samples two to four steps apart are interpolated in longer ones.
     """
 
     formulation: str = "auto"
@@ -375,22 +371,6 @@ class SceneKeys(Section):
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
     random: list[RandomInput] = []
-
-    @model_validator(mode="before")
-    @classmethod
-    def _name_formulation(cls, given: Any) -> Any:
-        """Name Exudyn's smallest formulation where the scene leaves it open, and its usual settings."""
-        if not isinstance(given, dict):
-            return given
-        solver, joints, output = (given.get(section, {}) for section in ("solver", "joints", "output"))
-        exudyn: Any = solver.get("exudyn", {}) if isinstance(solver, dict) else None
-        if not all(isinstance(section, dict) for section in (exudyn, joints, output)):
-            return given  # validation rejects it
-        formulation = exudyn.get("formulation", "auto")
-        if formulation == "auto":
-            formulation = smallest_in_exudyn(given)
-        usual = {"step": 1e-4, "tolerance": 1e-10} if formulation == "tree" else {}
-        return given | {"solver": solver | {"exudyn": usual | exudyn | {"formulation": formulation}}}
 
     @model_validator(mode="after")
     def _together(self) -> Self:

@@ -1,7 +1,5 @@
 """Text of a new scene file, which explains the keys that are changed most."""
 
-from __future__ import annotations
-
 import os
 import re
 import textwrap

@@ -5,8 +5,6 @@ what it is asked with, small and full; what it measures, by `comparison.executio
 study resumes and a second call is quick; the template of its page and its figures.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Two tables on one time grid: the coarser one's, at which the channels of the other are interpolated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -10,8 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import instant
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, Channel, channels
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.times import SAME_GRID, Shift, estimate, hermite
 

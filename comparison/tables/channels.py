@@ -1,7 +1,5 @@
 """Channels of a result: definition, scale for differences, and selection by a scene."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,6 +8,12 @@ from importlib.resources import files
 from math import pi
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+"""Values of a channel, and what is computed from them."""
+BoolArray = NDArray[np.bool_]
 JOINTS = "OABHCF"
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 PIN = "pin"

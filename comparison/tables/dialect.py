@@ -3,8 +3,6 @@
 Lines end as in `csv` and pandas: not with a form feed or U+2028, at which Python splits too.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 import warnings
@@ -18,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import TableError
 from comparison.tables.units import parse, same_dimension
 

@@ -3,8 +3,6 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Pairs
@@ -16,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.align import continuous
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.dialect import Column, Source, position
 from comparison.tables.dialect import column as source_column
 from comparison.tables.formats import open_source

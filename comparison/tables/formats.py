@@ -1,7 +1,5 @@
 """Tables of other programs as they stand in their files, which their first bytes tell, not their ending."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

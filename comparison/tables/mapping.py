@@ -1,7 +1,5 @@
 """Mapping file: channel, unit and sign of each column of another program's table; channels of one's own."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -14,8 +12,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 from comparison.files import contents
 from comparison.scene.overrides import explain
 from comparison.scene.schema import Positive, Real, Section, integer
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
 from comparison.tables.units import parse, same_dimension

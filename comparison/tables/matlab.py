@@ -3,8 +3,6 @@
 scipy's parser trusts the sizes stated in a file: one wrong byte can end its process, or take all memory.
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ Evidence are the names of the columns, the units that the tables state, and the 
 and held against each column of the other table, on a grid of times that both span.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import JOINTS, channels
+from comparison.tables.channels import JOINTS, Array, channels
 from comparison.tables.dialect import Column
 from comparison.tables.formats import open_source
 from comparison.tables.mapping import TIME

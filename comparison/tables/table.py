@@ -5,11 +5,9 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -17,8 +15,8 @@ from numpy.typing import NDArray
 
 from comparison.files import json_text
 from comparison.formatting import instant
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertainty
+from comparison.scene import Scene, SceneError, scene_from_mapping
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels, is_uncertainty
 
 Columns = dict[str, NDArray[Any]]
 
@@ -34,17 +32,6 @@ _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 class TableError(ValueError):
     """Unusable table; the message is one line with file, channel and row."""
-
-
-class Result(Protocol):
-    """A model's result; it may also have ``pulses`` and ``cycle_extrema``, as a `Table` has."""
-
-    columns: dict[str, NDArray[np.float64]]
-    events: dict[str, NDArray[Any]]
-    extrema: dict[str, dict[str, float]]
-    provenance: dict[str, Any]
-    status: str
-    remedy: str
 
 
 @dataclass(frozen=True)
@@ -67,7 +54,7 @@ class Table:
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
 
     @classmethod
-    def from_result(cls, result: Result) -> Self:
+    def from_result(cls, result: Any) -> Self:
         """Convert the result of a model's ``simulate``, whatever its status; a `TableError` if it is none."""
         if fault := next(result_faults(result), ""):
             raise TableError(f"the model's {fault}")
@@ -105,6 +92,21 @@ class Table:
     def channels(self) -> list[str]:
         """Column names without ``time`` and without the estimated errors of channels."""
         return [name for name in self.names if name != "time" and not is_uncertainty(name)]
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene recorded with the results; None without a valid one.
+
+        With the usual settings of solvers: the model that wrote the table need not be installed here.
+        """
+        record = self.provenance.get("scene")
+        if not isinstance(record, dict):
+            return None
+        others = {"solver": {}, "reliability": self.provenance.get("reliability", {})}
+        try:
+            return scene_from_mapping(record | others)
+        except SceneError:
+            return None
 
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""
@@ -222,8 +224,8 @@ def _first(bad: BoolArray) -> list[int]:
     return [int(n) for n in np.flatnonzero(bad)[:1]]
 
 
-def result_faults(result: Result) -> Iterator[str]:
-    """Yield which parts of a `Result` are missing or something else."""
+def result_faults(result: Any) -> Iterator[str]:
+    """Yield which parts of a model's result (docs/engine.md) are missing or something else."""
     for name, kind in _PARTS.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):

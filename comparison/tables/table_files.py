@@ -4,13 +4,10 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 (their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,7 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv, parquet
 
-from comparison.files import check_size, contents, replacing_in, write_json
+from comparison.files import check_size, contents, reading, replacing_in, write_json
 from comparison.tables.table import Columns, Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
@@ -27,6 +24,8 @@ LARGEST = 2_000_000_000
 _FORMATS = (".csv", ".parquet")
 _BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
+readable = partial(reading, refusal=TableError)
+"""Block that reads a file: converts errors to a `TableError` of one line."""
 
 
 def read(path: str | Path) -> Table:
@@ -157,22 +156,6 @@ def check_format(path: Path) -> None:
     """Reject, by a `TableError`, a file name that ends neither in ``.csv`` nor in ``.parquet``."""
     if path.suffix.lower() not in _FORMATS:
         raise TableError(f"{path}: the name must end in {' or '.join(_FORMATS)}")
-
-
-@contextmanager
-def readable(path: Path) -> Iterator[None]:
-    """Convert errors of reading a file to `TableError` of one line."""
-    try:
-        yield
-    except TableError as error:
-        raise TableError(f"{path}: {error}") from error.__cause__
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except RecursionError as error:
-        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
-    # pandas' parser errors, pyarrow's, JSON's, TOML's and UnicodeDecodeError are ValueErrors
-    except ValueError as error:
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
 def _beside(path: Path, name: str) -> Path:

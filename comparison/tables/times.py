@@ -1,7 +1,5 @@
 """What the times of tables tell: missing rows, and the shift between two tables, reported, never applied."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
-from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Array, Channel, channels
 
 SAME_GRID = 1e-9
 """Share of a sample interval by which equal times may differ: a thousand rows written with 13 digits differ
@@ -151,20 +149,9 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
-    """Return the piecewise cubic with these values and slopes at its nodes, and its derivative.
-
-    As `scipy.interpolate.CubicHermiteSpline`, whose import takes longer than most comparisons.
-    """
-    left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
-    width = time[left + 1] - time[left]
-    s = (at - time[left]) / width
-    # In the form v0 + s (...), so that the values at nodes are reproduced exactly.
-    rise = (values[left + 1] - values[left]) / width
-    second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
-    third = slopes[left] + slopes[left + 1] - 2 * rise
-    value = values[left] + width * s * (slopes[left] + s * (second + s * third))
-    value = np.where(at == time[-1], values[-1], value)
-    return value, slopes[left] + s * (2 * second + 3 * s * third)
+    """Return the piecewise cubic with these values and slopes at its nodes, and its derivative."""
+    cubic = CubicHermiteSpline(time, values, slopes)
+    return np.where(at == time[-1], values[-1], cubic(at)), cubic(at, 1)
 
 
 def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float | None:

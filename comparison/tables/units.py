@@ -11,7 +11,7 @@ import re
 from fractions import Fraction
 from typing import NamedTuple
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 # Exponents of kg, m, s and rad; names -> SI units per unit, of the inch system exact by definition.
 _TABLE: list[tuple[tuple[int, ...], dict[str, Fraction | str]]] = [

@@ -7,8 +7,6 @@ scale, of the decisive samples: those outside their band where the models differ
 the channels whose verdict is the scene's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot, inf, nan, sqrt
@@ -20,7 +18,7 @@ from scipy.ndimage import maximum_filter1d
 from comparison.accuracy.levels import AccuracyError, finer, solver_values
 from comparison.accuracy.uncertainty import Runs, observed_order, round_off, spread, window_samples
 from comparison.scene import Scene
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 from comparison.verdict.results import Attribution, ChannelComparison, Refinement
 
 Channels = Mapping[str, ChannelComparison]

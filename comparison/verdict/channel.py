@@ -4,8 +4,6 @@ After ASME V&V 20-2009 (section 1) a difference ``E`` is explained by the numeri
 ``|E| <= k u``; applied sample by sample, where the uncertainty is small against the channel's scale.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,8 +12,7 @@ import numpy as np
 
 from comparison.accuracy.levels import Thresholds
 from comparison.metrics.signals import information, scaled
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import Channel
+from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.verdict.results import Basis, ChannelComparison, Check
 
 

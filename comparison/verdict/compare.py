@@ -6,8 +6,6 @@ every fourth sample: three times the larger of the changes, that on every fourth
 Roache).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isnan, nan
@@ -216,7 +214,7 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
         return None, ()
     # With the keys that an earlier version did not write.
-    known_a, known_b = (_completed(record) for record in (record_a, record_b))
+    known_a, known_b = (own.data if (own := table.scene) else table.provenance["scene"] for table in (a, b))
     sections = {*known_a, *known_b} - {"scene", "solver", "output"}
     if changed := sorted(key for key in sections if known_a.get(key) != known_b.get(key)):
         return None, (
@@ -234,14 +232,6 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         except SceneError as error:
             reason = error
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
-
-
-def _completed(record: dict[str, Any]) -> Mapping[str, Any]:
-    """Return a recorded scene with all keys, or as it is where it is not valid."""
-    try:
-        return scene_from_mapping(record | {"solver": {}}).data
-    except SceneError:
-        return record
 
 
 def _sampling_error(values: Sequence[float]) -> float:

@@ -1,14 +1,9 @@
-r"""Confirmation of a verdict "differ" by ensembles of runs before it is reported.
+r"""Confirmation of a verdict "differ" by ensembles of runs before it is reported: README.md, "Verdicts".
 
-The five runs that give a model's uncertainty are a small sample. Where motion magnifies errors by decades,
-the error of a run is one draw from a wide distribution, shared by all later samples, and five draws may lie
-together by chance. So each model is rerun from many starts, and the other model's run is ranked in that
-ensemble by its largest distance from the centre over all predictable samples of all channels
-(`comparison.metrics.outliers`). A difference is confirmed if each model's run is farther from the other's
-ensemble than every member left out of it; the smallest rank with n members is 1 / (n + 1). Exudyn's run of
-five bodies is too slow for an ensemble: it is ranked in one of the other model, perturbed by its error.
-Otherwise u is replaced by that of the ensembles, and the runs are judged again: by the choice of
-`comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where each is outside.
+A run is ranked in the other model's ensemble by its largest distance from the centre over all predictable
+samples of all channels (`comparison.metrics.outliers`); the smallest rank with n members is 1 / (n + 1). If
+the difference is not confirmed u is replaced by that of the ensembles, and the runs are judged again: by the
+choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where each is outside.
 
 **Starts.** An error e of the start has grown to G e where the response is G, which the perturbed runs of a
 model show: they were moved by a known distance. So the error |S - S_f| of its run is equivalent to |S - S_f|
@@ -23,8 +18,6 @@ accordingly. Both are never less than what the perturbed runs were moved by, or 
 than what it is to correct.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf, nan
@@ -35,7 +28,7 @@ import pandas as pd
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
 from comparison.metrics.outliers import Parting, clustered, distances, parting_contact, split
 from comparison.scene import Scene, digest
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.results import Confirmation, Doubt, SceneComparison

@@ -13,6 +13,7 @@ import numpy as np
 from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
 from comparison.scene import Scene
+from comparison.scene.schema import Compare
 from comparison.tables.align import over_angle, unwound
 from comparison.tables.dialect import Source
 from comparison.tables.foreign import read_tables
@@ -96,7 +97,8 @@ def compare_files(
         warnings += ("the times are those at which the drive reaches the crank angles",)
     first = _recorded(a, tables[: len(a)], refinements[0])
     second = _recorded(b, tables[len(a) :], refinements[1])
-    gate = {**({} if scene is None else scene.gate), **({} if mapping is None else mapping.gate)}
+    criteria = Compare() if scene is None else scene.compare
+    gate = {**criteria.gate, **({} if mapping is None else mapping.gate)}
     stated = {
         "--tolerance": tolerance is not None or bool(options.get("tolerances")),
         "--time-tolerance": time_tolerance is not None,
@@ -104,9 +106,8 @@ def compare_files(
         "--absolute": bool(options.get("absolute")),
         "the gate": bool(gate),
     }
-    if scene is not None:
-        tolerance = scene.tolerance if tolerance is None else tolerance
-        time_tolerance = (scene.time_tolerance or None) if time_tolerance is None else time_tolerance
+    tolerance = criteria.tolerance if tolerance is None else tolerance
+    time_tolerance = criteria.time_tolerance if time_tolerance is None else time_tolerance
     unused, why = [], ""
     if first.finer is not None:
         unused, why = list(stated), ": the uncertainty from finer runs decides"
@@ -118,7 +119,7 @@ def compare_files(
         scene=scene,
         warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
         tolerance=tolerance,
-        time_tolerance=time_tolerance or 0.0,
+        time_tolerance=time_tolerance,
         gate=gate,
         only=mapping.compare if mapping is not None and channels is None else channels,
         **options,
@@ -136,11 +137,9 @@ def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, fl
 
 def _over_angle(tables: Sequence[Table], scene: Scene | None) -> list[Table]:
     """Return tables over the crank angle with the times at which the drive of the scene reaches it."""
-    recorded = [None if scene is None else scene.data, *(table.provenance.get("scene") for table in tables)]
-    for data in recorded:
-        if isinstance(data, dict):
-            start, speed = data["mechanism"]["crank_angle_deg"], data["drive"]["speed_rpm"]
-            return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
+    for known in filter(None, (scene, *(table.scene for table in tables))):
+        start, speed = known.data["mechanism"]["crank_angle_deg"], known.data["drive"]["speed_rpm"]
+        return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
     speeds = [table.values("crank_speed") for table in tables if "crank_speed" in table.names]
     if not speeds or not np.mean(speeds[0]):
         raise TableError(

@@ -1,9 +1,8 @@
 """Verdicts of a model with fixed steps are refined until it is known what its runs converge to.
 
-The uncertainty of Exudyn's five bodies rests on three step sizes, which in stiff contacts can err alike
-(measured at 0.4 mm of clearance: errors of x of 1.3e-6, 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5,
-0.25 and 0.125 us). An ensemble does not show that, since its starts are moved, not its steps. So a verdict
-other than "agree" is judged again with both models one level finer, and so on:
+Three step sizes can err alike in stiff contacts (measured at 0.4 mm of clearance: errors of x of 1.3e-6,
+7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us), which an ensemble does not show: its
+starts are moved, not its steps. So a verdict other than "agree" is judged again one level finer, and so on:
 
 - "agree" at any level stands: numerical errors, the cause of nearly all differences, vanish with the step;
 - "differ" stands where the difference outlasts two refinements (`CONVERGED`), and the ensembles confirm it at
@@ -16,8 +15,6 @@ other than "agree" is judged again with both models one level finer, and so on:
 - a run that violates an invariant at the scene's own step gives no verdict, and a smaller step is the remedy:
   the first verdict is that of the next level (`without_violation`).
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

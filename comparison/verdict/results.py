@@ -20,8 +20,7 @@ from comparison.metrics.outliers import Parting
 from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, Channel
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
 from comparison.tables.times import Shift
 
 T = TypeVar("T")

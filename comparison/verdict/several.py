@@ -1,7 +1,5 @@
 """Three or more models: the verdicts of all pairs taken together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations

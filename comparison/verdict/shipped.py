@@ -1,7 +1,5 @@
 """The verdicts of the shipped scenes on record: ``verdicts.toml``, written by ``make reports``."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Comparison of two tables in one call, for Python."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -9,10 +7,9 @@ from functools import cached_property
 from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
 from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Outcome, Progress, failure, run_all
+from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
 from comparison.models import MODELS
 from comparison.reliability.difference import (
-    FailedRun,
     ReliabilityComparison,
     at_own_samples,
     compare_reliability,
@@ -176,9 +173,9 @@ class _Case:
             comparison = compare(
                 *pair,
                 scene=scene,
-                tolerance=scene.tolerance,
-                time_tolerance=scene.time_tolerance,
-                gate=scene.gate,
+                tolerance=scene.compare.tolerance,
+                time_tolerance=scene.compare.time_tolerance,
+                gate=scene.compare.gate,
                 labels=models,
                 command=self.command,
                 warnings=warnings,
@@ -233,7 +230,7 @@ class _Case:
             return None
         for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
             for which, outcome in _failed(outcomes).items():
-                return ReliabilityComparison(settings, missing=FailedRun(jobs[which], outcome))
+                return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
         runs, ideals = (sorted_runs(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
         try:
             quantities = compare_reliability(

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from comparison.execution.run import describe
+from comparison.execution.run import RunError
 from comparison.reliability.assessment import ROUNDING, Assessment
 from comparison.reliability.averages import ENOUGH
-from comparison.reliability.difference import MARGIN, Difference, FailedRun, ReliabilityComparison
+from comparison.reliability.difference import MARGIN, Difference, ReliabilityComparison
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.reliability.tables import TableReliability
 from comparison.scene import Reliability
@@ -21,8 +21,8 @@ def rounded(value: float) -> str:
 def missing(comparison: ReliabilityComparison) -> str:
     """Return what prevented the comparison, in one line; empty where nothing did."""
     why = comparison.missing
-    if isinstance(why, FailedRun):
-        return f"a run failed: {describe(why.job, why.outcome)}"
+    if isinstance(why, RunError):
+        return f"a run failed: {why}"
     return "" if why is None else str(why)
 
 

@@ -190,6 +190,7 @@ def test_tables_are_aligned_by_the_crank_angle(speed, unit, sixbar):
     sixbar.table(
         "a.csv", time=wrong, crank_angle=angle["a"], crank_speed=0 * x + speed, slider_x=x, slider_vx=v
     )
+    sixbar.write("a.json", '{"scene": {"drive": {}}}')  # another program's
     options = "--abscissa crank_angle --common-time --channels slider_x --json --absolute --tolerance"
     # The cubic errs by 15**4 * 0.01**4 / 384 = 1.3e-6.
     sixbar("compare", "a.csv", "b.csv", *options.split(), "2e-6")

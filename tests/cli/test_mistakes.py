@@ -33,8 +33,8 @@ MISTAKES = {
     "validate ideal --jobs 0": "--jobs",
     "validate nowhere.toml": "'nowhere.toml'",
     "validate ideal --models reference,adams": "'adams'",
-    "validate ideal --models reference,reference": "reference",
-    "validate ideal --models reference,exudyn,reference": "reference|twice",
+    "validate ideal --models reference,reference": "reference|two",
+    "validate ideal --models reference,exudyn,reference": "reference|different",
     "validate ideal --models reference,exudyn,": "''",
     "validate ideal --accuracy fine": "'fine'|draft, standard, strict",
     "compare x.csv": "'b'",
@@ -63,7 +63,7 @@ MISTAKES = {
     "gate --baseline x.csv": "x.csv: |TOML",
     "settings ideal --seconds 0": "--seconds 0|positive",
     "settings ideal --out a.png": "a.png|.svg",
-    "study nope": "'nope'|verdicts|sweep",
+    "study nope": "'nope'|sixbar study --help",
     "study verdicts --jobs 0": "--jobs",
     "study sweep ideal --grid drive.speed_rpm": "--grid 'drive.speed_rpm'|key=a,b,c",
     "study sweep ideal --grid drive.speed=1": "'drive.speed'|did you mean drive.speed_rpm?",
@@ -169,7 +169,7 @@ FILES = {
     "drive = 3\n" + PAPER: "drive = 3|section",
     PAPER + f"x = {'[' * 2000}{']' * 2000}\n": "nested",
     PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",
-    b'[scene]\ntitle = "\xff"\n': "UTF-8",
+    b'[scene]\ntitle = "\xff"\n': "utf-8",
     b"#" * 20_000_000: "larger than",
 }
 

@@ -8,10 +8,9 @@
 True
 """
 
-from __future__ import annotations
-
 import html
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -20,7 +19,7 @@ from comparison.formatting import number
 from comparison.report.figures import Picture, picture
 from comparison.scene import Scene
 from comparison.tables.channels import channels
-from comparison.tables.table import Result, Table
+from comparison.tables.table import Table
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class RunTable(Table):
         return f"<p>{html.escape(head)}</p>{rows.to_html(index=False, border=0)}"
 
 
-def tabulated(result: Result) -> RunTable:
+def tabulated(result: Any) -> RunTable:
     """Return the table of a model's result; `TableError` where it is incomplete."""
     return RunTable.from_result(result)
 

@@ -26,7 +26,7 @@ from comparison.studies.shared.formulations import MULTIPLIERS_BDF
 from comparison.studies.shared.frames import crossed, markdown, rows_table, write_csv
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 CLOSE = 0.05
 """What the paper calls insignificant moves its peaks by 0.3 % at most (Fig. 10), what it calls larger by 33 %

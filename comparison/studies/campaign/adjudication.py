@@ -4,8 +4,6 @@ A model errs whose run contradicts itself, or whose own code, run otherwise, sta
 its opinions stand with its own run proves nothing: they may share the fault.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,8 +18,7 @@ from comparison.formatting import quantity
 from comparison.models import MODELS, engine_names
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.population import Case
-from comparison.tables.arrays import Array
-from comparison.tables.channels import CONTACTS, CORNERS, touching
+from comparison.tables.channels import CONTACTS, CORNERS, Array, touching
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 

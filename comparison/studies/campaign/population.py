@@ -4,8 +4,6 @@ One in four is a shipped scene of which only the start is moved. One in eight be
 of ADAMS, or both.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -4,8 +4,6 @@ The cheap look is one run of the tree and the family of the reference, which cos
 difference has less uncertainty than the reference: what this leaves unpredictable or explains stays so.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

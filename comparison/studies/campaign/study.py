@@ -1,7 +1,5 @@
 """The campaign: what it runs, and its page, figures and tables."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is compared: pairs without a fault, drawn as ``draws.toml`` says; seeded faults; searches."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

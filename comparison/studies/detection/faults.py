@@ -1,7 +1,5 @@
 """Seeded faults, from ``faults.toml``: wrong numbers, copies of a model with wrong code, spoiled tables."""
 
-from __future__ import annotations
-
 import os
 import sys
 import tomllib

@@ -1,7 +1,5 @@
 """What is measured: two sides judged as the results of one scene, the smallest change that shows, hashes."""
 
-from __future__ import annotations
-
 import hashlib
 from abc import abstractmethod
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The verdicts themselves under test: false alarms, missed faults, the smallest detectable change."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -21,8 +21,7 @@ from comparison.report import svg
 from comparison.scene import load_scene
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
-from comparison.tables.arrays import Array
-from comparison.tables.channels import CORNERS, channels
+from comparison.tables.channels import CORNERS, Array, channels
 from comparison.tables.table import Table
 
 CYCLES, FIRST_CYCLE = 4, 1

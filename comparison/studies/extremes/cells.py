@@ -5,8 +5,6 @@ hypercube (``axes.toml``). Every formulation runs it at its standard accuracy, a
 accurate runs of either model.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

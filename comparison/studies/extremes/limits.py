@@ -3,8 +3,6 @@
 Clearance to 0, walls of infinite stiffness, nothing lost, and a speed to 0; and the theory of one impact.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The key of a row hashes this module and what it imports: neither cells nor verdi
 of theirs runs nothing again.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Theory beside runs: what an explicit method allows, what fixed steps make of one
 where Exudyn's five bodies, which have no error control in contacts, cannot follow one.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
@@ -28,7 +26,7 @@ from comparison.studies.extremes.runs import BASE
 from comparison.studies.shared.figures import curves
 from comparison.studies.shared.study import part
 from comparison.studies.shared.switches import contacts, corner_stiffness
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
 Config = Mapping[str, Sequence[float]]

@@ -1,7 +1,5 @@
 """The study extremes: its page, its figures, and the tables beside the page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from math import log10
 from pathlib import Path

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 
 from comparison.scene import load_scene
 from comparison.studies.shared.published import published
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 Points = NDArray[np.complex128]  # points of the plane as x + iy, m
 BASE = "150rpm-0.2mm"

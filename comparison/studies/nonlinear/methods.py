@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 CLEAR = 10.0  # times the error: there it changes the logarithm by at most 0.1
 CONFIDENCE = 0.95

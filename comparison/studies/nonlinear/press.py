@@ -19,8 +19,7 @@ from comparison.execution.store import Row
 from comparison.execution.tasks import Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods import exponents
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CORNERS
+from comparison.tables.channels import CORNERS, Array, BoolArray
 from comparison.tables.table import Table
 
 STATE = {

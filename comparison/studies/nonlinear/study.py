@@ -20,7 +20,7 @@ from comparison.studies.nonlinear.methods import LEAST, LONGEST, Exponent, chaos
 from comparison.studies.nonlinear.press import TRANSIENT
 from comparison.studies.shared.frames import Quantities, quantities, write_csv
 from comparison.studies.shared.study import Study, part
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
 Key = tuple[str, str, float]  # scene, model, and its tolerance

@@ -14,7 +14,7 @@ from comparison.studies.paper.ledger import Entry, Size, Use, events, interval, 
 from comparison.studies.paper.runs import CENTRAL, IDEAL, PEAKS, Config, scene_of
 from comparison.studies.shared.published import printed_rows
 from comparison.studies.shared.study import part
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
 PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail

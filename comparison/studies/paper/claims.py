@@ -21,8 +21,7 @@ from comparison.scene import load_scene
 from comparison.studies.nonlinear.study import Chaos
 from comparison.studies.paper.runs import CHANNELS, Runs, second
 from comparison.studies.shared.published import published
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels
+from comparison.tables.channels import Array, BoolArray, channels
 
 Claim = Mapping[str, Any]
 Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], str]]]

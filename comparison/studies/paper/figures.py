@@ -21,8 +21,7 @@ from comparison.scene.schema import Limits
 from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
-from comparison.tables.arrays import Array
-from comparison.tables.channels import channels
+from comparison.tables.channels import Array, channels
 
 LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
 COLOURS = {model: line["color"] for model, line in LINES.items()}

@@ -24,7 +24,7 @@ from comparison.scene import load_scene
 from comparison.studies.paper.draws import DATA
 from comparison.studies.paper.runs import CAP, PEAKS, REACH, Runs, lacking, measure, scene_of
 from comparison.studies.shared.published import CONDITION, Published, printed_rows, published
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 
 Entry = Mapping[Any, Any]  # a row of the ledger
 

@@ -21,7 +21,7 @@ from comparison.studies.nonlinear import study as nonlinear
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import part
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
 CENTRAL, PIN, IDEAL = "150rpm-0.2mm", "crank-pin", "ideal"

@@ -21,7 +21,7 @@ from comparison.scene import Scene, SceneError
 from comparison.scene.keys import did_you_mean
 from comparison.scene.schema import RandomInput
 from comparison.studies.shared.scenes import settable
-from comparison.tables.arrays import Array
+from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
 CHUNK = 50
@@ -44,7 +44,7 @@ def inputs_of(scene: Scene) -> tuple[RandomInput, ...]:
 
     Raises SceneError if a key is no number of the scene, or a lognormal one is not above zero.
     """
-    if not (chosen := scene.random):
+    if not (chosen := tuple(scene.random)):
         text = files(__package__).joinpath("inputs.toml").read_text("utf-8")
         chosen = tuple(RandomInput(**entry) for entry in tomllib.loads(text)["random"])
     for one in chosen:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binomtest, norm
 
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray
 
 CONFIDENCE = 0.95
 

@@ -1,7 +1,5 @@
 """Which values of which keys a sweep runs: a grid, a list, or a Latin hypercube."""
 
-from __future__ import annotations
-
 import csv
 import difflib
 import math

@@ -1,7 +1,5 @@
 """The runs of a sweep: what is measured of each, on which processes, and the table, a row a run."""
 
-from __future__ import annotations
-
 import logging
 import socket
 from collections.abc import Mapping, Sequence

@@ -36,7 +36,7 @@ from comparison.studies.tradeoff.measure import (
     growing,
     measure,
 )
-from comparison.tables.arrays import BoolArray
+from comparison.tables.channels import BoolArray
 
 TITLES = {
     "ideal": "ideal mechanism with its joint reactions, 150 rpm",

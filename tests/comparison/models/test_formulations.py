@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from comparison.execution.run import run_one
-from comparison.models import FORMULATIONS, formulations, key_of, model_of, smallest_in_exudyn
+from comparison.models import FORMULATIONS, formulations, key_of, model_of
 from comparison.scene import SceneError, load_scene
 
 
@@ -28,4 +28,3 @@ def test_those_in_the_list_run_a_scene_and_no_other(scene, names):
         else:
             with pytest.raises(SceneError, match=name):
                 run_one(named, model_of(name))
-    assert smallest_in_exudyn({}) == "tree"  # a mapping without sections has the usual joints

@@ -185,7 +185,7 @@ FIRST_POINT = r"slider_x = \[\n  \[[^]]*\]"
 NONE = [
     ("^platform = .*", "", "platform is missing"),
     (r"^\[scenes(.|\n)*", "", "scenes is missing"),
-    ("^platform = ", "platform ", "is not TOML text: "),
+    ("^platform = ", "platform ", "cannot be read as TOML: "),
     ("^platform", "colour = 1\nplatform", "colour is not"),
     ("contacts = 1", "contacts = -1", "scenes.own.reference.tight.counters.contacts = -1 must be "),
     (FIRST_POINT, "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan must be finite"),
@@ -277,7 +277,7 @@ def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypa
 @pytest.mark.usefixtures("made")
 def test_rates_that_are_none_are_refused(capsys):
     rates(detected={"count": "many"})
-    texts = {record.RATES.read_text(): "detected.count", "{": "is ", "[" * 100_000: "is nested"}
+    texts = {record.RATES.read_text(): "detected.count", "{": "cannot be read", "[" * 100_000: "is nested"}
     for text, said in texts.items():
         record.RATES.write_text(text)
         assert gate("--update") == 2

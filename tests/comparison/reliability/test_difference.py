@@ -9,12 +9,11 @@ from scipy.stats import norm
 
 from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Outcome, run_all, run_key, run_one
+from comparison.execution.run import Job, Outcome, RunError, run_all, run_key, run_one
 from comparison.models import MODELS
 from comparison.reliability.assessment import assess
 from comparison.reliability.difference import (
     MARGIN,
-    FailedRun,
     ReliabilityComparison,
     at_own_samples,
     compare_reliability,
@@ -163,7 +162,7 @@ def test_without_a_refined_run_or_an_ideal_one_nothing_is_decided_and_the_line_s
     assert np.isnan(unknown.half_width)
     assert unknown.verdict == "undecided"
     assert line(ReliabilityComparison(SETTINGS, {"acceleration": unknown})).endswith("of unknown uncertainty")
-    failed = FailedRun(Job(load_scene("ideal"), "exudyn"), Outcome("crashed", "exit code 9"))
+    failed = RunError(Outcome("crashed", "exit code 9"), Job(load_scene("ideal"), "exudyn"))
     nothing = ReliabilityComparison(SETTINGS, missing=failed)
     why = "a run failed: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"
     assert (line(nothing), nothing.verdict) == (f"not available: {why}", "undecided")

@@ -64,7 +64,7 @@ def test_the_peak_of_a_window_is_that_of_its_cycle_with_its_sign_also_between_sa
     for window, size, at in (((), -100.0, high), ((0.0, 0.4), -100.0, high), ((0.4, 0.8), 77.5, low)):
         peak = errors.peak("slider_ay", *window)
         # The ideal one between its samples: as above.
-        assert (peak.value, peak.time, peak.error) == (pytest.approx(size, abs=1e-4), at, 0.0)
+        assert (peak.value, peak.time) == (pytest.approx(size, abs=1e-4), at)
     with pytest.raises(TableError, match=r"no sample from 0\.9 to 1 s"):
         errors.peak("slider_ay", 0.9, 1.0)
     assert abs(slider_errors(table, press(), PERIOD).peak("slider_ay", 0.4, 0.8).value) < 60.0
@@ -73,19 +73,3 @@ def test_the_peak_of_a_window_is_that_of_its_cycle_with_its_sign_also_between_sa
     of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ENDS}
     held = Table(table.frame, extrema=whole, cycle_extrema=of_x)
     assert slider_errors(held, press(), PERIOD).peak("slider_ay").time == high
-
-
-@pytest.mark.parametrize("per_cycle", [5000, 10_000])
-def test_the_true_peak_lies_within_its_stated_error_where_pulses_are_resolved(press, per_cycle):
-    rng = np.random.default_rng(per_cycle)
-    ideal = press(per_cycle=per_cycle)
-    time, interval = ideal.time, PERIOD / per_cycle
-    for _ in range(20):
-        at, height = rng.uniform(0.45, 0.75), rng.uniform(20.0, 80.0)
-        wave, kink = pulse(time, at, 4e-4), np.maximum(0.0, 1.0 - np.abs(time - at) / 1e-3)
-        # Where the lines meet: of a half wave of n intervals (pi / n)^2 / 2 above it; of a kink, on it.
-        for shape, most in ((wave, (np.pi * interval / 4e-4) ** 2 / 2), (kink, interval / 1e-3 / 2)):
-            errors = slider_errors(press(height * shape, per_cycle=per_cycle), ideal, PERIOD)
-            peak = errors.peak("slider_ay")
-            assert peak.value - 1e-9 <= height <= peak.value + peak.error + 1e-9
-            assert peak.error <= most * height + 1e-9

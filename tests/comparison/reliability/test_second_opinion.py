@@ -116,8 +116,9 @@ def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(na
             # The second computation misses a peak between its samples, by an amount quadratic in their
             # interval: measured 2.4 % with 30,000 samples (hardest contact, 90 rpm), so 1.5e-3 with 120,000.
             assert abs(peak.value) <= size * (1 + 1.5e-3), (samples, quantity, cycle)
+            # The largest of 10,000 samples a cycle: at most 1.65e-3 below the peak (a velocity of 69GPa).
             if samples == 10_000:
-                assert size <= abs(peak.value) + peak.error + 1e-4 * size, (quantity, cycle)
+                assert abs(peak.value) >= size * (1 - 2e-3), (quantity, cycle)
             # The peaks in question, in contacts, are the model's extrema: on few samples as well.
             if quantity == "acceleration" and name in ("central", "69GPa"):
                 assert abs(peak.value) == pytest.approx(size, rel=1e-3)

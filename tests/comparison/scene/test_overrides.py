@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import tomllib
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.scene import SceneError, load_scene, parse_set
+from comparison.scene.overrides import toml
 
 PAPER = "150rpm-0.2mm"
 SCALAR = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5))
@@ -74,6 +76,13 @@ def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_d
 def test_any_text_survives_the_shell():
     for text in ["", "210", "true", "a b", "it's", '"', "\\", "x\ny", "\x7f\x01", "inf", "é #="]:
         assert repeated(load_scene(PAPER, {"scene.title": text})).title == text
+
+
+def test_any_key_and_value_survive_a_file():
+    value = {"a-b_1": 1e-12, "": 2, "é": "\x7f", "\x7f": {}, 'a "b': [{"true": False}, []], "c.d": {"e": [0]}}
+    assert tomllib.loads(f"value = {toml(value)}") == {"value": value}
+    with pytest.raises(SceneError, match="unable to parse"):
+        load_scene(PAPER, {"random": [{"\ud800": 1}]})
 
 
 def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():

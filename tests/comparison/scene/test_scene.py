@@ -48,7 +48,7 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert (data["solver"]["reference"]["tolerance"], data["solver"]["exudyn"]) == (1e-10, FULL)
     assert (type(data["mechanism"]["rod4"]), type(data["drive"]["speed_rpm"])) == (dict, float)
     assert not {"compare", "reliability", "random"} & set(data)
-    assert (scene.tolerance, scene.reliability.bins) == (1e-3, 36)
+    assert (scene.compare.tolerance, scene.reliability.bins) == (1e-3, 36)
     assert load_scene("paper").reliability == Reliability()
     # The end is that of the last sample.
     shorter = scene.with_values({"drive.cycles": 0.3334, "output.samples_per_cycle": 100})
@@ -129,8 +129,8 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random.0.element?"),
-        (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "has an integer of too many digits"),
+        (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random[].element?"),
+        (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "cannot be read as TOML: Exceeds the limit"),
         (f"{BASE}[output]\nsamples_per_cycle = {'9' * 400}\n", "must be <= 1e+15"),
         (f"{BASE}[drive]\ncycles = 1e308\n", "must give 1 to 100000000 samples, not inf"),
         (f"{BASE}[drive]\nspeed_rpm = 1e-310\n", "last for ever"),
