@@ -264,3 +264,23 @@ def test_forces_of_the_journal_agree(law) -> None:
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 5
     assert 5 <= shallow <= 200 or "adams" not in law
+
+
+@pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
+@pytest.mark.parametrize("fraction", [0.01, 0.3, 0.999])
+def test_a_touch_inside_a_step_has_the_speed_of_that_instant(law, fraction):
+    """Constant acceleration: cubic gap and straight rate are exact. In a long step what was open has none."""
+    press = Press({"contact.law": law, "friction.coefficient": 0.0})
+    page, constants = press.page, guide_law(press)
+    step, acceleration, speed = 1e-5, 300.0, 0.02  # at the touch
+    gap0 = speed * fraction * step - acceleration * (fraction * step) ** 2 / 2
+    rest = (1 - fraction) * step
+    depth, rate = speed * rest + acceleration * rest**2 / 2, speed + acceleration * rest
+    contacts = new_contacts(4)
+    contacts[:, columns.GAP] = np.where(np.arange(4) % 2, gap0, 2 * page.c_T)
+    contacts[[1, 3], columns.RATE] = acceleration * fraction * step - speed
+    arguments = page.c_T + depth, 0.0, 0.0, rate, 0.0, 0.0
+    fx, _, _ = slider_force(*arguments, np.array([step, step]), constants, contacts)
+    elastic = 2 * page.K * depth**1.5 if law == "hertz-corners" else page.K_s * depth
+    assert fx == pytest.approx(-elastic * (1 + page.C * rate / speed), rel=1e-6)
+    assert slider_force(*arguments, np.array([step, step / 2]), constants, contacts) == (0.0, 0.0, 0.0)
