@@ -39,6 +39,11 @@ LAWS = {
     "adams-impact, stiffness given": ADAMS | GIVEN,
 }
 JOURNAL = 4
+MATERIALS = {
+    "contact.youngs_modulus": {"slider": 69e9, "guide": 190e9},
+    "contact.poisson": {"slider": 0.33, "guide": 0.3},
+    "mechanism.slider.thickness": 0.04,  # the width is 0.05 m
+}
 
 
 def from_guide(press, state):
@@ -51,6 +56,23 @@ def guide_law(press):
     """Constants of the Exudyn model's guide."""
     slider = press.exudyn.mechanism.slider
     return law_array(press.exudyn.guide, slider.mass, slider.width / 2, slider.length / 2)
+
+
+@pytest.mark.parametrize("changes", [{}, MATERIALS, ADAMS | MATERIALS, ADAMS | GIVEN])
+def test_constants_of_the_contacts_are_those_of_the_page(changes) -> None:
+    """Journal and bearing are both of the guide's material; a stiffness is of the law adams-impact alone."""
+    press = Press({**changes, "joints.crank_pin": "clearance"})
+    page, c, (guide, journal) = press.page, press.numbers, press.exudyn.contacts
+    stiffnesses = guide.stiffness, guide.side_stiffness, journal.stiffness
+    assert stiffnesses == pytest.approx((c.K, c.Ks, c.Kj), rel=1e-15)
+    # The page subtracts 0.01 m from the bearing's 0.0102 m.
+    assert stiffnesses == pytest.approx((page.K, page.K_s, page.K_j), rel=1e-14)
+    if page.law == "adams-impact":
+        damping = page.c_max, page.d_max
+        assert (c.c_max, c.d_max) == damping
+        assert [(of.damping, of.damping_depth) for of in (guide, journal)] == [damping, damping]
+    else:
+        assert (c.C, guide.damping, journal.damping) == pytest.approx((page.C, page.C, page.C), rel=1e-15)
 
 
 @pytest.mark.parametrize("law", LAWS)
