@@ -172,31 +172,6 @@ def test_an_ideal_slider_stays_on_its_line(run, tolerance, bound):
         assert np.max(np.abs(columns[name])) < 1e-11, name
 
 
-MIRRORED = {
-    "mechanism.rocker_pivot": [-0.2568, 0.2], "mechanism.guide_x": 0.55, "mechanism.reference_offset": -5e-5,
-    "mechanism.crank_angle_deg": 180 - 111.36, "mechanism.rocker_branch": -1, "drive.speed_rpm": -150.0,
-}  # fmt: skip
-
-
-PINNED = [("pin", 1e-12, 0.05), ("both", 1e-12, 0.05), ("both", None, 0.03)]
-
-
-@pytest.mark.parametrize(("joints", "tree", "cycles"), PINNED)
-def test_with_clearance_at_the_pin_a_mirrored_scene_gives_mirrored_motion(run, joints, tree, cycles):
-    """Friction and its arms change their side."""
-    common = JOINTS[joints] | {"drive.cycles": cycles} | ({} if tree else {STEP: 1e-6})
-    there, back = (run(common, changes, tree=tree) for changes in ({}, MIRRORED))
-    swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul", "pin": "pin"}
-    assert len(there.events["start"]) >= 2
-    assert sorted(swap[k] for k in there.events["corner"]) == sorted(back.events["corner"])
-    # Angles are rounded differently, which impacts of kN magnify, and what Newton's iteration leaves
-    if tree:
-        np.testing.assert_allclose(back.events["start"], there.events["start"], rtol=0, atol=1e-9)
-    for name, sign in {"slider_x": -1, "slider_y": 1, "slider_angle": -1, "slider_vy": 1}.items():
-        bound = 1e-8 if tree else 1e-6 * np.max(np.abs(there.columns[name]))
-        np.testing.assert_allclose(back.columns[name], sign * there.columns[name], rtol=0, atol=bound)
-
-
 def test_samples_do_not_depend_on_the_largest_step_nor_extrema_on_the_samples(run):
     """Interpolated samples against those of steps of 4 us, 100 to a sample interval."""
     often, seldom = (run({"drive.cycles": 0.1, STEP: step}, tree=1e-11) for step in (4e-6, 1e-3))
