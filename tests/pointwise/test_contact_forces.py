@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from page_formulas import friction, journal_load
+from page_formulas import friction, journal_load, trapezoid, triangle
 from press_states import Press, states
 from reference_states import (
     CLIPPED,
@@ -94,12 +94,12 @@ def test_forces_of_the_corners_agree(law) -> None:
             assert abs(gap - gaps[number]) <= 1e-15
             assert abs(rate - contacts[RATE, number]) <= 1e-15
             assert abs(slip - contacts[SLIP, number]) <= 4e-15
-            # And those of the test's own geometry.
+            # And those of the page.
             own = press.corner(state, number)
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
         computed = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
-        # The page's formulas start from the test's own geometry, whose slips round four times as much.
+        # The page's formulas start from its own geometry, whose slips round four times as much.
         for value, share in ((computed, 1.0), (press.page_force(state), 4.0)):
             np.testing.assert_allclose(value[:2], force[:2], rtol=0, atol=share * bound)
             assert abs(value[2] - force[2]) <= 0.05 * share * bound  # of the arms, 0.043 m
@@ -148,7 +148,8 @@ def test_forces_of_a_side_agree() -> None:
     regimes, clipped, partial = set(), 0, 0
     for side, state, motion in tilted(press, 400):
         d1, d2 = (-motion[number][0] for number in (side, side + 2))
-        weights = np.array(side_forces(d1, d2))
+        deep, other = max(d1, d2), min(d1, d2)
+        weights = (trapezoid if other > 0.0 else triangle)(1.0, deep, other)[[0, 1] if d1 > d2 else [1, 0]]
         rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
         first, speed = side + 2 * int(d2 > d1), state.speeds[side]
         modes, memory = np.zeros((4, 5)), new_contacts(4)
@@ -202,15 +203,6 @@ def test_forces_of_a_side_s_corners_agree(changes) -> None:
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 50
     assert 50 <= alone <= 300
-
-
-def side_forces(d1: float, d2: float) -> tuple[float, float]:
-    """Return dU/dd_i over K_s of the elastic foundation, from the depths of a side's two corners, m."""
-    if min(d1, d2) >= 0.0:
-        return (2 * d1 + d2) / 6, (d1 + 2 * d2) / 6
-    if d2 > d1:
-        return side_forces(d2, d1)[::-1]
-    return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
 
 
 @pytest.mark.parametrize("law", [law for law in LAWS if law != "paper-switching"])
