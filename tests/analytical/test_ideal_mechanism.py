@@ -57,15 +57,3 @@ def test_published_stroke_top_dead_centre_and_speeds(c: Mechanism) -> None:
     assert vy.max() == pytest.approx(2.002, abs=1e-3)
     top = brentq(lambda t: ideal_motion(c, np.array([t]))[4, 4, 0], -1e-3, 1e-3, xtol=1e-12)
     assert math.degrees(c.theta0 + c.omega * top) == pytest.approx(111.355, abs=5e-3)
-
-
-@pytest.mark.parametrize("body", [2, 4], ids=["rocker", "slider"])
-def test_rates_are_the_derivatives(c: Mechanism, body: int) -> None:
-    """Velocity and acceleration against sixth-order central differences of position and velocity."""
-    time, h = np.linspace(0.01, 0.39, 50), 1e-4
-    weights = dict(zip((-3, -2, -1, 1, 2, 3), np.array([-1, 9, -45, 45, -9, 1]) / (60.0 * h), strict=True))
-    differenced = sum(w * ideal_motion(c, time + o * h)[body, [1, 4]] for o, w in weights.items())
-    # h^6 times the seventh derivative (omega^7 = 2e8 times 0.2 m) and round-off 1e-16 / 1e-4: below 1e-9.
-    _, velocity, acceleration = ideal_motion(c, time)[body, [1, 4, 7]]
-    np.testing.assert_allclose(differenced[0], velocity, atol=1e-9)
-    np.testing.assert_allclose(differenced[1], acceleration, atol=1e-8)

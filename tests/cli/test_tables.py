@@ -97,19 +97,12 @@ NO_TABLES = [
     (PLAIN.replace("x,v", "x,x"), "b.csv|'x'|twice"),
     (PLAIN.replace("x,v", "x,w"), "'v'"),
     ("time,x\n" + rows(columns=(TIME, X)), "'v'"),
-    (PLAIN.replace("time", "a"), "b.csv|time"),
     ("time,x,v\n" + rows(columns=(TIME[::-1], X, V)), "b: time|row 2"),
     ("time,x,v\n" + rows(columns=(TIME[:8], X[:8], V[:8])), "0.7 s|truncated"),
     (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
     (PLAIN + PLAIN, "row 11"),
-    ("", "no row"),
     ("time,x,v\n", "no row"),
     ("time,x,v\n0,1,2\n", "b: 1 data rows"),
-    ("time;x\n0,0;250\n0,1;1.500\n", "point|comma"),
-    ("time;x\n0,0;2.5\n0,1;1,5\n", "point|comma"),
-    ("0,1,2\n" + rows(), "line 1|names or numbers"),
-    ("time,x,v,slider_x\ns,,,kg\n0,1,1,1\n1,2,2,2\n", "'kg'|slider_x"),
-    ("time,x,v,slider_x\ns,,,furlong\n0,1,1,1\n1,2,2,2\n", "'furlong'"),
     ("# " + "a" * 200_000 + "\n" + PLAIN, "line of more than"),
     (f"time,{'a' * 2000}\n0,1\n1,2\n", "name of more than"),
     ("\x89HDF\r\n\x1a\n" + "0" * 100, "b.csv: |HDF5"),
@@ -123,75 +116,6 @@ def test_what_is_no_table_of_numbers_is_refused(text, pieces, sixbar):
     sixbar.write("plain.csv", PLAIN)
     sixbar.write("b.csv", text.encode("latin-1"))
     sixbar.refused("compare plain.csv b.csv --tolerance 1", "b", *pieces.split("|"))
-
-
-@pytest.mark.parametrize("name", ["plain.json", "plain.events.csv"])
-def test_a_companion_that_is_damaged_is_refused(name, sixbar):
-    sixbar.write("plain.csv", PLAIN)
-    sixbar.write(name, "{" if name.endswith("json") else "corner,start\nll,0\n")
-    sixbar.refused("compare plain.csv plain.csv --tolerance 1", "plain")
-
-
-MAPPING = """compare = ["slider_x", "slider_angle"]
-[columns]
-TIME = {channel = "time", unit = "ms"}
-".press.X" = {channel = "slider_x", unit = "mm", sign = -1, offset = -550.0}
-[b]
-"#3" = {channel = "slider_angle", unit = "deg", factor = -2.0}
-"""
-
-
-@pytest.fixture
-def adams(sixbar):
-    """The motion by another program: in ms, mm to the left of the guide, half of the angle clockwise."""
-    offset, angle = 2e-4 * X, 1e-3 * V
-    sixbar.table("ours.csv", time=TIME, slider_x=-0.55 + offset, slider_angle=angle, slider_vx=V)
-    columns = (TIME * 1e3, -(offset * 1e3), -np.degrees(angle) / 2, V)
-    head = 'Adams table: press, last run\n"TIME"\t".press.X"\t".press.ROT"\t".other"\n'
-    sixbar.write("adams.tab", head + rows("\t", digits, columns))
-
-    def command(old="", new=""):
-        sixbar.write("map.toml", MAPPING.replace(old, new) if old else MAPPING)
-        return ["compare", "ours.csv", "adams.tab", "--mapping", "map.toml", "--tolerance", "1e-6"]
-
-    return command
-
-
-def test_a_mapping_assigns_columns_with_unit_sign_factor_and_offset(adams, sixbar):
-    """A channel is (sign * factor * column + offset) * unit."""
-    ended = sixbar(*adams(), "--json")
-    assert list(sixbar.numbers["channels"]) == ["slider_x", "slider_angle"]
-    warnings = [line for line in ended.err.splitlines() if line.startswith("sixbar: warning: ")]
-    for name in (".other", "slider_vx"):  # nothing is left out silently
-        assert any(name in line for line in warnings)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [('"mm"', '"cm"'), ("sign = -1", "sign = 1"), ("-550.0", "-550.1"), ("-2.0", "-1.0"), ('"deg"', '"rad"')],
-)
-def test_every_part_of_a_mapping_counts(old, new, adams, sixbar):
-    sixbar(*adams(old, new), code=1)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "pieces"),
-    [
-        ('"mm"', '"furlong"', "map.toml|'.press.X'|unit|furlong"),
-        ('"mm"', '"kg"', "'kg'|slider_x"),
-        (', unit = "mm"', "", "adams.tab: |'.press.X'|unit"),
-        ("sign = -1", "signs = -1", "map.toml|signs"),
-        ("sign = -1", "sign = 2", "map.toml|columns.'.press.X'.sign = 2|must be -1 or 1"),
-        ('channel = "slider_x", ', "", "map.toml|columns.'.press.X'.channel|missing"),
-        ('channel = "slider_x"', 'channel = "slider_z"', "map.toml|'slider_z'"),
-        (".press.X", ".press.Z", "'.press.Z'|did you mean '.press.X'"),
-        ("[columns]", "[columns", "map.toml|line 2"),
-        ("slider_angle", "slider_x", "slider_x"),
-        ("compare = ", f"x = {'[' * 2000}{']' * 2000}\ncompare = ", "map.toml|nested"),
-    ],
-)
-def test_a_bad_mapping_is_one_line(old, new, pieces, adams, sixbar):
-    sixbar.refused(adams(old, new), *pieces.split("|"))
 
 
 OWN = """[channels]

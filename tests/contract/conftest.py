@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from page_formulas import CORNERS, Numbers
 
 import exudyn_model
 import reference_model
@@ -85,13 +86,9 @@ class Run:
 
     def corner(self, corner: str) -> tuple[np.ndarray, ...]:
         """Gap and forces of a corner, its arm in the fixed frame (m), its depth rate and slip (m/s)."""
-        slider, columns = self.scene["mechanism"]["slider"], self.columns
-        inward = 1 if corner[1] == "l" else -1
-        sx, sy = -inward * slider["width"] / 2, (-1 if corner[0] == "l" else 1) * slider["length"] / 2
-        cosine, sine = np.cos(columns["slider_angle"]), np.sin(columns["slider_angle"])
-        rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
-        rate = -inward * (columns["slider_vx"] - columns["slider_omega"] * ry)
-        slip = columns["slider_vy"] + columns["slider_omega"] * rx
+        columns = self.columns
+        motion = (columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega"))
+        _, rate, slip, rx, ry = Numbers(self.scene).corner(CORNERS.index(corner), *motion)
         channels = (columns[f"corner_{corner}_{part}"] for part in ("gap", "normal", "friction"))
         return (*channels, rx, ry, rate, slip)
 

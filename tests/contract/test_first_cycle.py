@@ -7,24 +7,6 @@ import exudyn_model
 import reference_model
 from comparison.scene import load_scene
 
-STEPS = np.array([4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7])
-
-
-@pytest.mark.slow
-def test_difference_falls_with_the_square_of_the_step(scene) -> None:
-    """150 rpm, 0.2 mm, first cycle: least-squares slope 2 +- 0.2 over 4e-6 .. 2.5e-7 s, to 5e-8 m."""
-    cycle = {"drive.cycles": 1.0, "output.groups": []}
-    # Its own error, some 1e-11 m at this tolerance, is 1/100 of the smallest difference.
-    exact = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-13}))
-    differences = []
-    for step in STEPS:
-        run = exudyn_model.simulate(scene({**cycle, "solver.exudyn.step": float(step)}))
-        np.testing.assert_array_equal(run.columns["time"], exact.columns["time"])
-        differences.append(np.abs(run.columns["slider_x"] - exact.columns["slider_x"]).max())
-    slope = np.polyfit(np.log(STEPS), np.log(differences), 1)[0]
-    assert abs(slope - 2.0) <= 0.2
-    assert max(differences[3:]) <= 5e-8  # 5e-7 s and below
-
 
 def test_both_models_start_in_the_same_state(scene) -> None:
     """Loop closure, initial velocities and the first accelerations, written twice, agree to round-off."""

@@ -52,17 +52,6 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
         assert result.verdict == "agree", scene_reason(result)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_with_clearance_at_the_crank_pin_at_shorter_steps(name) -> None:
-    """A sixteenth of the step leaves enough predictable samples for a verdict, and it is agreement."""
-    result = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
-    assert result.verdict == "agree", scene_reason(result)
-    for name in ("slider_y", "slider_ay"):
-        assert result.channels[name].coverage >= 0.5
-        assert result.channels[name].explained >= 0.99
-
-
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
 def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> None:
     """Exudyn's tree ends its steps at the bounces: nearly all of the scene is predictable, to 1e-9 m."""

@@ -55,26 +55,36 @@ def sign(name: str, axis: str) -> int:
 
 
 # Eight contacts, and five: six more on the stiffer foundation would magnify the rounding of angles to 1e-3.
-CYCLES = {"hertz-corners": 0.1, "foundation": 0.05}
+# At the pin two, of kN.
+PIN = {"joints.crank_pin": "clearance", "drive.cycles": 0.02}
+CASES = {
+    "hertz-corners": ({"drive.cycles": 0.1}, 5),
+    "foundation": ({"contact.law": "foundation", "drive.cycles": 0.05}, 5),
+    "pin": (PIN | {"joints.slider": "ideal"}, 2),
+    "pin and slider": (PIN, 2),
+}
+LOOSE = ("reference-minimal", "exudyn-full", "exudyn-index2", "exudyn-tree")
+EACH = [(variant, case) for variant in (*LOOSE, "reference-multiplier") for case in CASES
+        if variant in LOOSE or "pin" not in case]  # fmt: skip
 
 
-@pytest.mark.parametrize("law", CYCLES)
+@pytest.mark.parametrize(("variant", "case"), EACH)
 @pytest.mark.parametrize("axis", ["y", "x"])
-def test_mirror_image_moves_as_one(run, variant, axis, law) -> None:
+def test_mirror_image_moves_as_one(run, variant, axis, case) -> None:
     """About the y axis with gravity, about the x axis with gravity reversed."""
+    changes, least = CASES[case]
     swap = SWAP_SIDES if axis == "y" else SWAP_ENDS
-    start = START | {"contact.law": law, "drive.cycles": CYCLES[law]}
-    here = run(variant, "150rpm-0.2mm", start)
-    there = run(variant, "150rpm-0.2mm", start | mirrored(here.scene, axis))
+    here = run(variant, "150rpm-0.2mm", START | changes)
+    there = run(variant, "150rpm-0.2mm", START | changes | mirrored(here.scene, axis))
     events, mirror = here.result.events, there.result.events
-    assert events["start"].size >= 5
-    assert [swap[k] for k in events["corner"]] == list(mirror["corner"])
+    assert events["start"].size >= least
+    assert [swap.get(k, k) for k in events["corner"]] == list(mirror["corner"])
     np.testing.assert_allclose(mirror["start"], events["start"], rtol=0, atol=1e-10)  # 1e-11 s measured
     for name, values in here.columns.items():
         part = name.split("_")
         image = f"corner_{swap[part[1]]}_{part[2]}" if part[0] == "corner" else name
         if name != "energy_residual":  # rounding and truncation alone, which no mirror knows
             # Angles round differently in the image: 1e-16, magnified by the impacts to 1e-7 of the largest
-            # force. Where Newton's iteration stops comes to no more.
+            # force. Where Newton's iteration stops comes to no more. An ideal slider rounds at 2e-13 m/s^2.
             difference = np.abs(there.columns[image] - sign(name, axis) * values).max()
-            assert difference <= 1e-6 * np.abs(values).max(), name
+            assert difference <= 1e-6 * np.abs(values).max() + 1e-12, name

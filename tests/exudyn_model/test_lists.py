@@ -26,7 +26,7 @@ def along_guide(angle):
     )
 
 
-def slider_crank(turned=0.0, clearance=False, gravity=0.0):
+def slider_crank(turned=0.0, clearance=False):
     """A slider-crank whose guide is turned from the x axis; its slider starts on the centre line."""
     x, v, rod = (float(value) for value in along_guide(START))
     spin = -CRANK * OMEGA * math.cos(START) / (ROD * math.cos(rod))
@@ -44,7 +44,7 @@ def slider_crank(turned=0.0, clearance=False, gravity=0.0):
     pins.append(Pin("B", 1, (ROD / 2, 0.0), 2, (0.0, 0.0)))
     guides = [] if clearance else [Guide(2, 1, 0.0)]
     contacts = [SliderContact(2, (0.0, 0.0), across + turned, 0.05, 0.07, STEEL)] if clearance else []
-    return System(bodies, pins, guides, contacts, Drive(0, OMEGA), 2, gravity)
+    return System(bodies, pins, guides, contacts, Drive(0, OMEGA), 2, 0.0)
 
 
 def run(system, method="trapezoidal-index2", samples=200, energy=True):
@@ -72,28 +72,9 @@ def test_ideal_it_follows_the_closed_form():
     np.testing.assert_allclose(computed["reaction_B_y"], -computed["guide_force"], atol=1e-6)
 
 
-def test_with_clearance_it_lies_on_one_wall_and_then_on_the_other_and_the_energy_balances():
-    recorder = run(slider_crank(clearance=True, gravity=9.81))
-    names = ("slider_x", "slider_y", "energy_residual", "energy_kinetic", "energy_damping", "energy_friction")
-    computed, events = recorder.columns(names), recorder.event_table()
-    x, _, rod = along_guide(START + OMEGA * np.linspace(0.0, 0.2, 201))
-    # The rod turns by y / (L cos): to first order x follows by y tan
-    np.testing.assert_allclose(computed["slider_x"] - x, computed["slider_y"] * np.tan(-rod), atol=1e-6)
-    # Gravity holds it at the lower wall; 1.3e-6 m deep at most
-    assert np.min(computed["slider_y"]) == pytest.approx(-2e-4, abs=2e-6)
-    assert np.max(computed["slider_y"]) <= 0.0
-    assert set(events["corner"]) == {"ll", "ul"}
-    lost = computed["energy_damping"][-1] + computed["energy_friction"][-1]
-    assert lost > 1e-5
-    assert np.max(np.abs(computed["energy_residual"])) <= 1e-3 * lost
-    position, velocity = recorder.drift.values()
-    assert position[0] <= 1e-7
-    assert velocity[0] <= 1e-9
-
-
 @pytest.mark.parametrize("method", ["generalized-alpha", "trapezoidal-index2"])
 def test_turned_with_its_guide_it_moves_as_before(method):
-    """Without gravity, from a start on the centre line: the first impacts, by angles of all sizes."""
+    """From a start on the centre line: the first impacts, by angles of all sizes."""
     upright = run(slider_crank(clearance=True), method, energy=False)
     for turned in (1.0, -math.pi / 2, 2.5):
         other = run(slider_crank(turned, clearance=True), method, energy=False)

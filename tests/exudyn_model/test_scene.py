@@ -1,4 +1,4 @@
-"""What is taken from a scene: derived quantities, settings left open, one-line refusals."""
+"""What is taken from a scene: settings left open, one-line refusals."""
 
 import pytest
 
@@ -6,42 +6,6 @@ from exudyn_model import simulate
 from exudyn_model.parameters import read_scene
 
 PIN = {"joints.crank_pin": "clearance"}
-
-
-def test_contact_constants_by_hand(make_scene):
-    parameters = read_scene(make_scene(PIN))
-    guide, journal = parameters.guide, parameters.journal
-    # sigma = (1 - 0.28^2) / 210e9 for each body; sqrt(1e-3) = 0.03162278
-    sigma = 4.3885714286e-12
-    assert guide.stiffness == pytest.approx(4 * 0.0316227766 / (3 * 2 * sigma), rel=1e-9)
-    assert guide.damping == pytest.approx(0.1425, rel=1e-12)
-    # Eq. 8 with a = 0.05 + 0.07 m; Eq. 10 with R = 0.01 * 0.0102 / 0.0002 = 0.51 m
-    assert guide.side_stiffness == pytest.approx(0.12 / (0.475 * 2 * sigma), rel=1e-9)
-    assert journal.stiffness == pytest.approx(4 * 0.7141428429 / (3 * 2 * sigma), rel=1e-9)
-    assert (journal.clearance, journal.journal_radius) == (2e-4, 0.01)
-    assert read_scene(make_scene()).journal is None
-    # Materials may differ; journal and bearing are both of the guide's
-    partners = {
-        "youngs_modulus": {"slider": 70e9, "guide": 210e9},
-        "poisson": {"slider": 0.33, "guide": 0.28},
-    }
-    apart = read_scene(make_scene(PIN, {f"contact.{name}": values for name, values in partners.items()}))
-    ratio = ((1 - 0.33**2) / 70e9 + sigma) / (2 * sigma)
-    assert guide.stiffness / apart.guide.stiffness == pytest.approx(ratio, rel=1e-9)
-    assert guide.side_stiffness / apart.guide.side_stiffness == pytest.approx(ratio, rel=1e-9)
-    assert apart.journal == journal
-
-
-def test_constants_of_impact_are_the_scene_s_own_at_every_contact(make_scene):
-    impact = {"contact.law": "adams-impact", "contact.damping": 90.0, "contact.damping_depth": 3e-6}
-    hertz, own = (read_scene(make_scene(PIN, changes)) for changes in ({}, impact))
-    for contact, usual in zip(own.contacts, hertz.contacts, strict=True):
-        assert (contact.law, contact.damping, contact.damping_depth) == ("adams-impact", 90.0, 3e-6)
-        assert contact.stiffness == usual.stiffness
-    stiff = read_scene(make_scene(PIN, impact, {"contact.stiffness": 1e9}))
-    assert [contact.stiffness for contact in stiff.contacts] == [1e9, 1e9]
-    # Keys of this law alone
-    assert read_scene(make_scene(PIN, {"contact.stiffness": 1e9})).contacts == hertz.contacts
 
 
 FORMULATION, METHOD, GROUPS = "solver.exudyn.formulation", "solver.exudyn.method", "output.groups"

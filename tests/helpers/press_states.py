@@ -1,16 +1,16 @@
-"""States of the press for both models: all that each needs, from one closed form of the tests' own.
+"""States of the press for both models: all that each needs, from the closed form of docs/model.md.
 
 A state is the crank's time, the slider's x, angle and their rates, and the impact speeds of the corners in
-contact. The four-bar O-A-B-H and rod 4 follow by the intersection of circles, in complex numbers.
+contact.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
+from page_engine import Engine
 from page_formulas import Numbers, corner_load, friction
 from reference_states import constants, friction_regime
 
@@ -44,7 +44,7 @@ class State:
 
 
 class Press:
-    """A scene as both models read it, and its closed form."""
+    """A scene as both models and the page read it."""
 
     def __init__(self, changes: dict[str, Any] | None = None) -> None:
         self.data = load_scene("150rpm-0.2mm", {**BARRED, **(changes or {})}).data
@@ -52,49 +52,21 @@ class Press:
         self.numbers = constants(self.reference)
         self.page = Numbers(self.data)
         self.exudyn = read_scene(self.data)
-        self.omega = self.data["drive"]["speed_rpm"] * math.pi / 30.0
 
     def state(self, time: float, x: float, angle: float, vx: float, w: float, speeds: np.ndarray) -> State:
         """Close the linkage at ``time`` with the slider at ``x`` (m, fixed frame), turned by ``angle``."""
-        m = self.data["mechanism"]
-        u1 = np.exp(1j * (math.radians(m["crank_angle_deg"]) + self.omega * time))
-        a, h = m["crank"]["length"] * u1, complex(*m["rocker_pivot"])
-        l2, l3 = m["rod2"]["length"], m["rocker"]["centroid"]
-        d = abs(h - a)
-        along = (d * d + l2 * l2 - l3 * l3) / (2.0 * d)
-        u2 = (along + 1j * m["rocker_branch"] * math.sqrt(l2 * l2 - along * along)) * (h - a) / (d * l2)
-        u3 = (a + l2 * u2 - h) / l3
-        # vA + i w2 L2 u2 = i w3 l3 u3, resolved along u2 and u3.
-        va = 1j * self.omega * a
-        w3 = (va * u2.conjugate()).real / (1j * l3 * u3 * u2.conjugate()).real
-        w2 = -(va * u3.conjugate()).real / (1j * l2 * u2 * u3.conjugate()).real
-        c = h + m["rocker"]["length"] * u3
-        cosine = (x - c.real) / m["rod4"]["length"]
-        u4 = complex(cosine, m["slider_branch"] * math.sqrt(1.0 - cosine * cosine))
-        vc = 1j * w3 * (c - h)
-        w4 = (vc.real - vx) / (m["rod4"]["length"] * u4.imag)
-        f, vf = c + m["rod4"]["length"] * u4, vc + 1j * w4 * m["rod4"]["length"] * u4
-        places = [(m["crank"]["centroid"] * u1, u1), (a + m["rod2"]["centroid"] * u2, u2)]
-        places += [(h + l3 * u3, u3), (c + m["rod4"]["centroid"] * u4, u4)]
-        rates = [1j * self.omega * places[0][0], va + 1j * w2 * m["rod2"]["centroid"] * u2]
-        rates += [1j * w3 * l3 * u3, vc + 1j * w4 * m["rod4"]["centroid"] * u4]
-        q = [value for at, u in places for value in (at.real, at.imag, math.atan2(u.imag, u.real))]
-        # The crank's angle is not taken modulo a turn by the row that drives it.
-        q[2] = math.radians(m["crank_angle_deg"]) + self.omega * time
-        spins = (self.omega, w2, w3, w4)
-        v = [value for at, s in zip(rates, spins, strict=True) for value in (at.real, at.imag, s)]
-        q, v = np.array([*q, x, f.imag, angle]), np.array([*v, vx, vf.imag, w])
+        m, degrees = self.data["mechanism"], 6.0 * self.data["drive"]["speed_rpm"] * time
+        start = {"slider_offset": x - m["guide_x"], "slider_angle": angle, "slider_vx": vx, "slider_omega": w}
+        moved = {"mechanism": m | {"crank_angle_deg": m["crank_angle_deg"] + degrees}, "initial": start}
+        joints = {"joints": {"slider": "clearance", "crank_pin": "ideal"}}
+        q, v = Engine(self.data | moved | joints).start()[:30].reshape(2, 15)
         return State(time, q, v, np.asarray(speeds, dtype=float))
 
     def corner(self, state: State, number: int) -> tuple[float, float, float, float, float]:
-        """Gap (m), its rate, slip (m/s), and arm x, y (m) of a corner; each from lengths of the scene."""
-        slider, clearance = self.data["mechanism"]["slider"], self.data["clearance"]["slider"]
-        side, end = (-1 if number % 2 == 0 else 1), (-1 if number < 2 else 1)
-        arm = complex(side * slider["width"], end * slider["length"]) / 2.0 * np.exp(1j * state.q[14])
-        wall = self.data["mechanism"]["guide_x"] + side * (slider["width"] / 2.0 + clearance)
-        gap = side * (wall - state.q[12] - arm.real)
-        rate = -side * (state.v[12] - state.v[14] * arm.imag)
-        return gap, rate, state.v[13] + state.v[14] * arm.real, arm.real, arm.imag
+        """Gap (m), its rate, slip (m/s), and arm x, y (m) of a corner."""
+        x, _, angle, vx, vy, w = state.slider
+        depth, rate, *others = self.page.corner(number, x, angle, vx, vy, w)
+        return -depth, -rate, *others
 
     def pulls(self, stiffness: float, gap: float, rate: float, speed: float) -> bool:
         """Whether a wall in contact would have to pull; N/m^n, m, m/s, m/s."""

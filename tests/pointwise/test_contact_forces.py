@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from page_formulas import friction, journal_load
+from page_formulas import friction, journal_load, trapezoid, triangle
 from press_states import Press, states
 from reference_states import (
     CLIPPED,
@@ -39,6 +39,11 @@ LAWS = {
     "adams-impact, stiffness given": ADAMS | GIVEN,
 }
 JOURNAL = 4
+MATERIALS = {
+    "contact.youngs_modulus": {"slider": 69e9, "guide": 190e9},
+    "contact.poisson": {"slider": 0.33, "guide": 0.3},
+    "mechanism.slider.thickness": 0.04,  # the width is 0.05 m
+}
 
 
 def from_guide(press, state):
@@ -51,6 +56,23 @@ def guide_law(press):
     """Constants of the Exudyn model's guide."""
     slider = press.exudyn.mechanism.slider
     return law_array(press.exudyn.guide, slider.mass, slider.width / 2, slider.length / 2)
+
+
+@pytest.mark.parametrize("changes", [{}, MATERIALS, ADAMS | MATERIALS, ADAMS | GIVEN])
+def test_constants_of_the_contacts_are_those_of_the_page(changes) -> None:
+    """Journal and bearing are both of the guide's material; a stiffness is of the law adams-impact alone."""
+    press = Press({**changes, "joints.crank_pin": "clearance"})
+    page, c, (guide, journal) = press.page, press.numbers, press.exudyn.contacts
+    stiffnesses = guide.stiffness, guide.side_stiffness, journal.stiffness
+    assert stiffnesses == pytest.approx((c.K, c.Ks, c.Kj), rel=1e-15)
+    # The page subtracts 0.01 m from the bearing's 0.0102 m.
+    assert stiffnesses == pytest.approx((page.K, page.K_s, page.K_j), rel=1e-14)
+    if page.law == "adams-impact":
+        damping = page.c_max, page.d_max
+        assert (c.c_max, c.d_max) == damping
+        assert [(of.damping, of.damping_depth) for of in (guide, journal)] == [damping, damping]
+    else:
+        assert (c.C, guide.damping, journal.damping) == pytest.approx((page.C, page.C, page.C), rel=1e-15)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -72,12 +94,12 @@ def test_forces_of_the_corners_agree(law) -> None:
             assert abs(gap - gaps[number]) <= 1e-15
             assert abs(rate - contacts[RATE, number]) <= 1e-15
             assert abs(slip - contacts[SLIP, number]) <= 4e-15
-            # And those of the test's own geometry.
+            # And those of the page.
             own = press.corner(state, number)
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
         computed = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
-        # The page's formulas start from the test's own geometry, whose slips round four times as much.
+        # The page's formulas start from its own geometry, whose slips round four times as much.
         for value, share in ((computed, 1.0), (press.page_force(state), 4.0)):
             np.testing.assert_allclose(value[:2], force[:2], rtol=0, atol=share * bound)
             assert abs(value[2] - force[2]) <= 0.05 * share * bound  # of the arms, 0.043 m
@@ -126,7 +148,8 @@ def test_forces_of_a_side_agree() -> None:
     regimes, clipped, partial = set(), 0, 0
     for side, state, motion in tilted(press, 400):
         d1, d2 = (-motion[number][0] for number in (side, side + 2))
-        weights = np.array(side_forces(d1, d2))
+        deep, other = max(d1, d2), min(d1, d2)
+        weights = (trapezoid if other > 0.0 else triangle)(1.0, deep, other)[[0, 1] if d1 > d2 else [1, 0]]
         rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
         first, speed = side + 2 * int(d2 > d1), state.speeds[side]
         modes, memory = np.zeros((4, 5)), new_contacts(4)
@@ -180,15 +203,6 @@ def test_forces_of_a_side_s_corners_agree(changes) -> None:
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 50
     assert 50 <= alone <= 300
-
-
-def side_forces(d1: float, d2: float) -> tuple[float, float]:
-    """Return dU/dd_i over K_s of the elastic foundation, from the depths of a side's two corners, m."""
-    if min(d1, d2) >= 0.0:
-        return (2 * d1 + d2) / 6, (d1 + 2 * d2) / 6
-    if d2 > d1:
-        return side_forces(d2, d1)[::-1]
-    return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
 
 
 @pytest.mark.parametrize("law", [law for law in LAWS if law != "paper-switching"])
@@ -264,3 +278,23 @@ def test_forces_of_the_journal_agree(law) -> None:
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 5
     assert 5 <= shallow <= 200 or "adams" not in law
+
+
+@pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
+@pytest.mark.parametrize("fraction", [0.01, 0.3, 0.999])
+def test_a_touch_inside_a_step_has_the_speed_of_that_instant(law, fraction):
+    """Constant acceleration: cubic gap and straight rate are exact. In a long step what was open has none."""
+    press = Press({"contact.law": law, "friction.coefficient": 0.0})
+    page, constants = press.page, guide_law(press)
+    step, acceleration, speed = 1e-5, 300.0, 0.02  # at the touch
+    gap0 = speed * fraction * step - acceleration * (fraction * step) ** 2 / 2
+    rest = (1 - fraction) * step
+    depth, rate = speed * rest + acceleration * rest**2 / 2, speed + acceleration * rest
+    contacts = new_contacts(4)
+    contacts[:, columns.GAP] = np.where(np.arange(4) % 2, gap0, 2 * page.c_T)
+    contacts[[1, 3], columns.RATE] = acceleration * fraction * step - speed
+    arguments = page.c_T + depth, 0.0, 0.0, rate, 0.0, 0.0
+    fx, _, _ = slider_force(*arguments, np.array([step, step]), constants, contacts)
+    elastic = 2 * page.K * depth**1.5 if law == "hertz-corners" else page.K_s * depth
+    assert fx == pytest.approx(-elastic * (1 + page.C * rate / speed), rel=1e-6)
+    assert slider_force(*arguments, np.array([step, step / 2]), constants, contacts) == (0.0, 0.0, 0.0)

@@ -1,18 +1,17 @@
-"""The pieces that a run is made of: laws, friction, isolation of zeros, the step, angles, Cholesky."""
+"""The pieces that a run is made of: adams-impact, isolation of zeros, the step, angles, Cholesky."""
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
-from reference_model import dop853, friction, isolation, multiplier, tableau
+from reference_model import dop853, isolation, multiplier, tableau
 from reference_model.compiled import kernel
 from reference_model.contact import MODES
 from reference_model.dop853 import END, START
 from reference_model.isolation import BELOW, CROSSES, NODES, RESOLUTION, SETTLED, UNCLEAR
-from reference_model.laws import damped_force, push, side_force
-from reference_model.parameters import LAWS, read_parameters
+from reference_model.laws import damped_force, push
+from reference_model.parameters import read_parameters
 from reference_model.running import formulation, start
 from reference_model.trigonometry import LARGEST, cos_sin
 
@@ -20,18 +19,8 @@ EPS = np.finfo(float).eps
 
 
 @kernel
-def forces(law, d1, d2, both):
-    return side_force(law, d1, d2, both)
-
-
-@kernel
 def impact(law, elastic, depth, rate):
     return damped_force(law, elastic, depth, rate, 1.0), push(law, law.K, depth, rate, 1.0)
-
-
-@kernel
-def friction_of(law, normal, slip):
-    return friction.friction_force(law, normal, slip, friction.friction_regime(law, slip))
 
 
 @kernel
@@ -73,35 +62,6 @@ def law_of(scene, **contact):
     return read_parameters(scene({f"contact.{key}": value for key, value in contact.items()})).law
 
 
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize(("d1", "d2"), [(4e-6, 1e-6), (1e-6, 4e-6), (3e-6, -2e-6), (-1e-6, 2e-6)])
-def test_forces_are_the_slope_of_the_potential(scene, name, d1, d2) -> None:
-    """Central differences of 1e-10 m: (1e-10 / 1e-6)^2 of the third derivative, rounding of U over 1e-10."""
-    law, both, h = law_of(scene, law=name), d1 > 0.0 and d2 > 0.0, 1e-10
-    *computed, energy = forces(law, d1, d2, both)
-    slopes = [
-        (forces(law, d1 + a, d2 + b, both)[2] - forces(law, d1 - a, d2 - b, both)[2]) / (2.0 * h)
-        for a, b in ((h, 0.0), (0.0, h))
-    ]
-    assert energy > 0.0
-    np.testing.assert_allclose(computed, slopes, rtol=1e-6, atol=1e-6 * max(computed))
-
-
-@pytest.mark.parametrize(("d1", "d2"), [(3e-6, 1e-6), (2e-6, -5e-6), (-1e-4, 4e-7), (1e-7, -1e-7)])
-def test_forces_of_a_foundation_are_those_of_the_pressure(scene, d1, d2) -> None:
-    """Integrals of the pressure K_s depth along the face; no jump as a corner goes in."""
-    law = law_of(scene, law="foundation")
-    edge = [d1 / (d1 - d2)] if d1 * d2 < 0.0 else None
-    moments = [
-        quad(lambda x, n=n: x**n * law.Ks * max(0.0, d1 + (d2 - d1) * x), 0, 1, points=edge, epsrel=1e-12)[0]
-        for n in (0, 1)
-    ]
-    computed = forces(law, d1, d2, True)[:2]
-    assert computed == pytest.approx((moments[0] - moments[1], moments[1]), rel=1e-10)
-    touching = [np.array(forces(law, max(d1, d2), depth, True)) for depth in (-1e-13, 1e-13)]
-    assert np.abs(touching[1] - touching[0]).max() <= law.Ks * 1e-13
-
-
 @pytest.mark.parametrize("n", [1.0, 1.5, 1.8, 2.0, 2.2, 3.0])
 def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_positive(scene, n) -> None:
     """Force, and the sign of `push` but where rounding decides: 1e-12 of the parts of the force."""
@@ -120,14 +80,6 @@ def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_p
     assert impact(law, 0.0, -1e-6, 1.0)[0] == 0.0
     given, own = (law_of(scene, law=name, stiffness=7.0) for name in ("adams-impact", "hertz-corners"))
     assert given.K == given.Kj == 7.0 < own.K < own.Kj
-
-
-@pytest.mark.parametrize("static", [1e-4, 0.0])
-def test_friction_is_eqs_12_and_13(scene, static) -> None:
-    law = read_parameters(scene({"friction.static_speed": static})).law
-    for slip in [*np.linspace(-2e-3, 2e-3, 81), -1.0, 1.0]:
-        ramp = np.clip((abs(slip) - static) / (1e-3 - static), 0.0, 1.0)
-        assert friction_of(law, 50.0, slip) == pytest.approx(-0.15 * 50.0 * ramp * np.sign(slip), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,26 @@ def test_what_a_mapping_does_not_name_is_left_out_of_both_tables_and_listed():
     assert "slider_angle" in warnings[0]
 
 
+def test_a_channel_is_sign_factor_column_and_offset_times_unit():
+    """As another program may have it: in ms, mm to the left, half of the angle clockwise."""
+    rules = """compare = ["slider_x", "slider_angle"]
+[b]
+TIME = {channel = "time", unit = "ms"}
+".press.X" = {channel = "slider_x", unit = "mm", sign = -1, offset = -550.0}
+"#3" = {channel = "slider_angle", unit = "deg", factor = -2.0}
+"""
+    ours = put("a.csv", "time,slider_x,slider_angle,slider_vx\n0,0,0,0\n1,1,1,1\n")
+    other = put(
+        "b.tab", 'Adams table: press\n"TIME"\t".press.X"\t".rot"\t".other"\n0\t3\t9\t1\n1000\t7\t18\t2\n'
+    )
+    _, table, warnings = read_pair(ours, other, rules)
+    assert table.time.tolist() == [0.0, 1.0]
+    assert table.values("slider_x") == pytest.approx([-0.553, -0.557], rel=1e-15)
+    assert table.values("slider_angle") == pytest.approx([-np.pi / 10, -np.pi / 5], rel=1e-15)
+    for name in (".other", "slider_vx"):  # nothing is left out silently
+        assert any(name in line for line in warnings)
+
+
 UNIT = "time,q,w\n0,1,0\n1,2,0\n", "", '[channels.q]\nunit = "m"\n'
 ANGLES = "time,slider_y,slider_angle\n"
 
@@ -69,6 +89,8 @@ ANGLES = "time,slider_y,slider_angle\n"
         (MM, "time,reach\n0,1\n1,2\n", None, "column 'reach' is in mm, b.csv states no unit"),
         (MM, "time,reach\ns,deg\n0,1\n1,2\n", None, "is in mm in a.csv and in deg in b.csv"),
         (MM, "time,size\n0,1\n1,2\n", None, "'reach' is not a channel, nor a column of both"),
+        (*UNIT[:2], '[columns.w]\nchannel = "slider_x"', "a.csv: |'w'|unit"),
+        (*UNIT[:2], '[columns.w]\nchannel = "slider_x"\nunit = "kg"', "'kg'|slider_x"),
         (*UNIT[:2], UNIT[2] + "angle = true", "angle = true, but its unit 'm' is no angle"),
         (*UNIT[:2], UNIT[2] + 'rate = "w"\n[channels.w]\nunit = "mm/s"', "which is not m per second"),
     ],
@@ -103,7 +125,13 @@ X = '[columns.x]\nchannel = "slider_x"\n'
         (X + "offset = inf", "columns.x.offset = inf must be finite"),
         (X + "factor = 0.0", "columns.'x': factor = 0 leaves nothing"),
         (X + f"sign = 0x{'f' * 6000}", "sign = an integer of thousands of digits is too large"),
-        (X + "sign = true", "columns.x.sign = True must be -1 or 1"),
+        *((X + f"sign = {n}", f"columns.x.sign = {n.title()} must be -1 or 1") for n in ("true", "2")),
+        (X + "signs = 1", "map.toml|signs"),
+        (X + X, "map.toml|line 3"),
+        (f"x = {'[' * 2000}{']' * 2000}\n", "map.toml|nested"),
+        ("[columns.x]\nsign = 1", "map.toml|columns.x.channel|missing"),
+        ('[columns.x]\nchannel = "slider_z"', "map.toml|'slider_z'"),
+        (X + 'unit = "furlong"', "map.toml|'x'|unit|furlong"),
         (X, "map.toml: column 'x' is not in either table; columns: slider_angle, slider_y, time"),
         ("compare = []", "compare = [] must hold 1 values"),
         ('compare = ["slider_z"]', "compare: 'slider_z' is not a channel"),
