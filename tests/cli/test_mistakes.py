@@ -6,6 +6,12 @@ RUN = "run ideal --model reference --out new.csv"
 GRID = "study sweep ideal --grid drive.speed_rpm=100"
 LATIN = "study sweep ideal --latin drive.cycles"
 COMPARE = "compare x.csv y.csv"
+MANY = ",".join(["1"] * 1001)
+LISTS = {
+    "short": "drive.speed_rpm,contact.law\n100\n",
+    "head": "drive.speed_rpm\n",
+    "twice": "a.b,a.b\n1,2\n",
+}
 MISTAKES = {
     "swim": "'swim'",
     "plan ideal --nope": "--nope|sixbar plan --help",
@@ -68,12 +74,23 @@ MISTAKES = {
     "study sweep ideal --grid drive.speed_rpm": "--grid 'drive.speed_rpm'|key=a,b,c",
     "study sweep ideal --grid drive.speed=1": "'drive.speed'|did you mean drive.speed_rpm?",
     "study sweep ideal --list x.csv": "'time'",
+    "study sweep ideal": "give one of --grid, --list and --latin",
+    "study sweep ideal --grid drive.speed_rpm=": "needs at least one value",
+    "study sweep ideal --grid contact.poisson.guid=1": "did you mean contact.poisson.guide?",
+    f"{GRID} --grid drive.speed_rpm=2": "key 'drive.speed_rpm' is given twice",
+    f"{GRID} --list x.csv": "--grid and --list: give one of",
+    f"study sweep ideal --grid drive.cycles={MANY} --grid contact.poisson={MANY}": "1002001 points; at most",
+    "study sweep ideal --list short.csv": "line 2 has 1 values for 2 keys",
+    "study sweep ideal --list head.csv": "at least one line of values",
+    "study sweep ideal --list twice.csv": "names a key twice",
     f"{LATIN}=2:1": "'drive.cycles=2:1'|low < high",
+    f"{LATIN}=2:a": "low < high",
     f"{LATIN}=1:2 --points 0": "--points 0|1 to",
     f"{GRID} --latin drive.cycles=1:2": "--grid|--latin",
     f"{GRID} --output nope": "--output 'nope'|peak_error:slider_y",
     f"{GRID} --model adams": "'adams'",
     f"{GRID} --output max:slider_w": "--output 'max:slider_w'|did you mean",
+    f"{GRID} --output peak_eror:slider_y": "did you mean 'peak_error:sl",
     f"{GRID} --scheduler nowhere": "--scheduler nowhere|tcp://host:port",
     "run ideal --model reference --out file/a.csv": "file: |not a folder",
     "validate ideal --out file": "file: |not a folder",
@@ -95,6 +112,8 @@ MISTAKES = {
 def folder(sixbar):
     for name in ("x.csv", "y.csv"):
         sixbar.table(name, time=[0, 1, 2], slider_x=[1, 2, 3])
+    for name, text in LISTS.items():
+        sixbar.write(f"{name}.csv", text)
     sixbar.write("file", "")
     for name in ("one.toml", "other/one.toml"):
         sixbar.write(name, '[scene]\nextends = "ideal"\nname = "one"\ntitle = "one"\n')

@@ -1,6 +1,5 @@
 """The study as-published: causes, chance and counts of made-up sizes, runs of made-up outcomes, the page."""
 
-import re
 from dataclasses import replace
 from math import isnan, log, nan
 
@@ -10,7 +9,6 @@ import pytest
 
 from comparison.accuracy.plan import plan
 from comparison.execution.run import VIOLATED, Outcome, run_one
-from comparison.studies import write_study
 from comparison.studies.as_published import runs, study
 from comparison.studies.as_published.study import SETTING, Cause
 from comparison.studies.paper.runs import CENTRAL, SLIDER
@@ -266,16 +264,3 @@ def test_without_a_converged_solution_there_is_no_study():
     frame, starts = study.converged_frame([good, failed, good | {"values": {NAME: [3.0, 0.4]}}], 3)
     assert frame[["value", "least", "most"]].to_numpy().tolist() == [[-2.0, 2.0, 3.0]]
     assert np.isnan(starts).tolist() == [[False, True, False]]
-
-
-def test_the_study_writes_its_page_and_a_second_call_runs_nothing(here):
-    text = write_study("as-published", here.parent / "out", 1, None, small=True).read_text("utf-8")
-    assert not re.search(r"\{\w*\}|\bnan\b", text)
-    linked = set(re.findall(r"\]\(([\w.-]+\.\w+)\)", text))
-    assert {path.name for path in (here.parent / "out").iterdir()} == {"README.md", *linked}
-    figures = pd.read_csv(here.parent / "out" / "figures.csv")
-    config = study.STUDY.small
-    assert len(figures) == len(runs.figures()) * len(config.tolerances) * len(config.gains)
-    ran = here.read_text()
-    write_study("as-published", here.parent / "again", 1, None, small=True)
-    assert here.read_text() == ran
