@@ -67,28 +67,6 @@ def test_ctrl_c_before_anything_is_finished_writes_nothing(command, sixbar):
     assert sixbar.files() == before
 
 
-def test_a_worker_that_is_killed_costs_its_run_alone(sixbar):
-    """As where memory runs out: the other runs of the scene and the other scene go on."""
-    log, killed = sixbar.folder / sixbar.write("log", ""), set()
-    scenes = sixbar.press("hang", beta='does = "hang"'), sixbar.press("good", beta="tolerance = 5e-9")
-    process = sixbar.start(*VALIDATE, *scenes, env={"PRESSES_LOG": str(log)})
-
-    def kill_those_that_hang():
-        for line in log.read_text().splitlines():
-            _, does, pid, *_ = line.split()
-            if does == "hang" and pid not in killed:
-                killed.add(pid)
-                os.kill(int(pid), signal.SIGKILL)
-        return process.poll() is not None
-
-    until(kill_those_that_hang)
-    out, err = process.communicate()
-    assert (process.returncode, bool(killed)) == (70, True), (out, err)
-    bad, good = sixbar.json("v/summary.json")["scenes"]
-    assert (bad["verdict"], good["verdict"]) == ("cannot compare", "agree")
-    assert "its process" in bad["reason"]
-
-
 def test_the_script_is_the_module(sixbar):
     script = [str(Path(sys.executable).with_name("sixbar")), "plan", "idael"]
     ended = subprocess.run(script, capture_output=True, text=True, cwd=sixbar.folder, check=False)
