@@ -228,30 +228,6 @@ def test_two_folders_are_compared_by_the_names_of_their_tables(tables):
     tables.refused("compare p q --tolerance 1", "q: one.csv and one.txt")
 
 
-def test_the_finer_of_two_tables_is_interpolated_and_a_shift_in_time_never_corrected(sixbar):
-    def wave(name, time, late=0.0):
-        at = 9 * (time - late)
-        return sixbar.table(name, time=time, slider_x=np.sin(at), slider_vx=9 * np.cos(at))
-
-    first, late = wave("p.csv", TIME), 0.002
-    # Between samples 0.5 ms apart a line is off by 9 * 81 * 0.0005**2 / 8 of 9 at most: 2.5e-6.
-    fine = wave("q.csv", np.arange(2001) * 0.0005)
-    assert "q was interpolated" in sixbar("compare", first, fine, "--tolerance", "1e-5").err
-    sixbar("compare", first, wave("r.csv", TIME, late), "--tolerance", "1e-3", "--json", code=1)
-    shift = sixbar.numbers["time_shift"]
-    # It is known to its own uncertainty, and that to a tenth of it.
-    assert abs(shift["value"] - late) < max(shift["uncertainty"], 0.1 * late)
-
-
-def test_whole_revolutions_of_the_crank_do_not_matter(sixbar):
-    angle, speed = 15 * TIME + 2, 0 * TIME + 15
-    sixbar.table("p.csv", time=TIME, crank_angle=angle, crank_speed=speed)
-    sixbar.table("q.csv", time=TIME, crank_angle=np.mod(angle, 2 * np.pi) - 2 * np.pi, crank_speed=speed)
-    sixbar("compare", "p.csv", "q.csv", "--tolerance", "1e-9")
-    sixbar.table("one.csv", time=TIME[:1], crank_angle=angle[:1], crank_speed=speed[:1])
-    sixbar.refused("compare p.csv q.csv --finer-a=one.csv --finer-b=q.csv", "p finer: 1 data rows")
-
-
 def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(sixbar):
     """Two programs with errors of opposite sign that a finer setting divides by four: u is known."""
     for name, sign, fault in (("p", 1, 0), ("q", -1, 0), ("r", -1, 1e-3)):

@@ -167,20 +167,6 @@ def test_runs_that_failed_are_made_again_and_no_others(sixbar, counted):
     assert counted(path) == 2
 
 
-def test_a_store_that_is_damaged_is_made_again(sixbar, counted, tmp_path_factory):
-    """Cut, overwritten or emptied: no damaged number comes out of it, and no error."""
-    cache, path = tmp_path_factory.mktemp("own"), sixbar.press("one")
-    counted(path, SIXBAR_CACHE_DIR=str(cache))
-    before = sixbar.json("v/summary.json")["scenes"][0]["channels"]
-    stored = sorted(path for path in cache.rglob("*") if path.is_file() and path.stat().st_size)
-    assert stored
-    for number, file in enumerate(stored):
-        content = file.read_bytes()
-        file.write_bytes((content[: len(content) // 2], b"", b"x" * len(content))[number % 3])
-    assert counted(path, SIXBAR_CACHE_DIR=str(cache)) > 0
-    assert sixbar.json("v/summary.json")["scenes"][0]["channels"] == before
-
-
 def test_without_an_uncertainty_the_tolerance_of_the_scene_decides(sixbar):
     """A tolerance that is no number of its kind is not refined: the text of a whole one is an integer."""
     tolerance, exact = "[compare]\ntolerance = 1e-9\n", "tolerance = 0"

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.formatting import number, quantity
+from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
@@ -170,7 +170,8 @@ def _missed(entry: Entry) -> dict[str, str]:
     """Return a line of a prediction that is not reproduced."""
     numerics = "not tried"
     if not isnan(entry["settings"]):
-        numerics = f"{entry['settings']:g} settings (chance {share(entry['chance'])})"
+        chance = MISSING if isnan(entry["chance"]) else share(entry["chance"])
+        numerics = f"{entry['settings']:g} settings (chance {chance})"
     return {
         "printed as": entry["ids"],
         "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
@@ -228,7 +229,8 @@ def _materials(results: Results) -> pd.DataFrame:
     for entry in lines.sort_values(["scene", "quantity"], kind="stable").to_dict("records"):
         what = f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}"
         known = {"what": what, "printed": _size(abs(entry["printed"]), entry, 4)}
-        cells = {"changed": entry["variant"], "interval": _interval(entry), "size": str(entry["size"])}
+        within = "" if entry["size"] == Size.NONE else _interval(entry)
+        cells = {"changed": entry["variant"], "interval": within, "size": str(entry["size"])}
         rows.append(known | cells)
     return pd.DataFrame(rows)
 

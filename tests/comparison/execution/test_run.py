@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import comparison.execution.run
-from comparison.execution.run import Job, RunError, describe, run_all, run_one, run_uncached
+from comparison.execution.run import Job, RunError, run_all, run_one, run_uncached
 from comparison.models import EngineError
 from comparison.scene import SceneError
 
@@ -55,35 +55,6 @@ def test_one_of_each_formulation_starts_first_then_the_longest_and_workers_are_k
     # The tree has no fixed step, and takes less time.
     finer = tree.with_values({"solver.exudyn.step": 1e-7})
     assert Job(finer, "exudyn").cost == Job(tree, "exudyn").cost < Job(scene, "exudyn").cost
-
-
-def test_each_failure_takes_its_own_run_only_and_is_not_stored(scene, gravity, fake_models):
-    ends = {
-        gravity.crash: ("crashed", "its process ended with code 3"),
-        gravity.refuse: ("bad input", "contact.law = 'foundation' is not simulated yet"),
-        gravity.fail: ("newton-failed", "try a smaller step"),
-        gravity.nan: ("unusable", "slider_vy is nan in data row 8"),
-        gravity.bug: ("crashed", "RuntimeError: index out of range"),
-        gravity.short: ("unusable", "truncated"),
-        gravity.normal: ("success", ""),
-    }
-    scenes = [scene.with_values({"environment.gravity": value}) for value in ends]
-    planned = [Job(each, model) for each in scenes for model in ("reference", "exudyn")]
-    outcomes = run_all(planned, 2)
-    assert {outcome.status for outcome in outcomes[::2]} == {"success"}  # of the reference
-    for outcome, job, (status, message) in zip(outcomes[1::2], planned[1::2], ends.values(), strict=True):
-        assert (outcome.status, outcome.table is None) == (status, status != "success")
-        assert message in outcome.message
-        why = "" if status == "bad input" else f"the exudyn run did not succeed: {status}; "
-        line = f"scene {job.scene.name!r}: {why}{outcome.message}"
-        assert status == "success" or describe(job, outcome) == line
-    # What a model had recorded when it gave up is handed on, but is no result.
-    assert len(outcomes[5].partial.frame) == 401
-    assert outcomes[5].partial.provenance["status"] == "newton-failed"
-    assert outcomes[1].partial is None
-    count = len(log_of(fake_models))
-    run_all(planned, 2)
-    assert len(log_of(fake_models)) == count + 6
 
 
 @pytest.mark.parametrize("n_jobs", [0, 2])
