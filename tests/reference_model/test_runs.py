@@ -348,12 +348,3 @@ def test_ten_thousand_cycles_fit_into_a_gigabyte(scene, slider) -> None:
     contacts, gigabytes = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split()
     assert float(gigabytes) < 1.0
     assert int(contacts) > 500_000 or slider == "ideal"  # some hundred contacts a cycle
-
-
-def test_an_ideal_run_imports_no_compiler(scene) -> None:
-    """Which takes longer than the run: 0.5 s of processor time where it was written."""
-    data = scene({"joints.slider": "ideal", "output.groups": ["accelerations", "joints", "energy"]})
-    code = "import json, sys; from reference_model import simulate; simulate(json.load(sys.stdin)); "
-    code += "sys.exit('numba' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], input=json.dumps(data), text=True, check=False)
-    assert done.returncode == 0
