@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -156,7 +157,7 @@ def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel
 
 
 def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
-    return pd.DataFrame(rows, columns=["corner", "start", "end"]).assign(**dict.fromkeys(OF_EVENT, 1.0))
+    return contacts_of(*rows).assign(**dict.fromkeys(OF_EVENT, 1.0))
 
 
 HITS = contacts(*((c, 0.1 * n + 0.01 * k, 0.1 * n + 0.01 * k + 1e-3)
