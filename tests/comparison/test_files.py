@@ -1,7 +1,5 @@
 """Files are complete or as before, and what cannot be written is known before the work begins."""
 
-from __future__ import annotations
-
 import errno
 from pathlib import Path
 
@@ -42,7 +40,7 @@ def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
     (folder / "sub").write_text("old")
     before = {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
 
-    def write(*names: str) -> None:
+    def write(*names):
         with replacing_in(folder) as part:
             for name in names:
                 (part / name).parent.mkdir(exist_ok=True)

@@ -125,7 +125,7 @@ def by_exudyn(law, times, step):
 
 
 @each_law
-def test_the_reference_s_lists_are_the_linkage(scene, law) -> None:
+def test_the_reference_s_lists_are_the_linkage(scene, law):
     """Over some contacts without friction, against the solution by hand."""
     frictionless = {"contact.law": law, "friction.coefficient": 0.0}
     law, times = read_parameters(scene(frictionless)).law, np.linspace(0.0, 0.12, 601)
@@ -139,7 +139,7 @@ def test_the_reference_s_lists_are_the_linkage(scene, law) -> None:
 
 
 @each_law
-def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law) -> None:
+def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law):
     """Difference against what refinement moves either model by, largest so far: the rule of the verdicts."""
     law, times = read_parameters(scene({"contact.law": law})).law, np.linspace(0.0, 0.06, 301)
     (exact, _), (finer, _) = (by_reference(law, times, tolerance) for tolerance in (1e-10, 1e-12))

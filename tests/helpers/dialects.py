@@ -1,9 +1,6 @@
 """Text tables in the dialects that programs write: how one is written, drawn at random, and its bytes."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Sequence
 from types import SimpleNamespace as Dialect
 
 from hypothesis import strategies as st
@@ -51,7 +48,7 @@ OPTIONS = {
 
 
 @st.composite
-def dialects(draw: st.DrawFn) -> Dialect:
+def dialects(draw):
     """Draw a dialect: one of each option, as far as they go together."""
     drawn = {name: draw(st.sampled_from(options)) for name, options in OPTIONS.items()}
     dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
@@ -70,19 +67,19 @@ def dialects(draw: st.DrawFn) -> Dialect:
     return dialect
 
 
-def meant(value: float, dialect: Dialect) -> float:
+def meant(value, dialect):
     """Return the number that a value is written as."""
     text = _number(value, dialect.number)
     return float(re.sub(r"^([^e]*\d)([+-]\d{3})$", r"\1e\2", text.replace("D", "e")))
 
 
 def written(
-    names: Sequence[str],
-    units: Sequence[str] | None,
-    columns: Sequence[Sequence[float]],
-    dialect: Dialect,
-    instead: tuple[int, int, str] | None = None,
-) -> bytes:
+    names,
+    units,
+    columns,
+    dialect,
+    instead=None,
+):
     """Return a table's bytes; ``instead`` is the column and row of an entry that is no number."""
     cells = [[_cell(value, dialect) for value in column] for column in columns]
     if instead is not None:
@@ -112,7 +109,7 @@ def written(
         return text.encode("utf-8")
 
 
-def _number(value: float, kind: str) -> str:
+def _number(value, kind):
     if kind == "repr":
         return repr(value)
     if kind in ("D", "no letter"):
@@ -122,7 +119,7 @@ def _number(value: float, kind: str) -> str:
     return f"{value:{kind}}"
 
 
-def _cell(value: float, dialect: Dialect) -> str:
+def _cell(value, dialect):
     text = _number(value, dialect.number)
     digits = re.match(r"[+-]?(\d+)", text)
     if dialect.thousands and digits is not None and "e" not in text:
@@ -130,12 +127,12 @@ def _cell(value: float, dialect: Dialect) -> str:
     return text.translate(str.maketrans({".": dialect.decimal, ",": dialect.thousands or ","}))
 
 
-def _quoted(field: str, dialect: Dialect, always: bool) -> str:
+def _quoted(field, dialect, always):
     needed = any(c in field for c in (" \t" if dialect.spaces else dialect.sign))
     return f'"{field}"' if always or needed else field
 
 
-def _heading(names: Sequence[str], units: Sequence[str] | None, dialect: Dialect) -> list[str]:
+def _heading(names, units, dialect):
     if dialect.header == "none":
         return []
     rows = [list(names)]

@@ -1,19 +1,16 @@
 """Faults of a disk: the n-th change of a file fails."""
 
-from __future__ import annotations
-
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 _CHANGES = ("os.rename", "os.mkdir", "os.link", "os.symlink", "os.truncate")
-_hooks: list[Callable[[str, tuple], None]] = []
+_hooks = []
 
 
-def _audit(event: str, arguments: tuple) -> None:
+def _audit(event, arguments):
     for hook in _hooks:
         hook(event, arguments)
 
@@ -21,7 +18,7 @@ def _audit(event: str, arguments: tuple) -> None:
 sys.addaudithook(_audit)
 
 
-def _changed(event: str, arguments: tuple) -> list[str]:
+def _changed(event, arguments):
     """Return the paths that an operation creates or changes."""
     if event == "open":
         _, mode, flags = arguments
@@ -35,11 +32,11 @@ def _changed(event: str, arguments: tuple) -> list[str]:
 
 
 @contextmanager
-def failing(number: int, code: int, folder: Path) -> Iterator[list[str]]:
+def failing(number, code, folder):
     """Let the ``number``-th change below a folder fail, and none after it; yields the changes so far."""
-    seen: list[str] = []
+    seen = []
 
-    def hook(event: str, arguments: tuple) -> None:
+    def hook(event, arguments):
         for path in _changed(event, arguments):
             if folder in (Path.cwd() / path).parents:
                 seen.append(f"{event} {path}")
@@ -54,7 +51,7 @@ def failing(number: int, code: int, folder: Path) -> Iterator[list[str]]:
         _hooks.clear()
 
 
-def contents(folder: Path) -> dict[str, bytes]:
+def contents(folder):
     return {
         path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
     }

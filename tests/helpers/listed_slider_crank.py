@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from reference_model.multiplier import FRAME, Linkage, assemble
-from reference_model.parameters import Law
+from reference_model.multiplier import FRAME, assemble
 
 CRANK, ROD, OMEGA, ANGLE, GRAVITY = 0.05, 0.3, 12.0, 0.3, 9.81
 """Lengths in m; rad/s, rad at t = 0; m/s^2."""
@@ -15,7 +14,7 @@ BODIES = [(0.1, 2e-5), (0.2, 1.5e-3), (0.3, 5e-5)]
 """Crank, rod, slider: mass, inertia; kg, kg m^2."""
 
 
-def start() -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
+def start():
     """Return x, y, angle of the three bodies at t = 0, and their rates; the slider is on its line."""
     x, y = CRANK * math.cos(ANGLE), CRANK * math.sin(ANGLE)
     vx, vy = -OMEGA * y, OMEGA * x
@@ -26,7 +25,7 @@ def start() -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
     return places, [(vx / 2, vy / 2, OMEGA), (vx / 2, vy + rate / 2, w), (0.0, vy + rate, 0.1)]
 
 
-def by_lists(law: Law, baumgarte: tuple[float, float] = (0.0, 0.0)) -> tuple[Linkage, Law, np.ndarray]:
+def by_lists(law, baumgarte=(0.0, 0.0)):
     """Return the linkage from five lists, the law between its walls, and coordinates and rates at t = 0."""
     model = assemble(
         bodies=BODIES,

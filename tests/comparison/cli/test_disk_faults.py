@@ -4,8 +4,6 @@ As SQLite is tested: the first change of a file fails, then the second, until a 
 The models are fakes. How many faults there were is printed at the end.
 """
 
-from __future__ import annotations
-
 import errno
 import itertools
 import shutil
@@ -32,7 +30,7 @@ COMMANDS = {
 LEAST = {"run": 4, "validate": 15, "gate": 2, "sweep": 2}
 """Changes of files by which a command writes its result."""
 CODES = [errno.ENOSPC, errno.EACCES, errno.EIO, errno.EROFS]
-FAULTS: Counter[str] = Counter()
+FAULTS = Counter()
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -42,7 +40,7 @@ def _reported(request):
         print(f"\n{FAULTS.total()} faults of the disk: {dict(FAULTS)}")  # noqa: T201
 
 
-def state() -> dict[str, bytes]:
+def state():
     """Files in ``out`` but for the store of a sweep, which grows row by row."""
     files = contents(Path("out"))
     return {name: content for name, content in files.items() if not name.endswith("runs.jsonl")}
@@ -66,11 +64,11 @@ def tried(scene_file, tmp_path, monkeypatch, fake_model, capsys):
         (tmp_path / f"{which}-scene" / "own.toml").write_text(text.replace("9.0", gravity))
     kept = {}
 
-    def give(name: str, which: str) -> int:
+    def give(name, which):
         scene, speed = tmp_path / f"{which}-scene" / "own.toml", {"old": 100, "new": 150}[which]
         return main(COMMANDS[name].format(scene=scene, speed=speed).split())
 
-    def attempt(name: str, fault) -> object:
+    def attempt(name, fault):
         if not kept:
             for which in ("old", "new"):
                 assert give(name, which) == 0

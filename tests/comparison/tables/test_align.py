@@ -3,8 +3,6 @@
 Interpolation between random contacts is in `tests/judge`, by a second way.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -22,7 +20,7 @@ FORCE = "corner_ll_normal"
 COARSE, FINE = np.linspace(0, 3, 31), np.linspace(0, 3, 77)
 
 
-def wave(time: np.ndarray, events: pd.DataFrame | None = None, **columns) -> Table:
+def wave(time, events=None, **columns):
     """x = sin t with its derivative; an angle without its rate."""
     frame = {"time": time, "slider_x": np.sin(time), "slider_vx": np.cos(time), "slider_angle": np.cos(time)}
     return Table(pd.DataFrame(frame | columns), events)
@@ -112,7 +110,7 @@ def test_the_finer_table_tells_how_often_an_angle_has_turned_and_the_first_one_h
             assert a[0] == pytest.approx(pair[0].values("slider_angle")[0], abs=1e-12)
 
 
-def pressed(time: np.ndarray, *spans: tuple[float, float]) -> Table:
+def pressed(time, *spans):
     """A force that is zero, and within contacts a line from 50 N down: it jumps at both ends of a contact."""
     held = [np.where((time >= start) & (time < end), 50 - 10 * (time - start), 0.0) for start, end in spans]
     frame = pd.DataFrame({"time": time, FORCE: np.sum(held, axis=0)})

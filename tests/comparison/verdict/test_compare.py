@@ -1,7 +1,5 @@
 """Whole tables of runs: what cannot be compared, what is found, and what is carried along."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -156,7 +154,7 @@ def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel
 # Contacts
 
 
-def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
+def contacts(*rows):
     return contacts_of(*rows).assign(**dict.fromkeys(OF_EVENT, 1.0))
 
 

@@ -3,14 +3,12 @@
 The number of examples is DIALECTS, else a few.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path
 
 import numpy as np
-from dialects import ENTRIES, NAMES, SPACED, UNITS, Dialect, dialects, meant, written
+from dialects import ENTRIES, NAMES, SPACED, UNITS, dialects, meant, written
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 
@@ -35,7 +33,7 @@ NAMELESS = (
 
 
 @st.composite
-def tables(draw: st.DrawFn, dialect: Dialect) -> tuple[list[str], list[str] | None, list[list[float]]]:
+def tables(draw, dialect):
     """Draw names, units and columns, the time first, as this dialect can hold them."""
     count, rows = draw(st.integers(2, 5)), draw(st.sampled_from([2, 3, 5, 7, 120]))
     with_units = dialect.header not in ("names", "comment", "none")
@@ -65,7 +63,7 @@ Contents = dict[str, tuple[str | None, np.ndarray]]
 """Unit and numbers by name."""
 
 
-def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, str]:
+def read(content, compare=None):
     """Return what a table holds, or why it is refused, in one line."""
     Path("a.csv").write_bytes(content)
     tables, message = [], ""
@@ -79,7 +77,7 @@ def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, st
     return {n: (units.get(n, "s"), table.values(n)) for table in tables for n in table.frame}, message
 
 
-def wanted(names, units, columns, dialect) -> Contents:
+def wanted(names, units, columns, dialect):
     if dialect.header == "none":
         names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
     result = {
@@ -89,7 +87,7 @@ def wanted(names, units, columns, dialect) -> Contents:
     return result | {"time": ("s", parse(units[0] if units else "s").convert(result["time"][1], parse("s")))}
 
 
-def same(result: Contents, expected: Contents) -> None:
+def same(result, expected):
     assert list(result) == list(expected)
     for name, (unit, numbers) in expected.items():
         assert result[name][0] == unit

@@ -1,7 +1,5 @@
 """Sensor files that Exudyn itself writes, of a body that turns about a pin."""
 
-from __future__ import annotations
-
 import json
 
 import exudyn as exu
