@@ -88,13 +88,7 @@ def spread(base, other, round_off):
     return np.maximum(3 * np.lib.stride_tricks.sliding_window_view(padded, 21).max(axis=1), 4 * round_off)
 
 
-def make_scene(
-    name="press",
-    cycles=2,
-    seed=0,
-    alter=lambda columns: columns,
-    tier="standard",
-):
+def make_scene(name="press", cycles=2, seed=0, alter=lambda columns: columns, tier="standard"):
     """Return a scene judged at a tier; ``alter`` changes the second model's result."""
     start = 5e-5 * (1 + 0.1 * np.random.default_rng(seed).random())
     (base, events), (perturbed, _), (other, other_events) = (

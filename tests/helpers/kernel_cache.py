@@ -69,16 +69,7 @@ def open_to_others(folder):
             place.chmod(0o755)
 
 
-def call(
-    package,
-    folder,
-    cache,
-    *,
-    program=sys.executable,
-    scale=SCALE,
-    value=6.0,
-    **options,
-):
+def call(package, folder, cache, *, program=sys.executable, scale=SCALE, value=6.0, **options):
     """Call a kernel in a process; whether it came from the cache, and what stderr says.
 
     The kernel is in a file of ``folder``; ``cache`` is this process's SIXBAR_CACHE_DIR, and more of its

@@ -6,13 +6,15 @@ The models are fakes. How many faults there were is printed at the end.
 
 import errno
 import itertools
+import os
 import shutil
+import sys
 import tempfile
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from faulty_disk import contents, failing
 
 from comparison.cli import main
 from comparison.execution.store import fetch, keep
@@ -20,6 +22,57 @@ from comparison.report.templates import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]
+
+_CHANGES = ("os.rename", "os.mkdir", "os.link", "os.symlink", "os.truncate")
+_hooks = []
+
+
+def _audit(event, arguments):
+    for hook in _hooks:
+        hook(event, arguments)
+
+
+sys.addaudithook(_audit)
+
+
+def _changed(event, arguments):
+    """Return the paths that an operation creates or changes."""
+    if event == "open":
+        _, mode, flags = arguments
+        writing = (isinstance(flags, int) and flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)) or (
+            isinstance(mode, str) and set(mode) & set("wax+")
+        )
+        paths = arguments[:1] if writing else ()
+    else:
+        paths = arguments[:2] if event in _CHANGES else ()
+    return [os.fsdecode(path) for path in paths if isinstance(path, str | bytes)]
+
+
+@contextmanager
+def failing(number, code, folder):
+    """Let the ``number``-th change below a folder fail, and none after it; yields the changes so far."""
+    seen = []
+
+    def hook(event, arguments):
+        for path in _changed(event, arguments):
+            if folder in (Path.cwd() / path).parents:
+                seen.append(f"{event} {path}")
+                if len(seen) == number:
+                    raise OSError(code, os.strerror(code), path if code == errno.EACCES else None)
+                return
+
+    _hooks.append(hook)
+    try:
+        yield seen
+    finally:
+        _hooks.clear()
+
+
+def contents(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+
 
 COMMANDS = {
     "run": "run {scene} --model reference --no-check --out out/a.csv",
