@@ -3,7 +3,6 @@
 import os
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ PAPER = Path(__file__).parents[1] / "comparison" / "scene" / "shipped" / "paper.
 Scene = dict[str, Any]
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config, items):
     """Keep tests that share runs in one process: those of a file, or of a folder."""
     for item in items:
         file = item.path.relative_to(config.rootpath).as_posix()
@@ -35,16 +34,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture
-def lines_run() -> Callable[[Callable[[], object]], int]:
+def lines_run():
     """Return what counts the lines of Python that a call runs: on any machine what a time would say on one.
 
     Work in compiled code does not count; a loop over samples does, once a sample.
     """
 
-    def count(call: Callable[[], object]) -> int:
+    def count(call):
         lines = 0
 
-        def trace(_frame: object, event: str, _argument: object) -> Any:
+        def trace(_frame, event, _argument):
             nonlocal lines
             lines += event == "line"
             return trace
@@ -61,11 +60,11 @@ def lines_run() -> Callable[[Callable[[], object]], int]:
 
 
 @pytest.fixture(scope="session")
-def scene() -> Callable[..., Scene]:
+def scene():
     """Return a maker of complete scenes: the paper's press with dotted keys replaced."""
 
-    def make(changes: dict[str, object] | None = None) -> Scene:
-        data: Scene = tomllib.loads(PAPER.read_text())
+    def make(changes=None):
+        data = tomllib.loads(PAPER.read_text())
         data["solver"] = {
             "reference": {
                 "method": "dop853",

@@ -17,13 +17,13 @@ from reference_model.parameters import read_parameters
 MASS, SPEED = 0.02, 0.03
 
 
-def exact_restitution(c_e: float) -> float:
+def exact_restitution(c_e):
     """Root of ln[(1 + C)/(1 - C e)] = C (1 + e): energy and momentum balance, whatever m, K and n."""
     C = 0.75 * (1.0 - c_e**2)
     return float(brentq(lambda e: math.log((1.0 + C) / (1.0 - C * e)) - C * (1.0 + e), 0.01, 1.0))
 
 
-def exact_depth(law, mass: float) -> float:
+def exact_depth(law, mass):
     """Largest depth of a damped hit, in closed form."""
     n, C = law.n, law.C
     return ((n + 1.0) * mass * SPEED**2 / law.K * (C - math.log1p(C)) / C**2) ** (1.0 / (n + 1.0))
@@ -51,7 +51,7 @@ def hit(law, mass=MASS):
 @pytest.mark.parametrize(
     ("c_e", "printed"), [(0.9, 0.9131766778), (0.5, 0.7252411140), (0.1, 0.6652654068), (0.7, None)]
 )
-def test_a_damped_hit_has_the_closed_form_s_restitution_and_depth(scene, c_e, printed) -> None:
+def test_a_damped_hit_has_the_closed_form_s_restitution_and_depth(scene, c_e, printed):
     law = read_parameters(scene({"contact.restitution": c_e})).law
     exact, solution = exact_restitution(c_e), hit(law)
     if printed is not None:
@@ -62,7 +62,7 @@ def test_a_damped_hit_has_the_closed_form_s_restitution_and_depth(scene, c_e, pr
     assert solution.y[0].max() == pytest.approx(exact_depth(law, MASS), rel=5e-5)
 
 
-def test_elastic_hit_has_hertz_depth_and_duration(scene) -> None:
+def test_elastic_hit_has_hertz_depth_and_duration(scene):
     law = read_parameters(scene({"contact.restitution": 1.0})).law
     solution = hit(law)
     assert -solution.y[1, -1] == pytest.approx(SPEED, rel=1e-10)  # rtol 1e-12, some hundred steps
@@ -104,7 +104,7 @@ def mass_of_a_corner(scene):
 
 
 @pytest.mark.parametrize("c_e", [0.9, 0.5, 0.1])
-def test_slider_bounces_off_its_wall_like_a_point_mass(scene, c_e) -> None:
+def test_slider_bounces_off_its_wall_like_a_point_mass(scene, c_e):
     """Rod 4 upright: both left corners hit at once and the slider's effective mass is a constant."""
     restitution = {"contact.restitution": c_e}
     result, p = on_the_wall(scene, restitution), read_parameters(scene(restitution))
@@ -170,7 +170,7 @@ HITS = [
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize(("k", "n", "c_max", "d_max", "pulls"), HITS)
-def test_a_bounce_by_adams_impact_is_that_of_a_point_mass(scene, solver, k, n, c_max, d_max, pulls) -> None:
+def test_a_bounce_by_adams_impact_is_that_of_a_point_mass(scene, solver, k, n, c_max, d_max, pulls):
     """As above, by each corner; the inclination makes 2e-9."""
     model, settings, error = SOLVERS[solver]
     law = {"stiffness": k, "exponent": n, "damping": c_max, "damping_depth": d_max, "law": "adams-impact"}
@@ -190,14 +190,14 @@ def test_a_bounce_by_adams_impact_is_that_of_a_point_mass(scene, solver, k, n, c
     np.testing.assert_allclose(np.transpose(values)[:2], [exact, exact], rtol=10 * error)
 
 
-def test_the_default_damping_of_adams_impact_is_the_one_that_the_page_says(scene) -> None:
+def test_the_default_damping_of_adams_impact_is_the_one_that_the_page_says(scene):
     """K of Eq. 10; the damping is rounded to 10 N s/m, a 26th of the loss of 0.087."""
     k = 4.0 * math.sqrt(1e-3) / (3.0 * 2.0 * (1.0 - 0.28**2) / 210e9)
     law = [scene()["contact"][key] for key in ("exponent", "damping", "damping_depth")]
     assert impact_hit(0.0195, 0.07, k, *law)[0] / 0.07 == pytest.approx(0.913, abs=0.087 / 26)
 
 
-def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene) -> None:
+def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene):
     """A frictionless hit by one corner: 1/m = sin^2(theta4) L4^2/I + r_y^2/J5, 0.0195 kg at the start."""
     p, tilt = read_parameters(scene()), 1e-3
     m, law = p.mechanism, p.law

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from reference_model.linkage import Mechanism, ideal_motion
+from reference_model.linkage import ideal_motion
 from reference_model.parameters import read_parameters
 
 
 @pytest.fixture
-def c(scene) -> Mechanism:
+def c(scene):
     return read_parameters(scene()).mechanism
 
 
-def rows(q: np.ndarray, theta1: float, m: dict) -> np.ndarray:
+def rows(q, theta1, m):
     """Rows 1-13 of Eq. 16 and the two of an ideal slider, written out once more; q = (x, y, theta) x 5."""
     bodies = [m[name] for name in ("crank", "rod2", "rocker", "rod4")]
     p, a = q.reshape(5, 3)[:, :2], q[2::3]
@@ -35,7 +35,7 @@ def rows(q: np.ndarray, theta1: float, m: dict) -> np.ndarray:
     )
 
 
-def test_slider_height_equals_newton_solution_all_round(c: Mechanism, scene) -> None:
+def test_slider_height_equals_newton_solution_all_round(c, scene):
     # A rough guess read off the drawing: rod 2 up to the left, rocker to the left, rod 4 hanging down.
     q = [-0.01, 0.02, 1.9, -0.07, 0.18, 2.0, -0.12, 0.3, 2.9, -0.52, 0.3, -1.8, -0.55, 0.19, 0.0]
     m, angles, newton = scene()["mechanism"], c.theta0 + np.linspace(0.0, 2.0 * math.pi, 181), []
@@ -49,7 +49,7 @@ def test_slider_height_equals_newton_solution_all_round(c: Mechanism, scene) -> 
     np.testing.assert_allclose(closed, newton, rtol=0, atol=2e-14)
 
 
-def test_published_stroke_top_dead_centre_and_speeds(c: Mechanism) -> None:
+def test_published_stroke_top_dead_centre_and_speeds(c):
     y, vy = ideal_motion(c, np.linspace(0.0, 0.4, 40001))[4, [1, 4]]
     # The published figures with the precision of their last digit and of the identified geometry.
     assert np.ptp(y) == pytest.approx(0.2239, abs=1e-4)

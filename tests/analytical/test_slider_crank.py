@@ -1,7 +1,5 @@
 """An exact external fact: the press whose rocker turns with its crank is a slider-crank."""
 
-from types import ModuleType
-
 import numpy as np
 import pytest
 from slider_crank import CHANGES, closed_form
@@ -23,9 +21,7 @@ STEPPED = {"slider_y": 1e-9, "slider_vy": 1e-8, "slider_ay": 1e-6, "crank_torque
     ids=["reference", "exudyn"],
 )
 @pytest.mark.parametrize("speed", [150.0, -300.0])
-def test_slider_crank_follows_its_closed_form(
-    model: ModuleType, bounds: dict[str, float], speed: float
-) -> None:
+def test_slider_crank_follows_its_closed_form(model, bounds, speed):
     own = {"drive.speed_rpm": speed, "drive.cycles": 0.3, "output.samples_per_cycle": 100}
     scene = load_scene("ideal", CHANGES | own | {"solver.exudyn.step": 4e-6}).data
     result = model.simulate(scene)

@@ -1,11 +1,6 @@
 """What a reader sees of each kind of verdict: named, first, in words and numbers."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import pytest
-from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
@@ -20,9 +15,7 @@ SHADE = """name => {
 
 
 @pytest.mark.parametrize("width", [1440, 390])
-def test_the_worst_scenes_come_first_and_are_named_in_the_headline(
-    show: Callable[..., Page], width: int
-) -> None:
+def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show, width):
     page = show(width)
     assert page.locator(".grid tbody th").all_inner_texts() == ORDER
     assert page.locator(".lead .verdict").inner_text().split(maxsplit=1)[1] == "cannot compare"
@@ -41,9 +34,7 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(
         ("press", "✓", "good", ["excited channels agree, nearest to its limit", "Nothing to do."]),
     ],
 )
-def test_each_verdict_says_what_how_much_and_what_next(
-    show: Callable[..., Page], scene: str, sign: str, shade: str, said: list[str]
-) -> None:
+def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):
     key = f"s{ORDER.index(scene)}"
     page = show(anchor=f"#{key}-standard")
     cell = page.locator(f'.grid a.cell[href="#{key}-standard"]')

@@ -62,30 +62,6 @@ def test_the_channels_of_a_scene():
     assert names.count("'") == 2 * 21
 
 
-def test_the_estimate_of_a_runs_error():
-    """The example of docs/accuracy.md, and what it names beside."""
-    code = block("docs/accuracy.md", "python").replace('"drive.cycles": 1}', '"drive.cycles": 0.02}')
-    code += "    print(len(result.tried), list(result.with_uncertainty().frame)[:3])\n"
-    first, second = printed(code).splitlines()
-    kept, coverage, u, x = first.split()
-    assert (kept, float(coverage)) == ("True", 1.0)
-    assert 0 < float(u) <= 1e-8
-    assert -0.5503 < float(x) < -0.5497
-    assert second.endswith("['time', 'slider_x', 'slider_x_u']")
-
-
-def test_a_scene_in_python():
-    scene = load_scene("150rpm-0.2mm", {"drive.speed_rpm": 210, "clearance.slider": 3e-4})
-    assert (scene.data["drive"]["speed_rpm"], scene.data["clearance"]["slider"]) == (210, 3e-4)
-    assert scene.name.startswith("150rpm-0.2mm+")
-    # A copy: the shipped scene is as it was.
-    assert load_scene("150rpm-0.2mm").data["drive"]["speed_rpm"] == 150
-    for name, changes, place in (("nowhere", {}, "nowhere"), ("ideal", {"drive.cycles": 0}, "drive.cycles")):
-        with pytest.raises(ValueError, match=place) as refused:
-            load_scene(name, changes)
-        assert "\n" not in str(refused.value)
-
-
 @pytest.mark.parametrize("model", ["reference_model", "exudyn_model"])
 def test_a_result_becomes_a_table_for_notebooks(model):
     changes = {"drive.cycles": 0.02, "output.samples_per_cycle": 2000, "solver.exudyn.formulation": "tree"}

@@ -1,14 +1,8 @@
 """Tables with known differences, and models with a known answer for the worker processes."""
 
-from __future__ import annotations
-
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
-from types import ModuleType
-from typing import Any
+from contextlib import contextmanager
 
 import fake_model as model
 import pandas as pd
@@ -16,33 +10,33 @@ import pytest
 
 from comparison.cli.progress import Lines
 from comparison.models import GROUP
-from comparison.scene import Scene, load_scene
+from comparison.scene import load_scene
 from comparison.tables.table import Table
 
 
 @pytest.fixture(autouse=True)
-def _progress_without_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def _progress_without_time(monkeypatch):
     """Let the clock of progress stand still: what a command prints is the same however long its runs take."""
     monkeypatch.setattr(Lines.__init__, "__defaults__", (lambda: 0.0,))
 
 
 @pytest.fixture
-def fake_model() -> ModuleType:
+def fake_model():
     """The fake model of this process."""
     return model
 
 
 @pytest.fixture
-def gravity() -> Any:
+def gravity():
     """The gravities that select what a fake model does."""
     return model.GRAVITY
 
 
 @pytest.fixture
-def scene_file(tmp_path: Path) -> Callable[..., str]:
+def scene_file(tmp_path):
     """Scene files whose gravity tells the fake model what to do."""
 
-    def make(name: str, gravity: float = 9.81, extra: str = "") -> str:
+    def make(name, gravity=9.81, extra=""):
         path = tmp_path / f"{name}.toml"
         path.write_text(
             f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
@@ -54,47 +48,47 @@ def scene_file(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture
-def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+def wide(monkeypatch):
     """Lines of the console are as long as they are."""
     monkeypatch.setenv("COLUMNS", "2000")
 
 
 @pytest.fixture
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def elsewhere(tmp_path, monkeypatch):
     """The working folder is a temporary one."""
     monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def own_cache(tmp_path, monkeypatch):
     """An empty cache: every run is a new one."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
 
 
 @pytest.fixture
-def central_case() -> Scene:
+def central_case():
     """The paper's central case with fewer samples."""
     return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
 
 
 @pytest.fixture
-def scene(central_case: Scene) -> Scene:
+def scene(central_case):
     """The scene of most tests; those of the report have another."""
     return central_case
 
 
 @pytest.fixture
-def make_table(central_case: Scene) -> Callable[..., Table]:
+def make_table(central_case):
     """Tables of the central case: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
 
-    def make(error: float = 0.0, stretch: float = 0.0, scene: Scene = central_case, **changes: Any) -> Table:
+    def make(error=0.0, stretch=0.0, scene=central_case, **changes):
         return Table(pd.DataFrame(model.signals(scene.data, error, stretch) | changes))
 
     return make
 
 
 @contextmanager
-def _fakes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def _fakes(folder, monkeypatch):
     """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run."""
     for name in ("reference_model", "exudyn_model"):
         (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
@@ -112,20 +106,20 @@ def _fakes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="session")
-def fakes() -> Callable[[Path, pytest.MonkeyPatch], AbstractContextManager[Path]]:
+def fakes():
     """Context of fake models with a folder of their own: for what several tests share."""
     return _fakes
 
 
 @pytest.fixture
-def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def fake_models(tmp_path, monkeypatch):
     """Fake models, and an empty cache; the log of what ran."""
     with _fakes(tmp_path, monkeypatch) as log:
         yield log
 
 
 @pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
+def install(tmp_path, monkeypatch):
     """Put a package where Python and its worker processes find it, as an installer would."""
     site = tmp_path / "site"
     site.mkdir()
@@ -133,7 +127,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Pa
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
 
-    def make(module: str, source: str, points: dict[str, str], version: str = "1") -> Path:
+    def make(module, source, points, version="1"):
         info = site / f"{module}.dist-info"
         info.mkdir(exist_ok=True)
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: {version}\n")

@@ -34,12 +34,12 @@ SHARES = {1.0: "100 %", 0.999999: "99.99 %", 0.989999: "98.99 %", 0.29: "29.00 %
     + [(percent(share), text) for share, text in SHARES.items()]
     + [(percent(math.nan), "n/a"), (percent(0.664, 0.003), "66.40 ± 0.3 %")],
 )
-def test_numbers_as_they_are_shown(shown: str, text: str) -> None:
+def test_numbers_as_they_are_shown(shown, text):
     assert shown == text.replace(" ", NO_BREAK)
 
 
 @given(st.floats(1e-30, 1e30))
-def test_a_number_is_read_back_to_three_digits(value: float) -> None:
+def test_a_number_is_read_back_to_three_digits(value):
     mantissa, _, power = number(value).partition("·10")
     digits = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
     read = float(f"{mantissa}e{digits or 0}")

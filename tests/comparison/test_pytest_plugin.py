@@ -1,7 +1,5 @@
 """The fixture for other people's tests, and the recipes of docs/ci.md: they pass as they are written."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import subprocess
@@ -49,7 +47,7 @@ def test_expected(assert_agree):
 """
 
 
-def block(section: str, language: str) -> str:
+def block(section, language):
     (code,) = re.findall(rf"```{language}\n(.*?)```", BLOCKS[section], re.DOTALL)
     return code
 
@@ -76,7 +74,7 @@ def test_an_expected_table_is_written_where_it_is_missing_or_asked_for(pytester,
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     expected = pytester.path / "expected" / "run.csv"
 
-    def run(rate: float, *options: str, **outcomes: int) -> str:
+    def run(rate, *options, **outcomes):
         pytester.makepyfile(EXPECTED.replace("RATE", f"float('{rate}')"))
         inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
         inner.assert_outcomes(**outcomes)

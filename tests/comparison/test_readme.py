@@ -1,7 +1,5 @@
 """The README's numbers are those of the committed reports and of the code."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,6 +1,5 @@
 """Every formulation of both models behind one interface, and short scenes that each of them runs once."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -45,7 +44,7 @@ VARIANTS = {
 # A sample every 4e-6 s, some fifty in a contact of steel.
 DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 100_000}
 THROWN = {"initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
-SCENES: dict[str, tuple[str, dict[str, Any]]] = {
+SCENES = {
     # Thrown into its guide with a spin: short hits of single corners, at first in free flight.
     "rattle": ("150rpm-0.2mm", {**DENSE, **THROWN}),
     # Opposite corners in a soft guide, the shipped scene.
@@ -70,21 +69,21 @@ class Run:
     variant: Variant
 
     @property
-    def columns(self) -> dict[str, np.ndarray]:
+    def columns(self):
         return self.result.columns
 
     @property
-    def reference(self) -> bool:
+    def reference(self):
         """Whether it is one of the reference model's."""
         return self.variant.model is reference_model
 
-    def contacts(self, corner: str) -> list[dict[str, float]]:
+    def contacts(self, corner):
         """Rows of the table of contacts for one corner, in time."""
         events = self.result.events
         rows = np.flatnonzero(events["corner"] == corner)
         return [{name: events[name][row] for name in events if name != "corner"} for row in rows]
 
-    def corner(self, corner: str) -> tuple[np.ndarray, ...]:
+    def corner(self, corner):
         """Gap and forces of a corner, its arm in the fixed frame (m), its depth rate and slip (m/s)."""
         columns = self.columns
         motion = (columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega"))
@@ -94,11 +93,11 @@ class Run:
 
 
 @pytest.fixture(scope="session")
-def run() -> Callable[..., Run]:
+def run():
     """``run(variant, scene, changes)``: a named scene with dotted keys changed, simulated once a session."""
-    known: dict[str, Run] = {}
+    known = {}
 
-    def simulate(variant: str, scene: str, changes: dict[str, Any] | None = None) -> Run:
+    def simulate(variant, scene, changes=None):
         chosen = VARIANTS[variant]
         name, own = SCENES.get(scene, (scene, {}))
         key = repr((variant, scene, changes))
@@ -115,12 +114,12 @@ def run() -> Callable[..., Run]:
 
 
 @pytest.fixture(params=VARIANTS)
-def variant(request: pytest.FixtureRequest) -> str:
+def variant(request):
     """Each formulation of both models."""
     return str(request.param)
 
 
 @pytest.fixture(params=SCENES)
-def short(request: pytest.FixtureRequest, variant: str, run: Callable[..., Run]) -> Run:
+def short(request, variant, run):
     """Each formulation's run of each short scene."""
     return run(variant, request.param)

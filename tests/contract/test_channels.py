@@ -34,7 +34,7 @@ EVENTS = {
 }
 
 
-def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant) -> None:
+def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant):
     """Time, motion, then group after group, also where the groups are named in another order."""
     everything = run("reference-minimal", "150rpm-0.2mm", SHORT).columns
     of = {name: channel.group for name, channel in channels().items()}
@@ -49,7 +49,7 @@ def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant)
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
-def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant) -> None:
+def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant):
     changes = {**SHORT, "joints.slider": "ideal", "output.groups": list(GROUPS)}
     simulated = run(variant, "150rpm-0.2mm", changes)
     assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)])
@@ -58,9 +58,7 @@ def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant) -> None:
 
 
 @pytest.mark.parametrize(("rpm", "per_cycle"), [(150.0, 1000), (90.0, 700), (-150.0, 1000)])
-def test_samples_are_exact_multiples_of_the_interval_and_include_the_end(
-    run, variant, rpm, per_cycle
-) -> None:
+def test_samples_are_exact_multiples_of_the_interval_and_include_the_end(run, variant, rpm, per_cycle):
     changes = {"drive.speed_rpm": rpm, "output.samples_per_cycle": per_cycle, "drive.cycles": 0.02}
     columns = run(variant, "150rpm-0.2mm", changes).columns
     times = np.arange(round(0.02 * per_cycle) + 1) * (60.0 / abs(rpm) / per_cycle)
@@ -70,7 +68,7 @@ def test_samples_are_exact_multiples_of_the_interval_and_include_the_end(
         assert np.isfinite(values).all(), name
 
 
-def test_more_samples_are_samples_of_the_same_motion(run, variant) -> None:
+def test_more_samples_are_samples_of_the_same_motion(run, variant):
     """Samples in between change nothing at those that both have: where a sample is says nothing."""
     changes = {"drive.cycles": 0.05, "initial.slider_omega": 0.2}
     few, many = (
@@ -81,7 +79,7 @@ def test_more_samples_are_samples_of_the_same_motion(run, variant) -> None:
     assert np.array_equal(few.result.events["corner"], many.result.events["corner"])
 
 
-def test_extrema_enclose_all_samples_and_lie_within_the_run(short) -> None:
+def test_extrema_enclose_all_samples_and_lie_within_the_run(short):
     end = short.columns["time"][-1]
     for name, simulated in short.result.extrema.items():
         values, least, most = short.columns[name], simulated["min"], simulated["max"]
@@ -102,7 +100,7 @@ def test_extrema_enclose_all_samples_and_lie_within_the_run(short) -> None:
             assert values.min() - reach <= least <= most <= values.max() + reach, name
 
 
-def powers(unit: str) -> np.ndarray:
+def powers(unit):
     """Powers of mass, length and time of a unit such as "N m" or "m/s^2"."""
     above, _, below = unit.partition("/")
     total = np.zeros(3)
@@ -112,10 +110,10 @@ def powers(unit: str) -> np.ndarray:
     return total
 
 
-def in_other_units(scene: dict, factors: np.ndarray) -> dict:
+def in_other_units(scene, factors):
     """Dotted keys of the same press, counted in units of mass, length, time smaller by factors."""
     units = {key: powers for keys, powers in KEYS.items() for key in keys.split()}
-    changes: dict = {}
+    changes = {}
 
     def walk(section, path):
         for key, value in section.items():
@@ -133,7 +131,7 @@ def in_other_units(scene: dict, factors: np.ndarray) -> dict:
     [{}, {"contact.law": "adams-impact", "load.surface": 0.189, "load.force": 50.0}],
     ids=["usual", "load"],
 )
-def test_every_channel_has_the_dimension_of_its_unit(run, variant, more) -> None:
+def test_every_channel_has_the_dimension_of_its_unit(run, variant, more):
     """Counted in other units of mass, length and time, each channel changes as channels.toml says.
 
     The factors are powers of four: squares and square roots (K of Eq. 10) are exact, so is all arithmetic
@@ -164,7 +162,7 @@ def turning(run, variant):
     return lambda samples: run(variant, "150rpm-0.2mm", {**changes, "output.samples_per_cycle": samples})
 
 
-def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(turning) -> None:
+def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(turning):
     simulated, period = turning(1000), 0.04
     time, by_cycle = simulated.columns["time"], simulated.result.cycle_extrema
     parts = ("min", "time_of_min", "max", "time_of_max")
@@ -186,7 +184,7 @@ def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(t
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier"])
-def test_extrema_do_not_depend_on_the_samples(turning) -> None:
+def test_extrema_do_not_depend_on_the_samples(turning):
     """Of Exudyn, of runs with the very same steps: `tests/exudyn_model`."""
     few, usual, many = (turning(samples).result for samples in (100, 1000, 10_000))
     for name, column in usual.cycle_extrema.items():

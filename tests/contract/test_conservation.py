@@ -22,7 +22,7 @@ def rocker_tip(scene, time):
     return joints(scene, crank_angle(scene, time))[2]
 
 
-def test_rod_4_keeps_its_length(short, request) -> None:
+def test_rod_4_keeps_its_length(short, request):
     """|F - C| = L4 and (F - C) . (vF - vC) = 0 at every sample, with vC by differences of the closed form."""
     time, step = short.columns["time"], 1e-5
     tip = rocker_tip(short.scene, time)
@@ -46,7 +46,7 @@ def test_rod_4_keeps_its_length(short, request) -> None:
     assert np.abs((rod.conjugate() * speed).real).max() <= 0.24 * 2e-8 + (0.0 if short.reference else 1e-7)
 
 
-def test_rates_are_the_derivatives(short) -> None:
+def test_rates_are_the_derivatives(short):
     """Velocities sum up to positions, accelerations to velocities: radians, not degrees, and right limits."""
     for position, (rate, second) in RATES.items():
         for name, of in ((position, rate), (rate, second)):
@@ -59,7 +59,7 @@ def test_rates_are_the_derivatives(short) -> None:
 
 @AUDITED
 @pytest.mark.parametrize("name", ["rattle", "wedge", "punch"])
-def test_the_balance_of_energy_closes(run, variant, name) -> None:
+def test_the_balance_of_energy_closes(run, variant, name):
     simulated = run(variant, name)
     parts = {key: simulated.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
     lost = parts["damping"] + parts["friction"]
@@ -93,7 +93,7 @@ def test_the_balance_of_energy_closes(run, variant, name) -> None:
 
 
 @pytest.mark.parametrize("name", ["adams-impact", "69GPa-slider", "workpiece"])
-def test_shipped_scenes_close_the_balance_of_energy(name) -> None:
+def test_shipped_scenes_close_the_balance_of_energy(name):
     """The reference at the accuracy strict to 1e-8 J, five bodies at 2e-6 s to 1e-3 of the losses."""
     scene = load_scene(name, {"output.groups": ["energy"]})
     strict = scene.with_values(solver_values("reference", "strict", scene))
@@ -112,7 +112,7 @@ def test_shipped_scenes_close_the_balance_of_energy(name) -> None:
     )
 
 
-def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant) -> None:
+def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant):
     """Through lossless hits, from the slider's motion alone; the rocker's pull follows from accelerations.
 
     Where the drive moves C, also of formulations that give no energies.
@@ -144,7 +144,7 @@ def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, 
 
 
 @AUDITED
-def test_a_cycle_of_the_ideal_mechanism_returns_all_work(run, variant) -> None:
+def test_a_cycle_of_the_ideal_mechanism_returns_all_work(run, variant):
     cycle = {"output.groups": ["energy"], "drive.cycles": 1.0, "solver.exudyn.step": 2e-5}
     columns = run(variant, "ideal", cycle).columns
     for name in ("drive", "gravity"):
@@ -161,7 +161,7 @@ def test_a_cycle_of_the_ideal_mechanism_returns_all_work(run, variant) -> None:
 
 
 @AUDITED
-def test_nothing_is_lost_without_damping_and_friction(run, variant) -> None:
+def test_nothing_is_lost_without_damping_and_friction(run, variant):
     simulated = run(variant, "rattle", LOSSLESS)
     assert simulated.result.events["start"].size >= 10
     assert not simulated.columns["energy_damping"].any()

@@ -10,7 +10,7 @@ CORNERS = {"ll": 1, "lr": -1, "ul": 1, "ur": -1}
 """With the sign of the wall's normal into the guide, along x."""
 
 
-def test_gaps_and_forces_are_those_of_the_slider_s_motion(short) -> None:
+def test_gaps_and_forces_are_those_of_the_slider_s_motion(short):
     """Gap from its wall; normal >= 0; |friction| <= c_f normal, opposite to the slip; J5 alpha = moment."""
     mechanism, law = short.scene["mechanism"], short.scene["friction"]
     half_gap = mechanism["slider"]["width"] / 2 + short.scene["clearance"]["slider"]
@@ -35,7 +35,7 @@ def test_gaps_and_forces_are_those_of_the_slider_s_motion(short) -> None:
     assert np.abs(spin - moment).max() <= 1e-13
 
 
-def test_table_of_contacts_is_that_of_the_samples(short) -> None:
+def test_table_of_contacts_is_that_of_the_samples(short):
     """In order; outside its contacts a corner is open and free, inside it is in the wall; peaks, impulses."""
     events, time = short.result.events, short.columns["time"]
     assert events["start"].size >= 10
@@ -84,7 +84,7 @@ def test_table_of_contacts_is_that_of_the_samples(short) -> None:
     ],
     ids=["dense", "flat"],
 )  # fmt: skip
-def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, count) -> None:
+def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, count):
     """From the first corner's touch, at its speed, to the last one's separation, by the gaps alone."""
     simulated = run(variant, "150rpm-0.2mm", changes | {"contact.law": "foundation"})
     events, columns, time = simulated.result.events, simulated.columns, simulated.columns["time"]
@@ -118,9 +118,7 @@ def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, cou
 
 
 @pytest.mark.parametrize(("vx", "speed"), [(0.0, 1e-4), (3e-5, 1e-4), (0.02, 0.02), (-0.02, 1e-4)])
-def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_floor(
-    run, variant, vx, speed
-) -> None:
+def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_floor(run, variant, vx, speed):
     changes = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": vx, "drive.cycles": 0.002}
     simulated = run(variant, "150rpm-0.2mm", changes)
     for corner in ("lr", "ur"):
@@ -132,7 +130,7 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-tree"])
-def test_what_starts_far_inside_its_wall_leaves_where_damping_has_taken_the_force_away(run, variant) -> None:
+def test_what_starts_far_inside_its_wall_leaves_where_damping_has_taken_the_force_away(run, variant):
     """Its force of 9 MN accelerates it outwards until 1 + C d'/v = 0, within some 1e-11 s.
 
     On the way nothing else moves it, so the impulse is mass times v / C; the mass is that which the force

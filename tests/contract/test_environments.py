@@ -1,7 +1,5 @@
 """Both models and a validation in odd environments: a foreign user, no home, no terminal, no locale."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -27,7 +25,7 @@ def sixbar(tmp_path):
     work = tmp_path / "work"
     work.mkdir()
 
-    def run(changes: dict[str, str | None], warnings: int = 0, **options) -> None:
+    def run(changes, warnings=0, **options):
         usual = {"PYTHONPATH": PATH, "SIXBAR_CACHE_DIR": str(tmp_path / "cache")}
         merged = os.environ | usual | changes
         environment = {name: value for name, value in merged.items() if value is not None}
@@ -63,7 +61,7 @@ def test_variables(changes, sixbar):
 
 
 @pytest.fixture
-def foreign(tmp_path) -> dict[str, object]:
+def foreign(tmp_path):
     """A user whom nobody knows: may write in the working folder and the temporary one alone."""
     program, path = interpreter()
     open_to_others(tmp_path)

@@ -14,7 +14,7 @@ import reference_model
 from comparison.accuracy.levels import NAMES, solver_values
 from comparison.accuracy.measured import expected
 from comparison.models import joints_with_clearance
-from comparison.scene import Scene, load_scene, shipped_scenes
+from comparison.scene import load_scene, shipped_scenes
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
 WITH_CLEARANCE = [name for name in shipped_scenes() if joints_with_clearance(load_scene(name).data)]
@@ -24,7 +24,7 @@ FRESH = (0.0, 3.5e-8, 20.5e-8)
 
 
 @cache
-def started(name: str, moved: float) -> Scene:
+def started(name, moved):
     """The first cycle of a shipped scene, or what it has of it, from a start moved by so much."""
     scene = load_scene(name)
     offset = scene.data["initial"]["slider_offset"] + moved
@@ -32,18 +32,18 @@ def started(name: str, moved: float) -> Scene:
     return scene.with_values({"initial.slider_offset": offset, "drive.cycles": cycles})
 
 
-def slider_x(scene: Scene, model: str) -> np.ndarray:
+def slider_x(scene, model):
     result = SIMULATE[model](scene.data)
     assert result.status == "success", result.remedy
     return result.columns["slider_x"]
 
 
 @cache
-def exact(name: str, moved: float) -> np.ndarray:
+def exact(name, moved):
     return slider_x(started(name, moved).with_values({"solver.reference.tolerance": 1e-14}), "reference")
 
 
-def assert_kept(name: str, model: str, formulation: str, accuracy: str, moved: float) -> None:
+def assert_kept(name, model, formulation, accuracy, moved):
     values = {f"solver.{model}.formulation": formulation}
     # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
     shipped = load_scene(name, values)
@@ -56,14 +56,14 @@ def assert_kept(name: str, model: str, formulation: str, accuracy: str, moved: f
 
 @pytest.mark.parametrize("moved", FRESH)
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_the_reference_keeps_its_error_bounds(name: str, moved: float) -> None:
+def test_the_reference_keeps_its_error_bounds(name, moved):
     for accuracy in NAMES:
         assert_kept(name, "reference", "minimal", accuracy, moved)
 
 
 @pytest.mark.parametrize("moved", FRESH[:2])
 @pytest.mark.parametrize("name", WITH_CLEARANCE)
-def test_the_tree_keeps_its_error_bounds(name: str, moved: float) -> None:
+def test_the_tree_keeps_its_error_bounds(name, moved):
     """Against the other model: an error that the tree's own finest run shared would be seen."""
     for accuracy in NAMES:
         assert_kept(name, "exudyn", "tree", accuracy, moved)
@@ -71,6 +71,6 @@ def test_the_tree_keeps_its_error_bounds(name: str, moved: float) -> None:
 
 @pytest.mark.slow  # some 15 s a scene
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_five_bodies_keep_their_error_bounds(name: str) -> None:
+def test_five_bodies_keep_their_error_bounds(name):
     for accuracy in NAMES:
         assert_kept(name, "exudyn", "full", accuracy, FRESH[1])

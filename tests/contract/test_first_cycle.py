@@ -8,7 +8,7 @@ import reference_model
 from comparison.scene import load_scene
 
 
-def test_both_models_start_in_the_same_state(scene) -> None:
+def test_both_models_start_in_the_same_state(scene):
     """Loop closure, initial velocities and the first accelerations, written twice, agree to round-off."""
     short = {"drive.cycles": 0.01}
     a, b = reference_model.simulate(scene(short)).columns, exudyn_model.simulate(scene(short)).columns
@@ -22,7 +22,7 @@ def test_both_models_start_in_the_same_state(scene) -> None:
     ("name", "cycles"),
     [("150rpm-0.2mm", 1.0), ("adams-impact", 1.0), ("69GPa-slider", 1.0), ("workpiece", 0.6)],
 )
-def test_tree_and_strict_reference_agree_to_a_nanometre(name, cycles) -> None:
+def test_tree_and_strict_reference_agree_to_a_nanometre(name, cycles):
     """Both adaptive, with located contacts, at tight tolerances: 1e-9 m, 1e-7 rad over the first cycle.
 
     With the workpiece until the slider has left it: the rattling after that magnifies the errors.

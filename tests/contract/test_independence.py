@@ -30,7 +30,7 @@ print(result.columns["slider_x"][-1])
     ("model", "other"),
     [("reference_model", ["exudyn_model", "exudyn"]), ("exudyn_model", ["reference_model"])],
 )
-def test_model_runs_alone(scene, model: str, other: list[str]) -> None:
+def test_model_runs_alone(scene, model, other):
     code = RUN.format(model=model, blocked={*other, "comparison", "pandas", "pydantic"})
     data = json.dumps(scene({"drive.cycles": 0.05, "output.samples_per_cycle": 100}))
     done = subprocess.run([sys.executable, "-c", code], input=data, text=True, capture_output=True)
@@ -39,9 +39,7 @@ def test_model_runs_alone(scene, model: str, other: list[str]) -> None:
     assert abs(float(done.stdout) + 0.55) < 2.1e-4
 
 
-def test_who_listens_does_not_change_the_run_which_leaves_nothing(
-    run, variant, tmp_path, monkeypatch, capfd
-) -> None:
+def test_who_listens_does_not_change_the_run_which_leaves_nothing(run, variant, tmp_path, monkeypatch, capfd):
     """Reports of progress stop an integrator more often; its steps are the same.
 
     Exudyn's are 0.1 s apart, here of a clock that goes on by 1 ms a step.

@@ -22,7 +22,7 @@ LOOSE = pytest.mark.parametrize(
 
 @LOOSE
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances", "150rpm-0.2mm"])
-def test_a_journal_has_channels_where_it_has_clearance(run, variant, name) -> None:
+def test_a_journal_has_channels_where_it_has_clearance(run, variant, name):
     simulated = run(variant, name, {"drive.cycles": 0.005})
     assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)])
     names = [channel for channel in simulated.columns if channel.startswith(("corner", "journal"))]
@@ -31,7 +31,7 @@ def test_a_journal_has_channels_where_it_has_clearance(run, variant, name) -> No
 
 
 @LOOSE
-def test_it_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant) -> None:
+def test_it_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant):
     """On rod 2 acts G = K d^n e / |e| with R = R_j R_b / (R_b - R_j), where reactions are given."""
     simulated = run(variant, "crank-pin", BOUNCES)
     columns, time = simulated.columns, simulated.columns["time"]

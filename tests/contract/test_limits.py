@@ -10,7 +10,7 @@ CENTRED = {"mechanism.reference_offset": 0.0, "initial.slider_offset": 0.0}
 
 
 @pytest.mark.parametrize("name", ["150rpm-0.2mm", "adams-impact"])
-def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant, name) -> None:
+def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant, name):
     """A quarter of the clearance, a quarter of the deviation; y moves tan(beta) times as far as x."""
     # Through the largest tan(beta), 0.2093, with x at both walls.
     common = {**CENTRED, "drive.cycles": 0.2, "output.groups": []}
@@ -27,7 +27,7 @@ def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, varian
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-full", "exudyn-tree"])
-def test_a_small_clearance_at_the_crank_pin_tends_to_the_ideal_pin(run, variant) -> None:
+def test_a_small_clearance_at_the_crank_pin_tends_to_the_ideal_pin(run, variant):
     """Clearance and depth shift joint A, rigidly, and the slider by as much as the linkage makes of that."""
     errors = []
     for clearance in (2e-4, 1e-5, 1e-6):  # at the last one its elastic play is of the same size

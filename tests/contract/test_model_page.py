@@ -22,7 +22,7 @@ from comparison.tables.channels import channels
 
 
 @pytest.mark.parametrize(("function", "formulas"), STATED, ids=lambda value: getattr(value, "__name__", ""))
-def test_every_formula_and_symbol_of_these_functions_is_on_the_page(function, formulas) -> None:
+def test_every_formula_and_symbol_of_these_functions_is_on_the_page(function, formulas):
     for formula in formulas:
         assert any(formula in math for math in MATH), formula
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
@@ -59,7 +59,7 @@ VARIANTS = ("reference-minimal", "exudyn-tree")
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, variant, case) -> None:
+def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, variant, case):
     simulated = run(variant, *CASES[case])
     numbers, columns = Numbers(simulated.scene), simulated.columns
     motion = [columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
@@ -107,7 +107,7 @@ SURFACES = {
 
 @pytest.mark.parametrize("case", SURFACES)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, variant, case) -> None:
+def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, variant, case):
     """Under the law foundation: shares of both corners, one impact speed, the energy stored."""
     simulated = run(variant, "150rpm-0.2mm", {**SURFACES[case], "contact.law": "foundation"})
     numbers, columns, events = Numbers(simulated.scene), simulated.columns, simulated.result.events
@@ -169,9 +169,7 @@ def solution():
 
 
 @pytest.mark.parametrize(("variant", "case", "name", "own"), MOTION_CASES)
-def test_an_engine_made_from_the_page_gives_what_the_models_give(
-    run, solution, variant, case, name, own
-) -> None:
+def test_an_engine_made_from_the_page_gives_what_the_models_give(run, solution, variant, case, name, own):
     """From t = 0 through the first contacts: all channels, impact speeds, starts and ends of contacts."""
     changes = {"drive.cycles": MOTIONS[name], "output.samples_per_cycle": 20_000, **own}
     simulated = run(variant, name, changes)

@@ -4,19 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from listed_slider_crank import (
-    ANGLE,
-    BODIES,
-    CLEARANCE,
-    CRANK,
-    GRAVITY,
-    LENGTH,
-    OMEGA,
-    ROD,
-    WIDTH,
-    by_lists,
-    start,
-)
 from scipy.integrate import solve_ivp
 
 from exudyn_model.five_bodies.settings import Settings
@@ -25,10 +12,48 @@ from exudyn_model.five_bodies.system import Body, Drive, Pin, SliderContact, Sys
 from exudyn_model.parameters import Contact
 from reference_model import integrate
 from reference_model.events import ENDED, RECORDED
+from reference_model.multiplier import FRAME, assemble
 from reference_model.parameters import LAWS, read_parameters
 from reference_model.recording import PURPOSE, SAMPLE, SLIDER_FROM, TIME
 
 each_law = pytest.mark.parametrize("law", ["hertz-corners", "adams-impact"])
+CRANK, ROD, OMEGA, ANGLE, GRAVITY = 0.05, 0.3, 12.0, 0.3, 9.81
+"""Lengths in m; rad/s, rad at t = 0; m/s^2."""
+WIDTH, LENGTH, CLEARANCE = 0.05, 0.07, 2e-4
+"""Of the slider, m."""
+BODIES = [(0.1, 2e-5), (0.2, 1.5e-3), (0.3, 5e-5)]
+"""Crank, rod, slider: mass, inertia; kg, kg m^2."""
+
+
+def start():
+    """Return x, y, angle of the three bodies at t = 0, and their rates; the slider is on its line."""
+    x, y = CRANK * math.cos(ANGLE), CRANK * math.sin(ANGLE)
+    vx, vy = -OMEGA * y, OMEGA * x
+    rod = math.acos(-x / ROD)
+    w = vx / (ROD * math.sin(rod))
+    reach, rate = ROD * math.sin(rod), ROD * w * math.cos(rod)
+    places = [(x / 2, y / 2, ANGLE), (x / 2, y + reach / 2, rod), (0.0, y + reach, 1e-4)]
+    return places, [(vx / 2, vy / 2, OMEGA), (vx / 2, vy + rate / 2, w), (0.0, vy + rate, 0.1)]
+
+
+def by_lists(law, baumgarte=(0.0, 0.0)):
+    """Return the linkage from five lists, the law between its walls, and coordinates and rates at t = 0."""
+    model = assemble(
+        bodies=BODIES,
+        pins=[(0, (-CRANK / 2, 0.0), FRAME, (0.0, 0.0)), (1, (-ROD / 2, 0.0), 0, (CRANK / 2, 0.0)),
+              (2, (0.0, 0.0), 1, (ROD / 2, 0.0))],
+        guides=[],
+        drive=(0, OMEGA, ANGLE),
+        slider=(2, True),
+        gravity=GRAVITY,
+        baumgarte=baumgarte,
+    )  # fmt: skip
+    wall = WIDTH / 2 + CLEARANCE
+    between = law._replace(
+        half_width=WIDTH / 2, half_length=LENGTH / 2, corner_mass=BODIES[2][1] / (LENGTH / 2) ** 2,
+        wall_left=-wall, wall_right=wall,
+    )  # fmt: skip
+    return model, between, np.ravel(start())
 
 
 def by_hand(law, times):
@@ -125,7 +150,7 @@ def by_exudyn(law, times, step):
 
 
 @each_law
-def test_the_reference_s_lists_are_the_linkage(scene, law) -> None:
+def test_the_reference_s_lists_are_the_linkage(scene, law):
     """Over some contacts without friction, against the solution by hand."""
     frictionless = {"contact.law": law, "friction.coefficient": 0.0}
     law, times = read_parameters(scene(frictionless)).law, np.linspace(0.0, 0.12, 601)
@@ -139,7 +164,7 @@ def test_the_reference_s_lists_are_the_linkage(scene, law) -> None:
 
 
 @each_law
-def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law) -> None:
+def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law):
     """Difference against what refinement moves either model by, largest so far: the rule of the verdicts."""
     law, times = read_parameters(scene({"contact.law": law})).law, np.linspace(0.0, 0.06, 301)
     (exact, _), (finer, _) = (by_reference(law, times, tolerance) for tolerance in (1e-10, 1e-12))

@@ -10,7 +10,6 @@ from comparison.accuracy.refine import levels
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, compare
-from comparison.verdict.results import SceneComparison
 from comparison.words.verdicts import scene_reason
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
@@ -18,7 +17,7 @@ MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
-def compared(name: str, changes: dict) -> SceneComparison:
+def compared(name, changes):
     """As `comparison.verdict.validate`: three levels and two perturbed runs of each model."""
     scene = load_scene(name, changes)
     runs = {}
@@ -37,7 +36,7 @@ def compared(name: str, changes: dict) -> SceneComparison:
     [("crank-pin", {}), ("both-clearances", {}), ("wedge", {}), ("wedge", ALL)],
     ids=["crank-pin", "both-clearances", "wedge", "wedge, all groups"],
 )
-def test_models_agree_within_their_uncertainty(name, changes) -> None:
+def test_models_agree_within_their_uncertainty(name, changes):
     """At the standard settings no predictable sample differs, in any channel."""
     result = compared(name, changes)
     for channel in result.channels.values():
@@ -53,7 +52,7 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
 
 
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> None:
+def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name):
     """Exudyn's tree ends its steps at the bounces: nearly all of the scene is predictable, to 1e-9 m."""
     settings = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     changes = {f"solver.exudyn.{key}": value for key, value in settings.items()}
@@ -68,7 +67,7 @@ def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> No
 
 
 @pytest.mark.parametrize(("name", "cycles"), [("150rpm-0.2mm", 0.4), ("surface", 0.3)])
-def test_foundation_agrees_where_the_motion_is_predictable(name, cycles) -> None:
+def test_foundation_agrees_where_the_motion_is_predictable(name, cycles):
     """The law of a whole side: tree against reference. Later neither knows the motion."""
     changes = {"contact.law": "foundation", "output.groups": [], "drive.cycles": cycles}
     exact = reference_model.simulate(load_scene(name, {**changes, "solver.reference.tolerance": 1e-11}).data)

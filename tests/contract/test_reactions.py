@@ -90,7 +90,7 @@ def unbalanced(simulated):
 @pytest.mark.parametrize(
     ("speed_rpm", "step", "load"), [(150.0, 1e-5, 0.0), (-90.0, 2e-5, 0.0), (150.0, 1e-5, 500.0)]
 )
-def test_an_ideal_slider_balances(run, variant, speed_rpm, step, load) -> None:
+def test_an_ideal_slider_balances(run, variant, speed_rpm, step, load):
     cycle = {"drive.cycles": 1.0, "drive.speed_rpm": speed_rpm, "solver.exudyn.step": step}
     simulated = run(variant, "ideal", GROUPS | cycle | {"load.force": load})
     # 1.5e-8 measured of Exudyn: the differences above, and what the Newton iteration leaves
@@ -103,7 +103,7 @@ def test_an_ideal_slider_balances(run, variant, speed_rpm, step, load) -> None:
 
 
 @pytest.mark.parametrize("name", ["rattle", "wedge", "punch"])
-def test_a_slider_with_clearance_balances(run, variant, name) -> None:
+def test_a_slider_with_clearance_balances(run, variant, name):
     """Through hits: reactions follow the walls' force at each state."""
     simulated = run(variant, name)
     # 7e-8 measured of Exudyn, of the torque: its power is that of the second-order motion; others 1e-8
@@ -111,7 +111,7 @@ def test_a_slider_with_clearance_balances(run, variant, name) -> None:
     assert max(simulated.columns[f"corner_{k}_normal"].max() for k in ("ll", "lr", "ul", "ur")) > 5
 
 
-def test_reactions_grow_with_the_square_of_the_speed(run, variant) -> None:
+def test_reactions_grow_with_the_square_of_the_speed(run, variant):
     """Without gravity equal steps per cycle give similar motions; their round-off grows with the forces."""
 
     def reactions(rpm):

@@ -1,7 +1,5 @@
 """What a failed run says to try is what was seen to work: here it is done."""
 
-from __future__ import annotations
-
 import pytest
 
 import exudyn_model

@@ -60,7 +60,7 @@ PULL_OF_A_LARGE_PRESS = {
 }
 
 
-def simulated(model, name: str, tolerance: float, changes: dict):
+def simulated(model, name, tolerance, changes):
     settings = {f"solver.{key}.tolerance": tolerance for key in ("reference", "exudyn")}
     settings |= {"solver.exudyn.formulation": "tree", "output.groups": []}
     result = model.simulate(load_scene(name, changes | settings).data)
@@ -77,9 +77,7 @@ reference, tree = partial(simulated, reference_model), partial(simulated, exudyn
     ("clearance", "guide"), [(2e-4, -0.55), (2.4e-4, -0.5496528057142475), (4.03e-4, -0.5519940396659647)]
 )
 @pytest.mark.parametrize(("wall", "spin"), [(1, -20.0), (1, 20.0), (-1, -20.0), (-1, 20.0)])
-def test_a_corner_that_starts_on_its_wall_has_its_own_speed(
-    run, variant, law, clearance, guide, wall, spin
-) -> None:
+def test_a_corner_that_starts_on_its_wall_has_its_own_speed(run, variant, law, clearance, guide, wall, spin):
     """The other corner of the side leaves the wall; (0.05 + 20 * 0.035) m/s."""
     changes = {
         "clearance.slider": clearance,
@@ -97,7 +95,7 @@ def test_a_corner_that_starts_on_its_wall_has_its_own_speed(
 
 
 @pytest.mark.parametrize(("wall", "spin"), [(1, -1.0), (1, 1.0), (-1, -1.0), (-1, 1.0)])
-def test_of_two_corners_that_touch_at_once_the_faster_has_the_side_s_speed(run, variant, wall, spin) -> None:
+def test_of_two_corners_that_touch_at_once_the_faster_has_the_side_s_speed(run, variant, wall, spin):
     """Corners at 0.05 -+ 0.035 m/s, on their wall at t = 0."""
     changes = {
         "initial.slider_offset": wall * 2e-4,
@@ -110,7 +108,7 @@ def test_of_two_corners_that_touch_at_once_the_faster_has_the_side_s_speed(run, 
     assert result.result.events["normal_speed"][0] == pytest.approx(0.085, rel=1e-6)
 
 
-def test_friction_without_a_static_speed() -> None:
+def test_friction_without_a_static_speed():
     """A slip that turns goes from ramp to ramp; the motion magnifies errors by decades."""
     changes = {"friction.static_speed": 0.0}
     exact = reference("90rpm-0.5mm", 1e-13, changes)
@@ -126,7 +124,7 @@ def test_friction_without_a_static_speed() -> None:
 
 @pytest.mark.parametrize("formulation", ["minimal", "multiplier"])
 @pytest.mark.parametrize("scene", [PULL, PULL_OF_A_LARGE_PRESS], ids=["paper's size", "large"])
-def test_a_side_hardly_inside_its_wall_stops_pulling_once(scene, formulation) -> None:
+def test_a_side_hardly_inside_its_wall_stops_pulling_once(scene, formulation):
     """Where the depths are small their rounding moves the resultant's point: the pull's zero is not sharp."""
     changes = scene | {"solver.reference.formulation": formulation}
     exact = reference("150rpm-0.2mm", 1e-12, changes)

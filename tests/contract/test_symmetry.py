@@ -14,7 +14,7 @@ START = {
 }
 
 
-def mirrored(scene: dict, axis: str) -> dict:
+def mirrored(scene, axis):
     """Dotted keys of the mirror image about the y axis (x -> -x) or about the x axis (y -> -y)."""
     mechanism, initial = scene["mechanism"], scene["initial"]
     pivot_x, pivot_y = mechanism["rocker_pivot"]
@@ -42,7 +42,7 @@ def mirrored(scene: dict, axis: str) -> dict:
     }
 
 
-def sign(name: str, axis: str) -> int:
+def sign(name, axis):
     """What the mirror does to a channel."""
     if name.startswith("energy") or name.endswith(("gap", "normal")) or name == "time":
         return 1
@@ -70,7 +70,7 @@ EACH = [(variant, case) for variant in (*LOOSE, "reference-multiplier") for case
 
 @pytest.mark.parametrize(("variant", "case"), EACH)
 @pytest.mark.parametrize("axis", ["y", "x"])
-def test_mirror_image_moves_as_one(run, variant, axis, case) -> None:
+def test_mirror_image_moves_as_one(run, variant, axis, case):
     """About the y axis with gravity, about the x axis with gravity reversed."""
     changes, least = CASES[case]
     swap = SWAP_SIDES if axis == "y" else SWAP_ENDS

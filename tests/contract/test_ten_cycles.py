@@ -25,25 +25,25 @@ FORMULATIONS = {
 }
 
 
-def slider_x(model, changes: dict) -> np.ndarray:
+def slider_x(model, changes):
     result = model.simulate(load_scene("150rpm-0.2mm", {**TEN, **changes}).data)
     assert result.status == "success", result.remedy
     return result.columns["slider_x"]
 
 
 @pytest.fixture(scope="module")
-def strict() -> np.ndarray:
+def strict():
     return slider_x(reference_model, {"solver.reference.tolerance": 1e-13})
 
 
-def by_crank_angle(distance: np.ndarray) -> np.ndarray:
+def by_crank_angle(distance):
     """Largest value in each hundredth of a crank cycle, over all cycles."""
     largest = np.zeros(BINS)
     np.maximum.at(largest, np.arange(distance.size) % PER_CYCLE * BINS // PER_CYCLE, distance)
     return largest
 
 
-def ratio_to_the_perturbed(distance: np.ndarray, perturbed: np.ndarray) -> np.ndarray:
+def ratio_to_the_perturbed(distance, perturbed):
     """Ratio of a run's distance to the largest of the perturbed runs', a hundredth of a cycle to either side.
 
     Not below 1e-14 m, some roundings of x.
@@ -52,7 +52,7 @@ def ratio_to_the_perturbed(distance: np.ndarray, perturbed: np.ndarray) -> np.nd
     return by_crank_angle(distance) / np.maximum(spread, 1e-14)
 
 
-def perturbed_distances(error: float, strict: np.ndarray) -> np.ndarray:
+def perturbed_distances(error, strict):
     """Distances of reference runs whose start is moved by up to ``error`` (m), shape (PERTURBED, n)."""
     rng = np.random.default_rng(0)
     distances = []
@@ -64,7 +64,7 @@ def perturbed_distances(error: float, strict: np.ndarray) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_difference_stays_within_the_spread_of_perturbed_runs(strict, formulation) -> None:
+def test_difference_stays_within_the_spread_of_perturbed_runs(strict, formulation):
     distance = np.abs(slider_x(exudyn_model, FORMULATIONS[formulation]) - strict)
     error = distance[: PER_CYCLE + 1].max()
     assert error <= 4e-7  # the error bound for 2e-6 s
@@ -81,7 +81,7 @@ def test_difference_stays_within_the_spread_of_perturbed_runs(strict, formulatio
 
 
 @pytest.mark.slow
-def test_another_stiffness_does_not_hide_in_the_spread(strict) -> None:
+def test_another_stiffness_does_not_hide_in_the_spread(strict):
     """1 % stiffer walls: 1.7e-7 m in the first cycle, like an error of the step; but it stays in contact."""
     distance = np.abs(slider_x(reference_model, {"contact.youngs_modulus": 212.1e9}) - strict)
     error = distance[: PER_CYCLE + 1].max()

@@ -1,8 +1,6 @@
 """Scenes and runs for the Exudyn model's tests."""
 
 import json
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +11,10 @@ TREE = {"formulation": "tree", "method": "dopri5", "step": 1e-4}
 
 
 @pytest.fixture(scope="session")
-def make_scene(scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+def make_scene(scene):
     """Function from changes with dotted keys, and a tree's tolerance (None: five bodies), to a scene."""
 
-    def make(*changes: dict[str, Any], tree: float | None = None) -> dict[str, Any]:
+    def make(*changes, tree=None):
         solver = TREE | {"tolerance": tree} if tree else {}
         merged = {f"solver.exudyn.{key}": value for key, value in solver.items()}
         for more in changes:
@@ -27,11 +25,11 @@ def make_scene(scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, 
 
 
 @pytest.fixture(scope="session")
-def run(make_scene: Callable[..., dict[str, Any]]) -> Callable[..., Any]:
+def run(make_scene):
     """Function from the same arguments to the result, which those who ask for an equal scene share."""
-    known: dict[str, Any] = {}
+    known = {}
 
-    def result(*changes: dict[str, Any], tree: float | None = None) -> Any:
+    def result(*changes, tree=None):
         scene = make_scene(*changes, tree=tree)
         key = json.dumps(scene, sort_keys=True)
         if key not in known:
@@ -42,6 +40,6 @@ def run(make_scene: Callable[..., dict[str, Any]]) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session")
-def error() -> Callable[..., float]:
+def error():
     """Function from two results and a channel to the largest difference at a sample."""
     return lambda result, exact, name: float(np.max(np.abs(result.columns[name] - exact.columns[name])))

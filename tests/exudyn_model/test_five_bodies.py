@@ -1,7 +1,6 @@
 """Five bodies: closed form, second order, steps that follow the contact and never go across a touch."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -142,7 +141,7 @@ def test_what_is_not_foreseen_is_located_and_taken_back(make_scene, monkeypatch)
     scene = make_scene(SHORT, thrown(0.3, 0.1, True, 1.0, 150.0))
     usual, choose = simulate(scene), StepChoice.choose
 
-    def blind(self: StepChoice, wanted: float) -> None:
+    def blind(self, wanted):
         in_flight = self.time > self.size and not self._contacts[:, CLOSED].any()
         choose(self, LONGEST if in_flight else wanted)
 
@@ -210,19 +209,19 @@ def test_a_failure_of_newtons_method_in_a_long_step_leaves_no_trace(make_scene, 
     scene = make_scene({"drive.cycles": 0.01})
     usual = simulate(scene).columns
     build, shorten, choose = solver.build, StepChoice.shorten, StepChoice.choose
-    models: list[Any] = []
-    failed: list[float] = []
+    models = []
+    failed = []
 
-    def kept(*arguments: Any) -> Any:
+    def kept(*arguments):
         models.append(build(*arguments))
         return models[-1]
 
-    def failing(self: StepChoice, wanted: float) -> None:
+    def failing(self, wanted):
         choose(self, wanted)
         newton = models[-1].mbs.sys["dynamicSolver"].newton
         newton.maxIterations = 0 if self.ticks > 8 and self.time > 2e-3 and not failed else 25
 
-    def noted(self: StepChoice, fraction: float) -> None:
+    def noted(self, fraction):
         failed.append(fraction)
         models[-1].mbs.sys["dynamicSolver"].newton.maxIterations = 25
         shorten(self, fraction)

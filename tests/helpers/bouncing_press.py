@@ -1,8 +1,5 @@
 """Scenes as the judge returns them, of a made-up press: a mass that bounces between two walls."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import fields, replace
 from math import cos, pi, sin
 
@@ -14,7 +11,7 @@ from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.results import Attribution, ChannelComparison, SceneComparison
+from comparison.verdict.results import Attribution, SceneComparison
 
 PERIOD = 0.4  # s
 CLEARANCE = 2e-4  # m
@@ -26,7 +23,7 @@ STIFFNESS = 1.9e7  # N/m: contacts of 0.3 ms
 Columns = dict[str, np.ndarray]
 
 
-def bounce(start: float, cycles: int, drift: float) -> tuple[np.ndarray, pd.DataFrame]:
+def bounce(start, cycles, drift):
     """Integrate a mass between two walls under a reversing force.
 
     Returns x, vx, ax, left and right wall force at the samples, shape (5, n), and the contacts;
@@ -61,7 +58,7 @@ def bounce(start: float, cycles: int, drift: float) -> tuple[np.ndarray, pd.Data
     return np.array(rows).T, pd.DataFrame(contacts, columns=names)
 
 
-def columns_of(run: np.ndarray, time: np.ndarray) -> Columns:
+def columns_of(run, time):
     """Every channel from the bouncing mass: what is not its own motion follows from it or stays zero."""
     x, v, a, left, right = run
     phase = 2 * pi * time / PERIOD
@@ -85,19 +82,13 @@ def columns_of(run: np.ndarray, time: np.ndarray) -> Columns:
     return columns
 
 
-def spread(base: np.ndarray, other: np.ndarray, round_off: float) -> np.ndarray:
+def spread(base, other, round_off):
     """Three times the largest distance within +-1 % of a cycle, as the method has it."""
     padded = np.pad(np.abs(base - other), 10, mode="edge")
     return np.maximum(3 * np.lib.stride_tricks.sliding_window_view(padded, 21).max(axis=1), 4 * round_off)
 
 
-def make_scene(
-    name: str = "press",
-    cycles: int = 2,
-    seed: int = 0,
-    alter: Callable[[Columns], Columns] = lambda columns: columns,
-    tier: str = "standard",
-) -> SceneComparison:
+def make_scene(name="press", cycles=2, seed=0, alter=lambda columns: columns, tier="standard"):
     """Return a scene judged at a tier; ``alter`` changes the second model's result."""
     start = 5e-5 * (1 + 0.1 * np.random.default_rng(seed).random())
     (base, events), (perturbed, _), (other, other_events) = (
@@ -149,7 +140,7 @@ def make_scene(
     )
 
 
-def stretched(channel: ChannelComparison, times: int) -> ChannelComparison:
+def stretched(channel, times):
     """Return a channel whose samples are repeated so many times."""
     n = times * (len(channel.time) - 1) + 1
     arrays = {

@@ -1,16 +1,14 @@
 """The ideal linkage in closed form, by complex numbers: circles that meet."""
 
-from typing import Any
-
 import numpy as np
 
 
-def crank_angle(scene: dict[str, Any], time: Any) -> Any:
+def crank_angle(scene, time):
     """Return the crank's angle (rad) at a time, s."""
     return np.radians(scene["mechanism"]["crank_angle_deg"] + 6.0 * scene["drive"]["speed_rpm"] * time)
 
 
-def joints(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> tuple[Any, Any, Any, complex]:
+def joints(scene, angle, shift=0.0):
     """Return A, B, C and H (m) at the crank's angle (rad); A is shifted."""
     m = scene["mechanism"]
     a, h = m["crank"]["length"] * np.exp(1j * angle) + shift, complex(*m["rocker_pivot"])
@@ -21,7 +19,7 @@ def joints(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> tuple[Any
     return a, b, h + (b - h) * m["rocker"]["length"] / r3, h
 
 
-def ideal_y(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> Any:
+def ideal_y(scene, angle, shift=0.0):
     """Return y (m) of a slider on its line, below C."""
     m, c = scene["mechanism"], joints(scene, angle, shift)[2]
     x = m["guide_x"] + m["reference_offset"]

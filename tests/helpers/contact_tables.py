@@ -3,6 +3,6 @@
 import pandas as pd
 
 
-def contacts_of(*rows: tuple[str, float, float]) -> pd.DataFrame:
+def contacts_of(*rows):
     """Return a table of contacts from corner, start and end of each."""
     return pd.DataFrame(rows, columns=["corner", "start", "end"])

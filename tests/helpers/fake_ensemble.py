@@ -1,8 +1,6 @@
 """Two models whose errors are draws, for the confirmation by ensembles."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,11 +14,11 @@ from comparison.verdict.confirmation import confirm
 
 MODELS = ("reference", "exudyn")
 LOCAL = 1e-6  # of the amplitude: error of a level, from which u follows
-COARSE: dict[str, object] = {"output.samples_per_cycle": 100, "output.groups": []}
+COARSE = {"output.samples_per_cycle": 100, "output.groups": []}
 LATE = 0.6  # of the run: where magnified errors begin
 
 
-def contact_at(start: float, corner: str = "ul") -> dict[str, object]:
+def contact_at(start, corner="ul"):
     """One row of an event table."""
     numbers = {"end": start + 1e-3, "normal_speed": 0.1, "impulse": 0.02, "peak_force": 40.0}
     return {"corner": corner, "start": start, **numbers, "largest_depth": 1e-6}
@@ -44,14 +42,14 @@ class Fake:
     """Whether a run with such an error has one contact more."""
     asked: list[tuple[str, int]] = field(default_factory=list)
 
-    def table(self, late: float, everywhere: float = 0.0) -> Table:
+    def table(self, late, everywhere=0.0):
         data = self.scene.data
         samples = round(data["drive"]["cycles"] * data["output"]["samples_per_cycle"]) + 1
         error = everywhere + np.where(np.arange(samples) >= self.late * samples, late, 0.0)
         rows = [contact_at(0.01), *([contact_at(0.3)] if self.extra(late) else [])]
         return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), pd.DataFrame(rows))
 
-    def family(self, side: int, late: float = 0.0) -> Runs:
+    def family(self, side, late=0.0):
         """Return runs that lie together, by chance or because this is all there is."""
         late += self.bias[side]
         return Runs(
@@ -63,24 +61,24 @@ class Fake:
             refinement=(10.0, 1.0),
         )
 
-    def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
+    def run(self, starts, model):
         self.asked.append((model, len(starts)))
         bias = self.bias[MODELS.index(model)]
         seeds = [int(digest([start.hash, model])[:8], 16) for start in starts]
         tables = [self.table(bias + self.draw(np.random.default_rng(seed))) for seed in seeds]
         return tables[: self.succeed]
 
-    def confirmed(self, a: float = 0.0, b: float = 0.0, tier: str = "standard"):
+    def confirmed(self, a=0.0, b=0.0, tier="standard"):
         runs = self.family(0, a), self.family(1, b)
         before = compare(*runs, scene=self.scene, labels=MODELS, tier=tier)
         return before, confirm(before, runs, scene=self.scene, models=MODELS, run=self.run)
 
 
-def wide(rng: np.random.Generator) -> float:
+def wide(rng):
     """Errors over four decades: five of them may well lie together."""
     return float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-8.0, -4.0))
 
 
-def narrow(rng: np.random.Generator) -> float:
+def narrow(rng):
     """Errors that the family shows."""
     return float(LOCAL / 10 * rng.standard_normal())

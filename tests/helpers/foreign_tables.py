@@ -1,7 +1,5 @@
 """Tables as other programs write them, and what is made of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +8,7 @@ import pytest
 
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import TableError
 
 TIME = np.arange(0, 11) / 1000
 FRAME = pd.DataFrame(
@@ -18,7 +16,7 @@ FRAME = pd.DataFrame(
 )
 
 
-def text(header: str, separator: str = ",", decimal: str = ".") -> str:
+def text(header, separator=",", decimal="."):
     """The frame in ms, mm and deg."""
     columns = FRAME["time"] * 1e3, FRAME["slider_y"] * 1e3, np.degrees(FRAME["slider_angle"])
     rows = (
@@ -28,22 +26,20 @@ def text(header: str, separator: str = ",", decimal: str = ".") -> str:
     return "\n".join([header, *rows, ""])
 
 
-def put(name: str, content: str | bytes, encoding: str = "utf-8") -> Path:
+def put(name, content, encoding="utf-8"):
     path = Path(name)
     path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
     return path
 
 
-def read_pair(
-    a: Path, b: Path | None = None, mapping: str | None = None, at_events: str | None = None
-) -> tuple[Table, Table, tuple[str, ...]]:
+def read_pair(a, b=None, mapping=None, at_events=None):
     """Read two files, or one beside itself, by the text of a mapping."""
     rules = None if mapping is None else load_mapping(put("map.toml", mapping))
     (first, second), warnings = read_tables([a, b or a], ["a", "b"], rules, at_events)
     return first, second, warnings
 
 
-def refused(rule: str, a: Path, b: Path | None = None, mapping: str | None = None) -> None:
+def refused(rule, a, b=None, mapping=None):
     """Require one line with all pieces of a rule."""
     with pytest.raises(TableError) as error:
         read_pair(a, b, mapping)

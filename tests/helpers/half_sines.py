@@ -3,12 +3,11 @@
 import numpy as np
 
 from comparison.metrics.contacts import Pulse
-from comparison.verdict.results import SceneComparison
 
 COUNT = 25
 
 
-def half_sines(scene: SceneComparison) -> tuple[list[Pulse], list[Pulse]]:
+def half_sines(scene):
     first, second = (
         []
         if events is None

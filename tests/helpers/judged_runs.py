@@ -1,11 +1,8 @@
 """Runs to be judged: random scenes in both models, and random tables without any model."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,7 +14,7 @@ from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare, scene_verdict
-from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.verdict.results import SceneComparison
 from comparison.words.verdicts import scene_reason
 
 MODELS = ("reference", "exudyn")
@@ -51,7 +48,7 @@ class Judged(NamedTuple):
     b: Runs
 
 
-def changed_scene(seed: int) -> tuple[Scene, str]:
+def changed_scene(seed):
     """A shipped scene with one to three keys changed, Exudyn's tree instead of five bodies; and a tier."""
     rng = np.random.default_rng(seed)
     name, tier = str(rng.choice(SHIPPED)), str(rng.choice(["standard", "tight"]))
@@ -70,7 +67,7 @@ def changed_scene(seed: int) -> tuple[Scene, str]:
 
 
 @lru_cache(maxsize=12)
-def random_scene(seed: int, samples_per_cycle: int = 1000, *, fault: float = 0.0) -> Judged:
+def random_scene(seed, samples_per_cycle=1000, *, fault=0.0):
     """A changed scene by both models, with all their runs.
 
     ``fault`` is a relative error of the second model's restitution.
@@ -81,7 +78,7 @@ def random_scene(seed: int, samples_per_cycle: int = 1000, *, fault: float = 0.0
     assert scene is not None
     wrong = scene.with_values({"contact.restitution": scene.data["contact"]["restitution"] * (1 + fault)})
 
-    def runs(model: str, of: Scene) -> Runs:
+    def runs(model, of):
         there = {kind: run_one(level, model) for kind, level in levels(of, model).items()}
         return Runs(refinement=refinement(model, of), **there)
 
@@ -89,7 +86,7 @@ def random_scene(seed: int, samples_per_cycle: int = 1000, *, fault: float = 0.0
 
 
 @lru_cache(maxsize=128)
-def random_tables(seed: int) -> Judged:
+def random_tables(seed):
     """Tables whose errors and differences are drawn over decades, by channel and stretch of time.
 
     No mechanism moves like that: it is to lead the judge into every branch.
@@ -105,7 +102,7 @@ def random_tables(seed: int) -> Judged:
     sizes = {"slider_x": 2e-4, "slider_y": 4e-5, "slider_vx": 5e-2, "slider_ax": 500.0}
     sizes |= {"corner_ll_gap": 2e-4, "corner_ll_normal": 40.0, "corner_ll_friction": 6.0}
     follows = {"slider_ax", "corner_ll_normal", "corner_ll_friction"}
-    both: tuple[dict, ...] = tuple({kind: {"time": time} for kind in KINDS} for _ in range(2))
+    both = tuple({kind: {"time": time} for kind in KINDS} for _ in range(2))
     most = rng.choice([0.0, 1.3])  # of the decades between a difference and the errors
     for name, size in sizes.items():
         signal = size * np.sin(2 * np.pi * time / PERIOD * rng.uniform(0.5, 5) + rng.uniform(0, 6))
@@ -128,33 +125,33 @@ def random_tables(seed: int) -> Judged:
                 side[kind][name] = signal + shift + times * error * rng.choice([1.0, 1.0, 0.0])
     there = KINDS[: 5 - rng.choice([0, 0, 1, 2])]
 
-    def runs(side: dict, refinement: tuple[float, float]) -> Runs:
+    def runs(side, refinement):
         return Runs(refinement=refinement, **{kind: Table(pd.DataFrame(side[kind])) for kind in there})
 
     return Judged(scene, tier, runs(both[0], (2.0, 2.0)), runs(both[1], (10.0, 1.0)))
 
 
-def compared(judged: Judged, **options: Any) -> SceneComparison:
+def compared(judged, **options):
     """The product's comparison; of the channels that the tables hold."""
     usual = {"scene": judged.scene, "tier": judged.tier, "labels": MODELS, "only": judged.a.base.channels}
     return compare(judged.a, judged.b, **(usual | options))
 
 
-def each(runs: Runs, change: Callable[[Table], Table]) -> Runs:
+def each(runs, change):
     """Every table of one model changed in the same way."""
     return replace(runs, **{kind: change(table) for kind, table in tables_of(runs).items()})
 
 
-def tables_of(runs: Runs) -> dict[str, Table]:
+def tables_of(runs):
     return {kind: getattr(runs, kind) for kind in KINDS if getattr(runs, kind) is not None}
 
 
-def frames(runs: Runs) -> dict[str, pd.DataFrame]:
+def frames(runs):
     """The bare numbers of one model's runs."""
     return {kind: table.frame for kind, table in tables_of(runs).items()}
 
 
-def decided(channels: dict[str, ChannelComparison]) -> tuple[str, str]:
+def decided(channels):
     """Return the verdict of a scene with these channels at the standard tier, and why."""
     verdict = scene_verdict(channels, thresholds().coverage)
     scene = SceneComparison(

@@ -30,7 +30,7 @@ seal()
 """
 
 
-def flipped(content: bytes) -> bytes:
+def flipped(content):
     middle = len(content) // 2
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
 
@@ -43,7 +43,7 @@ DAMAGES = {
 }
 
 
-def interpreter() -> tuple[str, str]:
+def interpreter():
     """Return an interpreter that a foreign user may start, with its PYTHONPATH; skip the test without."""
     if not hasattr(os, "getuid") or os.getuid() != 0:
         pytest.skip("only root may become another user")
@@ -62,23 +62,14 @@ def interpreter() -> tuple[str, str]:
     return pytest.skip("no interpreter with the packages is open to other users")
 
 
-def open_to_others(folder: Path) -> None:
+def open_to_others(folder):
     """Let other users enter a folder and those between it and the temporary one."""
     for place in (folder, *folder.parents):
         if Path(tempfile.gettempdir()) in place.parents:
             place.chmod(0o755)
 
 
-def call(
-    package: str,
-    folder: Path,
-    cache: Path,
-    *,
-    program: str = sys.executable,
-    scale: str = SCALE,
-    value: float = 6.0,
-    **options,
-) -> tuple[bool, str]:
+def call(package, folder, cache, *, program=sys.executable, scale=SCALE, value=6.0, **options):
     """Call a kernel in a process; whether it came from the cache, and what stderr says.
 
     The kernel is in a file of ``folder``; ``cache`` is this process's SIXBAR_CACHE_DIR, and more of its
@@ -100,5 +91,5 @@ def call(
     return hits == "1", done.stderr
 
 
-def files(cache: Path, suffix: str = "nb[ic]") -> list[Path]:
+def files(cache, suffix="nb[ic]"):
     return sorted(cache.rglob(f"caller.*{suffix}"))

@@ -1,27 +1,25 @@
 """A model whose error is known: in proportion to its tolerance, beside what the motion makes of its start."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Outcome
-from comparison.scene import Scene, load_scene
+from comparison.scene import load_scene
 from comparison.tables.table import Table
 
 USUAL = load_scene("150rpm-0.2mm")
 SAMPLES = 1001
 
 
-def steady(phase: np.ndarray) -> np.ndarray:
+def steady(phase):
     """Return a magnification that stays one."""
     return np.ones_like(phase)
 
 
-def growing(phase: np.ndarray) -> np.ndarray:
+def growing(phase):
     """Return a magnification of 1e8 in the second half of the run: nothing can be known there."""
     return np.where(phase < 0.5, 1.0, 1e8)
 
@@ -39,10 +37,10 @@ class KnownError:
     fails: Callable[[float], str] = lambda _: ""
     asked: list[float] = field(default_factory=list)
 
-    def __call__(self, scenes: Sequence[Scene]) -> list[Outcome]:
+    def __call__(self, scenes):
         return [self._one(scene) for scene in scenes]
 
-    def _one(self, scene: Scene) -> Outcome:
+    def _one(self, scene):
         tolerance = scene.data["solver"]["reference"]["tolerance"]
         self.asked.append(tolerance)
         if status := self.fails(tolerance):
@@ -55,6 +53,6 @@ class KnownError:
         return Outcome("success", table=Table(pd.DataFrame(columns), provenance={"model": "reference"}))
 
 
-def exact() -> np.ndarray:
+def exact():
     """Return slider_x without error, m."""
     return -0.55 + 2e-4 * np.sin(2.0 * np.pi * np.linspace(0.0, 1.0, SAMPLES))

@@ -3,7 +3,6 @@
 from html.parser import HTMLParser
 
 from comparison.report.page import render
-from comparison.verdict.results import SceneComparison
 
 VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
 
@@ -11,34 +10,34 @@ VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
 class Outline(HTMLParser):
     """Elements in order, with what is open around them; wrong nesting is an error."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
-        self.open: list[str] = []
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.text: list[str] = []
+        self.open = []
+        self.elements = []
+        self.text = []
         self.feed(text)
         assert self.open == []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_startendtag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         if tag not in VOID:
             assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if "style" not in self.open and "script" not in self.open:
             self.text.append(data)
 
 
-def words(html: str) -> str:
+def words(html):
     return " ".join(" ".join(Outline(html).text).split())
 
 
-def page(*scenes: SceneComparison) -> str:
+def page(*scenes):
     return render(scenes, title="Press", command="sixbar validate")

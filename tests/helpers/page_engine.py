@@ -35,7 +35,7 @@ class Engine:
     friction, J.
     """
 
-    def __init__(self, scene) -> None:
+    def __init__(self, scene):
         m, self.scene, self.numbers = scene["mechanism"], scene, Numbers(scene)
         bodies = [m[name] for name in ("crank", "rod2", "rocker", "rod4", "slider")]
         self.L, self.Ls = ([rod[key] for rod in bodies[:4]] for key in ("length", "centroid"))

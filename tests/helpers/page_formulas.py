@@ -222,7 +222,7 @@ def partners(number):
 class Numbers:
     """The numbers of a scene's contacts, by the keys that the page names."""
 
-    def __init__(self, scene) -> None:
+    def __init__(self, scene):
         contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
         σ_s, σ_g = compliances(*partners(contact["youngs_modulus"]), *partners(contact["poisson"]))
         self.law = contact["law"]
@@ -244,7 +244,7 @@ class Numbers:
             self.K = self.K_j = contact["stiffness"]
         self.load = scene["load"]
 
-    def corner(self, k: int, x_5, θ_5, dx_5, dy_5, ω_5):
+    def corner(self, k, x_5, θ_5, dx_5, dy_5, ω_5):
         """Depth (m), its rate, slip (m/s) and arm (m) of a corner."""
         s_x, s_y, σ_x = self.corners[k]
         return corner_motion(s_x, s_y, σ_x, self.x_g, self.W_T, self.c_T, x_5, θ_5, dx_5, dy_5, ω_5)

@@ -4,10 +4,8 @@ A state is the crank's time, the slider's x, angle and their rates, and the impa
 contact.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 from page_engine import Engine
@@ -38,7 +36,7 @@ class State:
     """Impact speeds of the four corners, m/s; 0: open."""
 
     @property
-    def slider(self) -> tuple[float, ...]:
+    def slider(self):
         """x, y, angle of the slider and their rates."""
         return (*self.q[12:], *self.v[12:])
 
@@ -46,14 +44,14 @@ class State:
 class Press:
     """A scene as both models and the page read it."""
 
-    def __init__(self, changes: dict[str, Any] | None = None) -> None:
+    def __init__(self, changes=None):
         self.data = load_scene("150rpm-0.2mm", {**BARRED, **(changes or {})}).data
         self.reference = read_parameters(self.data)
         self.numbers = constants(self.reference)
         self.page = Numbers(self.data)
         self.exudyn = read_scene(self.data)
 
-    def state(self, time: float, x: float, angle: float, vx: float, w: float, speeds: np.ndarray) -> State:
+    def state(self, time, x, angle, vx, w, speeds):
         """Close the linkage at ``time`` with the slider at ``x`` (m, fixed frame), turned by ``angle``."""
         m, degrees = self.data["mechanism"], 6.0 * self.data["drive"]["speed_rpm"] * time
         start = {"slider_offset": x - m["guide_x"], "slider_angle": angle, "slider_vx": vx, "slider_omega": w}
@@ -62,20 +60,20 @@ class Press:
         q, v = Engine(self.data | moved | joints).start()[:30].reshape(2, 15)
         return State(time, q, v, np.asarray(speeds, dtype=float))
 
-    def corner(self, state: State, number: int) -> tuple[float, float, float, float, float]:
+    def corner(self, state, number):
         """Gap (m), its rate, slip (m/s), and arm x, y (m) of a corner."""
         x, _, angle, vx, vy, w = state.slider
         depth, rate, *others = self.page.corner(number, x, angle, vx, vy, w)
         return -depth, -rate, *others
 
-    def pulls(self, stiffness: float, gap: float, rate: float, speed: float) -> bool:
+    def pulls(self, stiffness, gap, rate, speed):
         """Whether a wall in contact would have to pull; N/m^n, m, m/s, m/s."""
         return (
             gap < 0.0
             and self.page.damped(stiffness, stiffness * (-gap) ** self.page.n, -gap, -rate, speed) == 0.0
         )
 
-    def modes(self, state: State) -> np.ndarray:
+    def modes(self, state):
         """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
         modes = np.zeros((3, 5))
         for number in np.flatnonzero(state.speeds):
@@ -84,13 +82,13 @@ class Press:
             modes[:, number] = speed, friction_regime(self.numbers, slip), pulls
         return modes
 
-    def memory(self, state: State) -> np.ndarray:
+    def memory(self, state):
         """Memory of the corners as the Exudyn model keeps it, shape (4, columns)."""
         contacts = new_contacts(4)
         contacts[:, IMPACT_SPEED], contacts[:, CLOSED] = state.speeds, state.speeds > 0.0
         return contacts
 
-    def page_force(self, state: State) -> np.ndarray:
+    def page_force(self, state):
         """Force (N) and moment (N m) of all corners on the slider by the formulas of docs/model.md."""
         motion, force = [self.corner(state, number) for number in range(4)], np.zeros(3)
         for number in np.flatnonzero(state.speeds):
@@ -100,9 +98,7 @@ class Press:
             force += corner_load(1 - 2 * (number % 2), normal, friction(*self.page.rub, normal, slip), *arm)
         return force
 
-    def steepness(
-        self, stiffness: float, depth: float, rate: float, speed: float
-    ) -> tuple[float, float, float]:
+    def steepness(self, stiffness, depth, rate, speed):
         """Most that a contact's force grows by its depth (N/m) and by the rate (N s/m), and its size (N)."""
         c = self.numbers
         elastic, slope = stiffness * depth**c.n, c.n * stiffness * depth ** (c.n - 1.0)
@@ -112,7 +108,7 @@ class Press:
         damping = max(1.0, 1.0 - c.C * rate / speed)
         return slope * damping, elastic * c.C / speed, elastic * damping
 
-    def force_bound(self, state: State) -> float:
+    def force_bound(self, state):
         """How far the contact forces (N) of two models may be apart, all corners together.
 
         Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations.
@@ -137,7 +133,7 @@ SITUATIONS = ("free", "corner", "adjacent", "opposite")
 SLIPS = ("none", "ramp", "full")
 
 
-def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> State:
+def draw(press, rng, situation, slip):
     """Draw a state with this contact situation whose first touching corner slips in this regime of Eq. 13."""
     data = press.data
     c, length = data["clearance"]["slider"], data["mechanism"]["slider"]["length"]
@@ -175,7 +171,7 @@ def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> S
     return state
 
 
-def states(press: Press, count: int) -> Iterator[State]:
+def states(press, count):
     """Draw so many states of each contact situation and friction regime."""
     rng = np.random.default_rng(3)
     for situation, slip in product(SITUATIONS, SLIPS):

@@ -5,8 +5,6 @@ accumulates, this looks at every pair and window. The thresholds are written her
 changed has to be changed twice.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path
@@ -23,7 +21,7 @@ TAN_BETA = 0.2093
 _DATA = tomllib.loads((Path(__file__).parents[2] / "comparison" / "tables" / "channels.toml").read_text())
 
 
-def rules(name: str) -> dict:
+def rules(name):
     """What the data file says of a channel."""
     if name.startswith("corner_"):
         _, corner, quantity = name.split("_")
@@ -34,7 +32,7 @@ def rules(name: str) -> dict:
     return _DATA["joint"][name[-1]] if name.startswith("reaction_") else _DATA["channel"][name]
 
 
-def scale_of(name: str, scene: dict, low: float, high: float) -> float:
+def scale_of(name, scene, low, high):
     """What a difference of a channel is measured by; of a slider with clearance."""
     c, length = scene["clearance"]["slider"], scene["mechanism"]["slider"]["length"]
     hundredth = 60 / abs(scene["drive"]["speed_rpm"]) / 100
@@ -50,7 +48,7 @@ def scale_of(name: str, scene: dict, low: float, high: float) -> float:
     }[rules(name)["scale"]]
 
 
-def uncertainty(runs: dict, name: str, period: float, factor: float, order: float) -> np.ndarray:
+def uncertainty(runs, name, period, factor, order):
     """u(t) of one model from its five runs (frames by name), as docs and the module's formula say."""
     time, at = runs["base"]["time"].to_numpy(), {kind: of[name].to_numpy() for kind, of in runs.items()}
     s, step = at["base"], (time[-1] - time[0]) / (time.size - 1)
@@ -78,9 +76,7 @@ def uncertainty(runs: dict, name: str, period: float, factor: float, order: floa
     return np.maximum(u, max(round_off, 1e-11 * (time[-1] - time[0]) * steepest))
 
 
-def judge_channel(
-    name, time, a, b, scale, threshold, share, predictable=None, coverage=0.0
-) -> SimpleNamespace:
+def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, coverage=0.0):
     """One channel's numbers and verdict: differences against thresholds, where it is predictable.
 
     By a tolerance all samples are, and there is no ``predictable``.
@@ -123,7 +119,7 @@ def judge_channel(
     )
 
 
-def judge(runs_a: dict, runs_b: dict, scene: dict, tier: str, levels: tuple) -> SimpleNamespace:
+def judge(runs_a, runs_b, scene, tier, levels):
     """All channels of two models' runs on one grid, and the scene's verdict and coverage.
 
     ``levels`` holds factor and order of either model's refinement.
@@ -155,7 +151,7 @@ def judge(runs_a: dict, runs_b: dict, scene: dict, tier: str, levels: tuple) -> 
 # Impacts
 
 
-def pair_up(a, b, window: float) -> list[tuple[int, int]]:
+def pair_up(a, b, window):
     """Contacts of one corner that are each other's nearest, earlier ones first, at most a window apart."""
     rows_a, rows_b = (list(zip(of["corner"], of["start"], strict=True)) for of in (a, b))
 
@@ -170,7 +166,7 @@ def pair_up(a, b, window: float) -> list[tuple[int, int]]:
     )
 
 
-def impacts(a, b, window: float, within_a=None, within_b=None) -> dict[str, float]:
+def impacts(a, b, window, within_a=None, within_b=None):
     """The metrics of impacts by their definitions; ``within``: of each contact, whether it is considered."""
     within_a = [True] * len(a) if within_a is None else within_a
     within_b = [True] * len(b) if within_b is None else within_b
@@ -206,7 +202,7 @@ def impacts(a, b, window: float, within_a=None, within_b=None) -> dict[str, floa
     }
 
 
-def begins_in(events, time, mask_of_corner: dict) -> list[bool]:
+def begins_in(events, time, mask_of_corner):
     """Of each contact, whether the samples on both sides of its start are in its corner's mask."""
     inside = []
     for corner, start in zip(events["corner"], events["start"], strict=True):

@@ -1,7 +1,5 @@
 """Measures of signals once more, from their printed formulas: by loops and scipy's minimiser."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,7 +7,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 
 
-def root_mean_square(time: np.ndarray, values: np.ndarray) -> float:
+def root_mean_square(time, values):
     """Over time: each sample stands for the way to the middle of its neighbours, those at the ends twice."""
     largest = np.abs(values).max()
     if largest == 0:
@@ -20,7 +18,7 @@ def root_mean_square(time: np.ndarray, values: np.ndarray) -> float:
     return largest * math.sqrt(area / (edges[-1] - edges[0]))
 
 
-def sprague_geers(time, m, c) -> tuple[float, float, float]:
+def sprague_geers(time, m, c):
     """By the formulas as they are printed; an arc cosine near 0 or pi keeps half of the digits."""
     mm, cc, mc = (math.fsum(np.diff(time) * (of[1:] + of[:-1]) / 2) for of in (m * m, c * c, m * c))
     magnitude = math.sqrt(cc / mm) - 1
@@ -28,7 +26,7 @@ def sprague_geers(time, m, c) -> tuple[float, float, float]:
     return magnitude, phase, math.hypot(magnitude, phase)
 
 
-def tube_share(time, m, c, width: float = 0.002) -> float:
+def tube_share(time, m, c, width=0.002):
     """Share of samples in the tube about a polyline: its corners and ends within each window."""
     reach, height, inside = width * (time[-1] - time[0]), width * (m.max() - m.min()), 0
     for t, value in zip(time, c, strict=True):
@@ -38,7 +36,7 @@ def tube_share(time, m, c, width: float = 0.002) -> float:
     return inside / time.size
 
 
-def shift_between(time, a: dict, b: dict, rates: dict, reach: float) -> float:
+def shift_between(time, a, b, rates, reach):
     """By how much b is later than a, s: least sum of the logarithms of the residuals' variances.
 
     That is what weights inverse to the variances amount to. Over positions with their rates.
@@ -56,7 +54,7 @@ def shift_between(time, a: dict, b: dict, rates: dict, reach: float) -> float:
     return float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-14}).x)
 
 
-def between_events(time, values, at, edges) -> np.ndarray:
+def between_events(time, values, at, edges):
     """Linear within each piece between events; nan where a piece has no two samples."""
     edges = np.unique([e for e in edges if time[0] < e <= time[-1]])
     pieces, values_at = np.searchsorted(edges, time, side="right"), np.full(len(at), np.nan)

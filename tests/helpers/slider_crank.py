@@ -4,11 +4,9 @@ With the rocker's pivot on the crank's, crank, rod 2 and rocker are one triangle
 crank of the rocker's length. What is left is the slider-crank of the textbooks with an offset guide.
 """
 
-from typing import Any
-
 import numpy as np
 
-CHANGES: dict[str, Any] = {
+CHANGES = {
     "mechanism.rocker_pivot": [0.0, 0.0],
     "mechanism.rod2.length": 0.11,
     "mechanism.rocker.length": 0.2,
@@ -23,7 +21,7 @@ CHANGES: dict[str, Any] = {
 """To the scene "ideal"; any triangle will do, and a rod 4 that is longer than rocker and offset together."""
 
 
-def closed_form(scene: dict[str, Any], time: np.ndarray) -> dict[str, np.ndarray]:
+def closed_form(scene, time):
     """Return y, velocity, acceleration of the slider, and the torque by which the crank keeps its speed."""
     m, g, omega = (
         scene["mechanism"],

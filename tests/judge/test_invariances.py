@@ -1,14 +1,11 @@
 """Verdict and numbers do not change with what has no meaning: order, units, formats, origins, sampling."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from judged_runs import KINDS, MODELS, Judged, compared, each, random_scene, random_tables
+from judged_runs import KINDS, MODELS, compared, each, random_scene, random_tables
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.metrics import signals
@@ -19,7 +16,6 @@ from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.recorded import Recorded, compare_recorded
-from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import scene_reason
 
 NUMBERS = (
@@ -30,15 +26,13 @@ SCENES = ((2, 0.0), (3, 0.0), (3, 0.02), (13, 0.0))
 """Seed and fault: two that agree, one that differs, one that is indeterminate."""
 
 
-def cases() -> list[Judged]:
+def cases():
     return [random_tables(seed) for seed in range(30)] + [
         random_scene(seed, fault=fault) for seed, fault in SCENES
     ]
 
 
-def assert_equal(
-    result: SceneComparison, other: SceneComparison, *, rel: float = 0.0, besides: str = ""
-) -> None:
+def assert_equal(result, other, *, rel=0.0, besides=""):
     """All numbers of two comparisons, but for rounding of a relative size."""
     assert (result.verdict, set(result.channels)) == (other.verdict, set(other.channels))
     assert result.coverage == pytest.approx(other.coverage, rel=rel, nan_ok=True)
@@ -79,7 +73,7 @@ def test_the_order_of_columns_does_not_matter():
     for number, judged in enumerate(cases()):
         rng = np.random.default_rng(number)
 
-        def shuffled(table: Table, rng: np.random.Generator = rng) -> Table:
+        def shuffled(table, rng=rng):
             return replace(table, frame=table.frame[rng.permutation(list(table.frame))])
 
         other = judged._replace(a=each(judged.a, shuffled), b=each(judged.b, shuffled))
@@ -93,7 +87,7 @@ def test_the_order_of_columns_does_not_matter():
 def test_the_origin_of_time_does_not_matter(offset):
     """Distances of times round with the offset's last digit, of 1e-12 s at most; a sample's is 3e-4 s."""
 
-    def late(table: Table) -> Table:
+    def late(table):
         events = table.events
         if events is not None and len(events):
             events = events.assign(start=events["start"] + offset, end=events["end"] + offset)
@@ -124,8 +118,8 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
     time = offset + steps
     other = np.nextafter(time, np.inf)
 
-    def runs(time: np.ndarray, sign: float) -> Recorded:
-        def table(error: float, time: np.ndarray = time) -> Table:
+    def runs(time, sign):
+        def table(error, time=time):
             y = 0.1 * np.sin(9 * steps) + error * np.cos(5 * steps)
             return Table(pd.DataFrame({"time": time, "slider_y": y}))
 
@@ -144,7 +138,7 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
 TIME = np.arange(1001) * 4e-4
 
 
-def crank(error: float, turned: Callable[[np.ndarray], np.ndarray], shape: float = 9.0) -> Table:
+def crank(error, turned, shape=9.0):
     """A crank angle with an error, told as a program may tell it."""
     angle = 2 * np.pi * TIME / 0.1 + error * np.sin(shape * TIME) + 1.0
     rate = np.full(TIME.size, 2 * np.pi / 0.1) + error * shape * np.cos(shape * TIME)
@@ -163,7 +157,7 @@ TOLD = {
 @pytest.mark.parametrize("which", range(6))
 @pytest.mark.parametrize("told", TOLD)
 def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
-    def result(told: str) -> SceneComparison:
+    def result(told):
         # The finer run of a, say, counts revolutions in another way than the others.
         ways = [TOLD[told if n == which else "as it is"] for n in range(6)]
         a, b = (
@@ -237,16 +231,16 @@ def test_units_and_formats_do_not_matter(tmp_path, ending, seed, fault):
 FINE = 3000  # samples a cycle; a third of them is what the scenes write
 
 
-def every(judged: Judged, n: int) -> Judged:
+def every(judged, n):
     """The same runs written with a sample in so many."""
 
-    def thinned(table: Table) -> Table:
+    def thinned(table):
         return replace(table, frame=table.frame.iloc[::n].reset_index(drop=True))
 
     return judged._replace(a=each(judged.a, thinned), b=each(judged.b, thinned))
 
 
-def changed(result: SceneComparison, fine: SceneComparison) -> Iterator[tuple[float, float, float]]:
+def changed(result, fine):
     """Change, stated error and size of coverage and RMS of the channels that both samplings excite."""
     for name, channel in result.channels.items():
         other = fine.channels[name]
@@ -256,7 +250,7 @@ def changed(result: SceneComparison, fine: SceneComparison) -> Iterator[tuple[fl
         yield abs(channel.rms_difference - other.rms_difference), channel.rms_error, other.rms_difference
 
 
-def lost(result: SceneComparison, other: SceneComparison) -> float:
+def lost(result, other):
     """Share of the channels that only one sampling has a judged sample of: a scene's coverage counts them.
 
     Forces of corners that touch a few times. One that is excited without such a sample covers nothing.
@@ -268,9 +262,7 @@ def lost(result: SceneComparison, other: SceneComparison) -> float:
     return len((having[0] ^ having[1]) | (excited[0] ^ excited[1])) / len(result.channels)
 
 
-def assert_no_flip(
-    channel: ChannelComparison | SceneComparison, other: ChannelComparison | SceneComparison
-) -> None:
+def assert_no_flip(channel, other):
     """One verdict, but where the coverage is as near to its floor as it may be off."""
     floor = next(iter(channel.channels.values())).limits.coverage
     if channel.verdict != other.verdict:
@@ -306,7 +298,7 @@ def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
         compared(every(judged, n), scene=None, period=judged.scene.period) for n in (1, 2, 4)
     )
 
-    def error(name: str, key: str) -> float:
+    def error(name, key):
         fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (result, half, quarter))
         return 3 * max(abs(two - fine), abs(four - fine) / 2)
 
@@ -325,10 +317,10 @@ def test_a_resampled_table_is_compared_alike(seed, counts):
     waves = list(zip(rng.uniform(-1, 1, 6), 2 * np.pi * np.arange(1, 7), rng.uniform(0, 6, 6), strict=True))
     late, larger = rng.uniform(0, 2e-4), 1 + rng.uniform(0, 2e-3)
 
-    def wave(time: np.ndarray, order: int = 0) -> np.ndarray:
+    def wave(time, order=0):
         return sum(s * w**order * np.sin(w * time + p + order * np.pi / 2) for s, w, p in waves)
 
-    def table(count: int, late: float, larger: float) -> Table:
+    def table(count, late, larger):
         time = np.linspace(0, 1, count + 1)
         x, v, a = (larger * wave(time - late, order) for order in range(3))
         columns = {"slider_x": x, "slider_vx": v, "slider_ax": a}

@@ -1,7 +1,5 @@
 """Measures of signals, interpolation and the time shift once more, by a second and plainly different way."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,7 +11,7 @@ from comparison.tables.align import resample
 from comparison.tables.times import estimate
 
 
-def noise(seed: int, size: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def noise(seed, size=60):
     """Uneven times and two signals that have something in common."""
     rng = np.random.default_rng(seed)
     time = np.cumsum(rng.exponential(1.0, size) + 1e-3)
@@ -83,7 +81,7 @@ def test_the_shift_of_random_signals():
         rng = np.random.default_rng(seed)
         time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
         waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
-        sides: list[dict[str, np.ndarray]] = [{}, {}]
+        sides = [{}, {}]
         for side, t, noise in zip(sides, (time, time - late), (0.0, 10 ** rng.uniform(-9, -3)), strict=True):
             for (position, rate), parts in zip(RATES.items(), waves, strict=True):
                 wave = sum(s * np.sin(w * t + p) for s, w, p in parts)

@@ -1,15 +1,12 @@
 """Every number of a comparison once more by a second judge, on random tables and on random scenes."""
 
-from __future__ import annotations
-
 from collections import Counter
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import second_judge
-from judged_runs import CASES, Judged, compared, frames, random_scene, random_tables
+from judged_runs import CASES, compared, frames, random_scene, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
@@ -17,7 +14,6 @@ from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import compare, scene_verdict
-from comparison.verdict.results import SceneComparison
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.
@@ -27,7 +23,7 @@ ROUNDED = (
 )  # fmt: skip
 
 
-def assert_same(result: SceneComparison, channels: dict[str, SimpleNamespace]) -> None:
+def assert_same(result, channels):
     assert set(result.channels) == set(channels)
     for name, second in channels.items():
         channel = result.channels[name]
@@ -45,13 +41,13 @@ def assert_same(result: SceneComparison, channels: dict[str, SimpleNamespace]) -
             np.testing.assert_array_equal(channel.predictable, second.predictable)
 
 
-def second(judged: Judged) -> SimpleNamespace:
+def second(judged):
     refined = judged.a.refinement, judged.b.refinement
     return second_judge.judge(frames(judged.a), frames(judged.b), judged.scene.data, judged.tier, refined)
 
 
 def test_random_tables_are_judged_alike_in_every_branch():
-    verdicts: Counter[str] = Counter()
+    verdicts = Counter()
     for seed in range(100):
         judged = random_tables(seed)
         result, other = compared(judged), second(judged)
@@ -70,7 +66,7 @@ def test_random_tables_are_judged_alike_in_every_branch():
 
 @pytest.mark.parametrize("share", [1.0, 0.99, 0.9])
 def test_random_tables_are_judged_alike_by_a_tolerance(share):
-    verdicts: Counter[str] = Counter()
+    verdicts = Counter()
     for seed in range(40):
         judged = random_tables(seed)
         a, b = judged.a.base, judged.b.base
@@ -102,7 +98,7 @@ def test_random_scenes_are_judged_alike(seed, fault):
 # Impacts
 
 
-def assert_same_impacts(result, expected) -> None:
+def assert_same_impacts(result, expected):
     assert [tuple(pair) for pair in result.pairs] == expected.pop("pairs")
     for name, value in expected.items():
         # Sums of hundreds of terms.
@@ -129,7 +125,7 @@ def test_the_impacts_of_random_tables_are_compared_alike(seed):
     """Starts on a grid of eighths, many of them equally near, and at places that one table lacks."""
     rng = np.random.default_rng(seed)
 
-    def events(places: list[str]) -> pd.DataFrame:
+    def events(places):
         count = int(rng.integers(0, 30))
         rows = pd.DataFrame({"corner": rng.choice(places, count), "start": rng.integers(0, 120, count) / 8})
         rows = rows.drop_duplicates().reset_index(drop=True)

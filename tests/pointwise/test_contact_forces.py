@@ -59,7 +59,7 @@ def guide_law(press):
 
 
 @pytest.mark.parametrize("changes", [{}, MATERIALS, ADAMS | MATERIALS, ADAMS | GIVEN])
-def test_constants_of_the_contacts_are_those_of_the_page(changes) -> None:
+def test_constants_of_the_contacts_are_those_of_the_page(changes):
     """Journal and bearing are both of the guide's material; a stiffness is of the law adams-impact alone."""
     press = Press({**changes, "joints.crank_pin": "clearance"})
     page, c, (guide, journal) = press.page, press.numbers, press.exudyn.contacts
@@ -76,7 +76,7 @@ def test_constants_of_the_contacts_are_those_of_the_page(changes) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_forces_of_the_corners_agree(law) -> None:
+def test_forces_of_the_corners_agree(law):
     """Of both models, and by the page's formulas."""
     press = Press(LAWS[law])
     constants = guide_law(press)
@@ -140,7 +140,7 @@ def tilted(press, count):
             yield side, state, motion
 
 
-def test_forces_of_a_side_agree() -> None:
+def test_forces_of_a_side_agree():
     """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
     press = Press({"contact.law": "foundation"})
     constants = guide_law(press)
@@ -182,7 +182,7 @@ def test_forces_of_a_side_agree() -> None:
 
 
 @pytest.mark.parametrize("changes", [ADAMS, ADAMS | GIVEN], ids=["Eq. 10", "stiffness given"])
-def test_forces_of_a_side_s_corners_agree(changes) -> None:
+def test_forces_of_a_side_s_corners_agree(changes):
     """Law adams-impact: each corner that is inside by itself, with rates of its own, of one side."""
     press = Press(changes)
     constants = guide_law(press)
@@ -206,7 +206,7 @@ def test_forces_of_a_side_s_corners_agree(changes) -> None:
 
 
 @pytest.mark.parametrize("law", [law for law in LAWS if law != "paper-switching"])
-def test_forces_of_the_journal_agree(law) -> None:
+def test_forces_of_the_journal_agree(law):
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
     # A damping that may clip the journal, too, whose stiffness is 20 times a corner's.
     press = Press({**LAWS[law], "joints.crank_pin": "clearance", "contact.damping": 3e4})

@@ -47,7 +47,7 @@ each_case = pytest.mark.parametrize("changes", CASES.values(), ids=CASES)
 class Assembled:
     """Mass matrix, right-hand side and constraint Jacobian as Exudyn itself puts them together in a state."""
 
-    def __init__(self, model) -> None:
+    def __init__(self, model):
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.solution.sensors.active = False
@@ -111,7 +111,7 @@ def contact_force(press, state, contacts):
 
 
 @pytest.mark.parametrize("changes", [POWER, POWER | {"load.exponent": 1.0}, TABLE])
-def test_the_load_is_that_of_the_page(changes) -> None:
+def test_the_load_is_that_of_the_page(changes):
     """Force and energy of both models at heights above, in and below each row of the table."""
     press = Press(changes)
     depths = np.concatenate([np.linspace(-0.05, 0.19, 481), [row[0] for row in ROWS]])
@@ -131,7 +131,7 @@ def test_the_load_is_that_of_the_page(changes) -> None:
 
 
 @each_case
-def test_mass_matrix_jacobian_and_forces_act_alike(changes) -> None:
+def test_mass_matrix_jacobian_and_forces_act_alike(changes):
     """What Exudyn assembles from bodies and joints against M, Phi_q and Q of Eqs. 15-16, to 1e-12."""
     press = Press(changes)
     mass, weights = masses_and_weights(press.reference)
@@ -157,7 +157,7 @@ def test_mass_matrix_jacobian_and_forces_act_alike(changes) -> None:
 
 
 @each_case
-def test_accelerations_agree(changes) -> None:
+def test_accelerations_agree(changes):
     """Reference by two formulations; the Exudyn model's own balance, its tree, and its assembled five bodies.
 
     Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
@@ -245,7 +245,7 @@ def chain_acceleration(press, time, bodies, speed):
 @pytest.mark.parametrize("load", LOADS)
 @pytest.mark.parametrize("law", ["hertz-corners", "adams-impact"])
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider, law, load) -> None:
+def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider, law, load):
     """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model).
 
     And against what Exudyn assembles for its tree, which has the journal's force and the load from the model.

@@ -17,7 +17,7 @@ VARIANTS = pytest.mark.parametrize("variant", depths.FORMULATIONS)
 
 
 @VARIANTS
-def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
+def test_gaps_are_those_of_the_equations_of_motion(variant):
     """In random states near the start, 1e-4 rad and m apart; of coordinates of 0.5 m, rounded at 1e-16 m."""
     scene = load_scene("paper", depths.FORMULATIONS[variant])
     p = read_parameters(scene.data)
@@ -32,7 +32,7 @@ def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
         assert np.isfinite(own).any()
 
 
-def test_depths_in_a_table_are_its_gaps() -> None:
+def test_depths_in_a_table_are_its_gaps():
     scene = load_scene("paper", {**SHORT, "output.groups": ["corners"]})
     columns = simulate(scene.data).columns
     for corner, depth in depths.depths(scene, columns).items():
@@ -40,7 +40,7 @@ def test_depths_in_a_table_are_its_gaps() -> None:
 
 
 @pytest.mark.parametrize("variant", ["minimal", "both"])  # the slow test below has all of them
-def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_seen(variant) -> None:
+def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_seen(variant):
     """The same up to rounding, which contacts magnify by a thousand; a step less would be off by 1e-10."""
     values = {**SHORT, **depths.FORMULATIONS[variant], "output.groups": ["joints"]}
     scene = load_scene("paper", values)
@@ -64,7 +64,7 @@ def test_one_attempt_at_a_time_is_the_same_run_and_what_sinks_into_a_wall_is_see
     ("starts", "ends", "expected"),
     [([], [], []), ([1.0], [2.0], [1, 2]), ([1.0, 3.0], [1.5, 4.0], [1, 3, 4])],
 )
-def test_samples_within_a_contact(starts, ends, expected) -> None:
+def test_samples_within_a_contact(starts, ends, expected):
     computed = depths.closed(np.arange(5.0), np.array(starts), np.array(ends))
     assert np.flatnonzero(computed).tolist() == expected
 
@@ -79,5 +79,5 @@ def test_samples_within_a_contact(starts, ends, expected) -> None:
     ],
     ids=["grazing", "random", "scipy"],
 )
-def test_no_contact_is_missed(draws, judge) -> None:
+def test_no_contact_is_missed(draws, judge):
     assert {draw.number: computed for draw in draws if (computed := judge(draw)).too_deep} == {}

@@ -23,7 +23,7 @@ def stabilized(gain):
 
 
 @GAINS
-def test_the_multiplier_form_is_the_minimal_one_for_gains_over_two_decades(scene, gain) -> None:
+def test_the_multiplier_form_is_the_minimal_one_for_gains_over_two_decades(scene, gain):
     """The ideal mechanism to 1e-10 m, reactions to 1e-6 of range; with contacts to 1e-8 m over a cycle."""
     for changes, bound in ((IDEAL | JOINTS, 1e-10), ({}, 1e-8)):
         cycle = {**changes, "drive.cycles": 1.0, TOLERANCE: 1e-12}
@@ -39,7 +39,7 @@ SOLVED = [*((name, "dop853") for name in EACH), ("slider", "LSODA"), ("multiplie
 
 
 @pytest.mark.parametrize(("name", "method"), SOLVED)
-def test_what_is_asked_for_beyond_the_motion_does_not_change_it(scene, name, method) -> None:
+def test_what_is_asked_for_beyond_the_motion_does_not_change_it(scene, name, method):
     """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
     changes = EACH[name]
     short = {**changes, "solver.reference.method": method, "drive.cycles": 0.1}
@@ -61,7 +61,7 @@ def test_what_is_asked_for_beyond_the_motion_does_not_change_it(scene, name, met
 
 
 @FORMULATIONS
-def test_energy_residual(scene, changes) -> None:
+def test_energy_residual(scene, changes):
     """At strict tolerance at most 1e-8 of damping and friction so far, or of the largest kinetic energy.
 
     The first losses are no measure yet: below a hundredth of the cycle's, that hundredth counts.
@@ -73,7 +73,7 @@ def test_energy_residual(scene, changes) -> None:
 
 
 @FORMULATIONS
-def test_start_is_consistent(scene, changes) -> None:
+def test_start_is_consistent(scene, changes):
     """Phi = 0 and Phi' = 0 at t = 0; also of a pin with clearance, which starts centred and at rest in it."""
     free = {"initial.slider_angle": 1e-3, "initial.slider_vx": 0.01, "initial.slider_omega": 0.5}
     p = read_parameters(scene({**free, **changes}))
@@ -97,7 +97,7 @@ def drift_of(scene, gain, cycles, changes):
     return result.provenance["constraints"]
 
 
-def test_constraints_drift_quadratically_without_stabilization(scene) -> None:
+def test_constraints_drift_quadratically_without_stabilization(scene):
     """Phi'' = 0 keeps an error of Phi', and Phi grows with it: like t^2 while BDF adds to it."""
     cycles = np.array([2.0, 4.0, 8.0, 16.0])
     drifts = [drift_of(scene, 0.0, n, IDEAL | BDF | {TOLERANCE: 1e-8}) for n in cycles]
@@ -107,7 +107,7 @@ def test_constraints_drift_quadratically_without_stabilization(scene) -> None:
 
 
 @GAINS
-def test_baumgarte_bounds_the_drift(scene, gain) -> None:
+def test_baumgarte_bounds_the_drift(scene, gain):
     """After some 1 / alpha it is no longer a matter of time, and with contacts far below the tolerance."""
     early, late = (drift_of(scene, gain, n, IDEAL | BDF | {TOLERANCE: 1e-8}) for n in (8.0, 16.0))
     # Eight cycles are 3.2 s, ten times the slowest 1 / alpha; without the terms Phi grows fourfold.
@@ -119,7 +119,7 @@ def test_baumgarte_bounds_the_drift(scene, gain) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
-def test_error_of_the_ideal_mechanism_is_that_of_its_constraints(scene, tolerance) -> None:
+def test_error_of_the_ideal_mechanism_is_that_of_its_constraints(scene, tolerance):
     """Phi = 0 alone says where the ideal mechanism is: what y is off by is Phi times the levers."""
     ideal = IDEAL | {"drive.cycles": 1.0}
     run = simulate(scene(ideal | MULTIPLIER | BDF | {TOLERANCE: tolerance}))

@@ -20,7 +20,7 @@ TWO = [[0, 0.1, 0.3], [2, 0.2, 0.4]]
 THREE = [[1, 0.1, 0.2], [1, 0.2, 0.3], [2, 0.15, 0.25]]
 
 
-def broken(p, worst=None, events=(), drift=None) -> str:
+def broken(p, worst=None, events=(), drift=None):
     rows = np.zeros((len(events), COLUMNS))
     for row, given_ in zip(rows, events, strict=True):
         row[: len(given_)] = given_
@@ -47,7 +47,7 @@ def broken(p, worst=None, events=(), drift=None) -> str:
         ({}, {"events": [*THREE, [2, 0.2, 0.4]]}, "overlap"),
     ],
 )
-def test_each_bound(scene, changes, shown, name) -> None:
+def test_each_bound(scene, changes, shown, name):
     assert broken(read_parameters(scene(changes)), **shown) == name
 
 
@@ -65,7 +65,7 @@ def noted(law, run, at_end):
     ],
     ids=["open depth", "pull", "driving friction"],
 )
-def test_what_no_correct_run_shows_is_noted(scene, closed, state, what, value) -> None:
+def test_what_no_correct_run_shows_is_noted(scene, closed, state, what, value):
     run, _ = integrate.new_run(np.zeros(4), 1e-6, np.array([[np.inf], [0.0]]), 200)
     run.nodes.contacts[0, GAP : GAP + CONTACTS] = np.inf
     run.modes[[INSIDE + 2, MEMORY + 2]] = closed, 0.01 * closed
@@ -79,7 +79,7 @@ def test_what_no_correct_run_shows_is_noted(scene, closed, state, what, value) -
     ("column", "value", "name"),
     [(START_RATE, 0.1, "leaving-start"), (START_GAP, 1.1e-3, "start-gap"), (START_GAP, -1.1e-3, "start-gap")],
 )
-def test_how_a_contact_begins(scene, column, value, name) -> None:
+def test_how_a_contact_begins(scene, column, value, name):
     """What is inside its wall at t = 0 may leave, and was not at its wall."""
     p, row = read_parameters(scene()), np.zeros(COLUMNS)
     for start, expected in ((0.0, ""), (0.3, name)):
@@ -87,7 +87,7 @@ def test_how_a_contact_begins(scene, column, value, name) -> None:
         assert broken(p, events=[row]) == expected
 
 
-def test_margins_follow_what_locates_an_event(scene) -> None:
+def test_margins_follow_what_locates_an_event(scene):
     """A light part leaves faster where it is met late; a surface, and a damping near none, pull as they end.
 
     The last two were found in study extremes, by 3 mN and by 1e-7 N of 1.7 N.
@@ -108,7 +108,7 @@ def test_margins_follow_what_locates_an_event(scene) -> None:
         assert broken(p, {"force": (1.0, 0.1, 2), "pull": (times * pull, 0.1, 2)}) == expected
 
 
-def test_spurious_energy(scene, monkeypatch) -> None:
+def test_spurious_energy(scene, monkeypatch):
     """No run closes its balance to 1e-12 at a tolerance of 1e-9: with such a bound every run is violated."""
     assert simulate(scene({"drive.cycles": 0.25})).status == "success"
     monkeypatch.setattr(invariants, "ENERGY_BOUND", 1e-12)
@@ -119,7 +119,7 @@ def test_spurious_energy(scene, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-11])
-def test_what_a_clipped_wall_loses_is_accounted_for(scene, tolerance) -> None:
+def test_what_a_clipped_wall_loses_is_accounted_for(scene, tolerance):
     """A start deep inside a wall, in a contact whose damping, at the floor of its speed, forbids a push.
 
     The corner leaves freely, so that no error of the motion bounds the steps over which the loss of what the
@@ -155,7 +155,7 @@ def test_what_a_clipped_wall_loses_is_accounted_for(scene, tolerance) -> None:
 )
 def test_random_scenes_keep_all_invariants(
     scene, speed, backwards, clearance, offset, modulus, restitution, friction, angle, tolerance
-) -> None:
+):
     changes = {
         "drive.speed_rpm": -speed if backwards else speed,
         "drive.cycles": 1.0,

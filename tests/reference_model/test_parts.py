@@ -63,7 +63,7 @@ def law_of(scene, **contact):
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 1.8, 2.0, 2.2, 3.0])
-def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_positive(scene, n) -> None:
+def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_positive(scene, n):
     """Force, and the sign of `push` but where rounding decides: 1e-12 of the parts of the force."""
     law = law_of(scene, law="adams-impact", stiffness=3e9 * 1e-5 ** (1.5 - n), exponent=n)
     signs = set()
@@ -96,13 +96,13 @@ def test_adams_impact_is_damped_by_a_smooth_step_and_pushes_where_its_force_is_p
         (lambda x: x - 1e-3, False, {CROSSES, BELOW, UNCLEAR}),
     ],
 )
-def test_classes(function, starting, expected) -> None:
+def test_classes(function, starting, expected):
     assert classified(function(NODES), starting) in expected
 
 
 @settings(max_examples=60)
 @given(root=st.floats(0.01, 0.99), frequency=st.floats(0.1, 2.0), scale=st.sampled_from([1e-9, 1e-5, 1e-2]))
-def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, scale) -> None:
+def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, scale):
     def gap(x):
         return scale * np.sin(frequency * (root - x)) * (1.0 + x)
 
@@ -111,7 +111,7 @@ def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, sc
     assert abs(gap(crossed(computed))) <= 2.0 * RESOLUTION
 
 
-def test_coefficients_are_scipys_to_the_last_bit() -> None:
+def test_coefficients_are_scipys_to_the_last_bit():
     from scipy.integrate._ivp import dop853_coefficients as theirs
 
     np.testing.assert_array_equal(tableau.A[:13, :12], np.vstack([theirs.A[:12, :12], theirs.B]))
@@ -120,7 +120,7 @@ def test_coefficients_are_scipys_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize("stage", [0, 5, 11])
-def test_a_step_whose_stages_are_absurd_is_never_accepted(stage) -> None:
+def test_a_step_whose_stages_are_absurd_is_never_accepted(stage):
     """In a stiff contact they grew until their squares were infinite, and an error over infinity was 0."""
     k = np.zeros((dop853.ROWS, 4))
     assert norm(1e-6, k, 4, 1e-10) == 0.0
@@ -129,7 +129,7 @@ def test_a_step_whose_stages_are_absurd_is_never_accepted(stage) -> None:
         assert not norm(1e-6, k, 4, 1e-10) <= 1.0, size
 
 
-def test_order_on_a_stretch_without_contacts(scene) -> None:
+def test_order_on_a_stretch_without_contacts(scene):
     """Eighth order at the steps' ends and, its local error being of that order, of the dense output."""
     p = read_parameters(scene())
     model, _ = formulation(p)
@@ -161,14 +161,14 @@ def at_all(angles):
 
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="numpy has no longer floats here")
 @pytest.mark.parametrize("size", [1e-9, 0.01, 1.0, 8.0, 1e3, LARGEST])
-def test_cosine_and_sine_to_a_unit_in_the_last_place(size) -> None:
+def test_cosine_and_sine_to_a_unit_in_the_last_place(size):
     """One of 1, 2.2e-16: of two million random angles of each size the worst is 0.65 of that."""
     angles = np.random.default_rng(3).uniform(-size, size, 20_000)
     exact = angles.astype(np.longdouble)
     assert np.abs(at_all(angles) - [np.cos(exact), np.sin(exact)]).max() < EPS
 
 
-def test_cosine_and_sine_at_quarter_turns_of_small_angles_and_of_what_is_not_finite() -> None:
+def test_cosine_and_sine_at_quarter_turns_of_small_angles_and_of_what_is_not_finite():
     """There the reduction changes its quadrant; a small angle times an arm is a gap, and keeps its digits."""
     centres = np.arange(-40, 41) * (np.pi / 4.0)
     angles = np.concatenate([centres, np.nextafter(centres, np.inf), np.nextafter(centres, -np.inf)])
@@ -178,7 +178,7 @@ def test_cosine_and_sine_at_quarter_turns_of_small_angles_and_of_what_is_not_fin
     assert np.isnan(at_all(np.array([np.inf, -np.inf, np.nan]))).all()
 
 
-def test_a_definite_system_is_solved_within_its_rounding() -> None:
+def test_a_definite_system_is_solved_within_its_rounding():
     """Of random matrices A A^T: the error is at most n^2 rounding units times the condition number."""
     rng = np.random.default_rng(3)
     for _ in range(50):

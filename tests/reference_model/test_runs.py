@@ -26,7 +26,7 @@ DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 2_000_000}
 """Samples 2e-7 s apart."""
 
 
-def test_error_follows_the_tolerance(run) -> None:
+def test_error_follows_the_tolerance(run):
     """First-cycle error of x over five decades: fitted slope 0.9-1.4, no point tenfold off the fit.
 
     The median of five starts 10 nm apart: one run can be right by chance, or miss a contact that grazes.
@@ -56,7 +56,7 @@ def test_error_follows_the_tolerance(run) -> None:
         (PIN | FOUNDATION | {"drive.cycles": 0.1}, 1e-8),
     ],
 )
-def test_energy_is_lost_by_damping_and_friction_and_accounted_for(run, changes, bound) -> None:
+def test_energy_is_lost_by_damping_and_friction_and_accounted_for(run, changes, bound):
     """Where the run is predictable; a force that jumped, as the literal switch does, would be off by 1e-3."""
     usual = {"drive.cycles": 0.3, TOLERANCE: 1e-10, "output.groups": ["energy", "corners"]}
     result = run(usual, changes)
@@ -71,7 +71,7 @@ def test_energy_is_lost_by_damping_and_friction_and_accounted_for(run, changes, 
         assert (columns[f"energy_{part}"][-1] > least) == (not lossless)
 
 
-def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run) -> None:
+def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
     """In a step here friction at the pin ends its ramp while a thousand parts are not enough to be certain.
 
     Taken whole, the step went on with the friction of the wrong speed, which drove the pin.
@@ -94,7 +94,7 @@ def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run) -> None:
     assert invariants["driving-friction"]["value"] <= invariants["driving-friction"]["bound"]
 
 
-def test_adams_impact_without_damping_is_hertz_without_it(run) -> None:
+def test_adams_impact_without_damping_is_hertz_without_it(run):
     """C = 0 and c = 0, with the same K: the same formulas, to the last bit; damped they part at once."""
     short = {"drive.cycles": 0.3, TOLERANCE: 1e-10}
     elastic, impact = run(short, ELASTIC), run(short, ADAMS, UNDAMPED)
@@ -108,7 +108,7 @@ def test_adams_impact_without_damping_is_hertz_without_it(run) -> None:
 
 
 @pytest.mark.parametrize("exponent", [1.5, 2.2])
-def test_adams_impact_acts_as_its_formula_says_and_is_clipped_where_it_would_pull(run, exponent) -> None:
+def test_adams_impact_acts_as_its_formula_says_and_is_clipped_where_it_would_pull(run, exponent):
     """At every sample within a contact, from its gap and the gap's rate.
 
     With n > 2 a hit ends clipped, as c(d) falls with d^2 and the elastic force faster.
@@ -130,7 +130,7 @@ def test_adams_impact_acts_as_its_formula_says_and_is_clipped_where_it_would_pul
     assert (ended_clipped >= 3) == (exponent > 2.0)
 
 
-def test_a_corner_that_leaves_deep_and_fast_is_clipped_and_pushes_again_before_it_is_out(run) -> None:
+def test_a_corner_that_leaves_deep_and_fast_is_clipped_and_pushes_again_before_it_is_out(run):
     """k d^1.5 > c(d) v below some depth d, at the speed v = 1 m/s that nothing changes in 1e-5 s."""
     thrown = {"initial.slider_offset": 2.1e-4, "initial.slider_vx": -1.0, "drive.cycles": 5e-5}
     thrown |= {"output.samples_per_cycle": 40_000_000, "contact.stiffness": 4.6e9}
@@ -151,9 +151,7 @@ def test_a_corner_that_leaves_deep_and_fast_is_clipped_and_pushes_again_before_i
         (ADAMS | {TOLERANCE: 1e-10}, 1e-3, 4e-4),
     ],
 )
-def test_peaks_and_impulses_of_the_event_table_are_those_between_the_steps(
-    run, changes, short, missed
-) -> None:
+def test_peaks_and_impulses_of_the_event_table_are_those_between_the_steps(run, changes, short, missed):
     """Against samples: a peak missed for the end of its step is short by a power of the step, N of some 60.
 
     A sample misses the peak by a tenth of a microsecond: a force of 60 N that rises and falls in 1e-4 s by
@@ -174,7 +172,7 @@ def test_peaks_and_impulses_of_the_event_table_are_those_between_the_steps(
     "other",
     [{"solver.reference.formulation": "multiplier"}, {METHOD: "LSODA"}, {METHOD: "scipy-DOP853"}],
 )
-def test_other_formulations_and_solvers_find_a_foundation_s_run(run, other) -> None:
+def test_other_formulations_and_solvers_find_a_foundation_s_run(run, other):
     """Over the first contacts; the solvers' own errors, 1e-10 m, are not yet magnified much."""
     short = FOUNDATION | {"drive.cycles": 0.05, TOLERANCE: 1e-10}
     usual, computed = run(short), run(short, other)
@@ -186,7 +184,7 @@ def test_other_formulations_and_solvers_find_a_foundation_s_run(run, other) -> N
         np.testing.assert_allclose(computed.events[what], usual.events[what], rtol=1e-2)
 
 
-def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run) -> None:
+def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run):
     """Two of these starts stopped in chatter where the corner's slip told which regime comes next."""
     soft = {"contact.youngs_modulus": 1.5e6, "contact.poisson": 0.17, "clearance.slider": 9.5e-4}
     soft |= {"contact.restitution": 0.53, "friction.coefficient": 0.63, TOLERANCE: 1e-10}
@@ -194,7 +192,7 @@ def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(
         run(FOUNDATION, soft, {"initial.slider_angle": float(angle), "drive.cycles": 1.0})
 
 
-def test_pulses_are_the_forces_of_the_contacts(run, monkeypatch) -> None:
+def test_pulses_are_the_forces_of_the_contacts(run, monkeypatch):
     """Sorted, within their contacts, up to the peak; what finds no room changes nothing else."""
     monkeypatch.setattr("reference_model.running.ROWS_AT_ONCE", 5)
     changes = {"drive.cycles": 0.3}, FOUNDATION
@@ -221,7 +219,7 @@ def test_pulses_are_the_forces_of_the_contacts(run, monkeypatch) -> None:
 
 @pytest.mark.parametrize("speed", [1e-5, 1e-3])
 @pytest.mark.parametrize("clearance", [2e-4, 2e-4 * (1.0 + 1e-12)], ids=["on it", "2e-16 m off"])
-def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(run, clearance, speed) -> None:
+def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(run, clearance, speed):
     """The slider turns within the first step: its gap is open at both ends, and in the wall between.
 
     At 1e-5 m/s it is 1.2e-11 m deep: the wall's force is negligible there beside what the drive makes of its
@@ -237,7 +235,7 @@ def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(run, clearanc
         assert events["end"][:2] == pytest.approx(2.0 * speed / 4.29, rel=1e-3)
 
 
-def test_a_grazing_touch_within_one_step_is_seen_but_by_scipy_s_events(run) -> None:
+def test_a_grazing_touch_within_one_step_is_seen_but_by_scipy_s_events(run):
     """The turning point of a first flight lies 1e-9 m inside the wall, for a hundredth of a step.
 
     `solve_ivp` looks at the ends of steps, as is said of it, and a graze lies between them.
@@ -276,14 +274,14 @@ def test_a_grazing_touch_within_one_step_is_seen_but_by_scipy_s_events(run) -> N
         (PIN | {"solver.reference.formulation": "multiplier"}, "has ideal revolutes only"),
     ],
 )
-def test_scenes_outside_the_model_are_refused_in_one_line(scene, changes, message) -> None:
+def test_scenes_outside_the_model_are_refused_in_one_line(scene, changes, message):
     with pytest.raises(ValueError, match=message) as caught:
         simulate(scene(changes))
     assert "\n" not in str(caught.value)
     assert METHOD not in changes or all(f"'{name}'" in str(caught.value) for name in SCIPY_METHODS)
 
 
-def test_where_rod_4_does_not_reach_there_is_no_number_and_no_warning(scene) -> None:
+def test_where_rod_4_does_not_reach_there_is_no_number_and_no_warning(scene):
     """Warnings are errors here."""
     p = read_parameters(scene({"mechanism.rod4.length": 0.02, "mechanism.rod4.centroid": 0.01}))
     assert np.isnan(ideal_motion(p.mechanism, np.linspace(0.0, p.period, 100))[3, 2]).any()
@@ -298,7 +296,7 @@ def test_where_rod_4_does_not_reach_there_is_no_number_and_no_warning(scene) -> 
 )
 def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(
     scene, monkeypatch, limit, changes, words
-) -> None:
+):
     monkeypatch.setattr(f"reference_model.simulation.{limit}", 300)
     result = simulate(scene({"drive.cycles": 1.0, **changes}))
     assert result.status == result.provenance["status"] == "work-limit"
@@ -310,7 +308,7 @@ def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(
 
 def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integrates_it(
     scene, run, monkeypatch
-) -> None:
+):
     """A start wedged at 0.5 rad, at rest: the damping counts by the floor of the impact speed, 1e-4 m/s."""
     monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", 50_000)
     wedged = {"initial.slider_offset": 0.0, "initial.slider_angle": 0.5, "drive.cycles": 0.02}
@@ -340,7 +338,7 @@ print(result.events["start"].size, int(peak[1]) / 1e6)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_ten_thousand_cycles_fit_into_a_gigabyte(scene, slider) -> None:
+def test_ten_thousand_cycles_fit_into_a_gigabyte(scene, slider):
     """At 100 samples a cycle, with accelerations and corners; the peak of the whole process counts."""
     changes = {"drive.cycles": 10_000.0, "output.samples_per_cycle": 100, "joints.slider": slider}
     data = scene(changes | {"output.groups": ["accelerations", "corners"]})
@@ -348,12 +346,3 @@ def test_ten_thousand_cycles_fit_into_a_gigabyte(scene, slider) -> None:
     contacts, gigabytes = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split()
     assert float(gigabytes) < 1.0
     assert int(contacts) > 500_000 or slider == "ideal"  # some hundred contacts a cycle
-
-
-def test_an_ideal_run_imports_no_compiler(scene) -> None:
-    """Which takes longer than the run: 0.5 s of processor time where it was written."""
-    data = scene({"joints.slider": "ideal", "output.groups": ["accelerations", "joints", "energy"]})
-    code = "import json, sys; from reference_model import simulate; simulate(json.load(sys.stdin)); "
-    code += "sys.exit('numba' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], input=json.dumps(data), text=True, check=False)
-    assert done.returncode == 0

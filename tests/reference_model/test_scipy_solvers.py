@@ -18,7 +18,7 @@ def by(method, tolerance=1e-12):
 
 
 @EACH
-def test_multiplier_form_follows_the_minimal_form(scene, method) -> None:
+def test_multiplier_form_follows_the_minimal_form(scene, method):
     few = simulate(scene({**QUARTER, TOLERANCE: 1e-13}))
     full = simulate(scene({**QUARTER, **by(method)}))
     assert full.status == "success"
@@ -42,7 +42,7 @@ def test_multiplier_form_follows_the_minimal_form(scene, method) -> None:
 
 
 @EACH
-def test_ideal_mechanism_is_the_closed_form(scene, method) -> None:
+def test_ideal_mechanism_is_the_closed_form(scene, method):
     """To 1e-10 m, reactions and torque to 1e-9 of their range."""
     changes = {**QUARTER, **IDEAL, "output.groups": ["accelerations", "joints"]}
     exact, full = (simulate(scene(changes | values)).columns for values in ({}, by(method, 1e-13)))
@@ -52,7 +52,7 @@ def test_ideal_mechanism_is_the_closed_form(scene, method) -> None:
 
 
 @pytest.mark.parametrize(("method", "least"), [("BDF", 0.7), ("LSODA", 0.7), ("Radau", 0.6)])
-def test_error_follows_the_tolerance(scene, method, least) -> None:
+def test_error_follows_the_tolerance(scene, method, least):
     """A local error per step held at the tolerance makes a global one of order p / (p + 1) in it.
 
     That is 5/6 at BDF's highest order, which it does not always take; 3/4 for Radau, whose estimate is of
@@ -66,7 +66,7 @@ def test_error_follows_the_tolerance(scene, method, least) -> None:
 
 
 @EACH
-def test_sampling_does_not_touch_the_run(scene, method) -> None:
+def test_sampling_does_not_touch_the_run(scene, method):
     """Samples come from the dense output: four times as many change neither events nor the common ones."""
     few, many = (
         simulate(scene({**QUARTER, **by(method, 1e-8), "output.samples_per_cycle": n})) for n in (1000, 4000)
@@ -80,7 +80,7 @@ def test_sampling_does_not_touch_the_run(scene, method) -> None:
     assert few.provenance["counters"] == many.provenance["counters"]
 
 
-def test_what_a_run_records(scene) -> None:
+def test_what_a_run_records(scene):
     """Also its samples lie on the motion: x by the mean of velocities, but for h^3 / 12 of the jerk."""
     shares = []
     dense = {"output.samples_per_cycle": 20_000}
@@ -99,7 +99,7 @@ def test_what_a_run_records(scene) -> None:
     assert shares[-1] == 1.0
 
 
-def test_modes_that_hand_over_to_each_other_do_not_hang(scene, monkeypatch) -> None:
+def test_modes_that_hand_over_to_each_other_do_not_hang(scene, monkeypatch):
     """A tolerance of 3e-3 m/s cannot tell on which side of the friction's kink at 1e-4 m/s a step ends."""
     pin = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4, "drive.cycles": 0.05}
     result = simulate(scene({**IDEAL, **pin, METHOD: "BDF", TOLERANCE: 3e-6}))
@@ -114,7 +114,7 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(scene, monkeypatch) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("slider", ["ideal", "clearance"])
-def test_clearance_at_the_crank_pin(scene, slider) -> None:
+def test_clearance_at_the_crank_pin(scene, slider):
     """The other formulations, until the journal has hit its bearing a few times."""
     pin = {"joints.slider": slider, "joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}
     changes = {**pin, "drive.cycles": 0.03, "output.groups": ["joints", "energy"], TOLERANCE: 1e-12}

@@ -21,7 +21,7 @@ ADAMS = {"contact.law": "adams-impact"}
     ("name", "law"),
     [(name, law) for name in EACH for law in ({}, ADAMS) if "ideal" not in name or not law],
 )
-def test_the_balance_of_energy_closes_to_1e_8_joule(run, scene, name, load, law) -> None:
+def test_the_balance_of_energy_closes_to_1e_8_joule(run, scene, name, load, law):
     """At strict tolerance. With steps over the kinks 1e-9 J are left, and of a prescribed motion 0.2 J."""
     result = run(EACH[name], LOADS[load], law, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0})
     columns = result.columns
@@ -32,7 +32,7 @@ def test_the_balance_of_energy_closes_to_1e_8_joule(run, scene, name, load, law)
     assert columns["energy_load"][0] == columns["energy_load"][-1] == 0.0
 
 
-def test_minimal_and_multiplier_find_the_same_run(run) -> None:
+def test_minimal_and_multiplier_find_the_same_run(run):
     """Over half a cycle, through the workpiece once; errors of 1e-13 that 60 contacts magnify."""
     short = {TOLERANCE: 1e-13, "drive.cycles": 0.7}
     for law in ({}, ADAMS):
@@ -42,7 +42,7 @@ def test_minimal_and_multiplier_find_the_same_run(run) -> None:
         assert one.events["corner"].tolist() == other.events["corner"].tolist()
 
 
-def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run, scene) -> None:
+def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run, scene):
     """The force of a table is largest at its second row, between two marks."""
     result = run(IDEAL, TABLE, GROUPS, {"drive.cycles": 1.0})
     p = read_parameters(scene(IDEAL | TABLE))
@@ -57,7 +57,7 @@ def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run, scene) -> Non
 
 
 @pytest.mark.parametrize("load", LOADS)
-def test_the_error_follows_the_tolerance_through_the_kinks(run, load) -> None:
+def test_the_error_follows_the_tolerance_through_the_kinks(run, load):
     """Without contacts before it and friction: rod 4 and slider go into the workpiece in free flight."""
     free = {"clearance.slider": 2e-2, "drive.cycles": 0.55, "initial.slider_offset": 0.0}
     exact, *others = (
@@ -69,7 +69,7 @@ def test_the_error_follows_the_tolerance_through_the_kinks(run, load) -> None:
 
 
 @pytest.mark.parametrize("method", ["BDF", "Radau", "LSODA", "scipy-DOP853"])
-def test_scipy_s_solvers_find_the_run_and_start_anew_at_the_kinks(run, method) -> None:
+def test_scipy_s_solvers_find_the_run_and_start_anew_at_the_kinks(run, method):
     """Their errors, 1e-10 m, magnified by the contacts of half a cycle."""
     short = {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
     for load in (LOADS["linear"], TABLE, POWER | ADAMS):

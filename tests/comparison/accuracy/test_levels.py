@@ -1,7 +1,5 @@
 """An accuracy becomes the cheapest setting whose error bound meets it on the scene; levels and tiers."""
 
-from __future__ import annotations
-
 import pytest
 
 from comparison.accuracy.levels import NAMES, AccuracyError, coarser, finer, refinement, solver_values, tight

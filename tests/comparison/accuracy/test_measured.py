@@ -1,7 +1,5 @@
 """What was measured: whole, in order, of the scenes as they are; which scene takes which part."""
 
-from __future__ import annotations
-
 import tomllib
 from importlib.resources import files
 from math import isnan, nan

@@ -1,7 +1,5 @@
 """A wanted error is kept where the estimate says so, and what cannot be kept has its reason."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

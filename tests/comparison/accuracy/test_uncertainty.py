@@ -1,7 +1,5 @@
 """The uncertainty covers a known error within a window and never falls below round-off; observed orders."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """Settings on one scene: what is called known, what an error is, which setting is the cheapest; the front."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

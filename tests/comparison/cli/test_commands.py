@@ -3,8 +3,6 @@
 The models are fakes.
 """
 
-from __future__ import annotations
-
 import html
 import json
 import re
@@ -28,20 +26,20 @@ from comparison.verdict.validate import Validation
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 
 
-def summary(folder: str = "v") -> list[dict]:
+def summary(folder="v"):
     return json.loads(Path(folder, "summary.json").read_text())["scenes"]
 
 
-def validate(*arguments: str) -> int:
+def validate(*arguments):
     """One worker: starting another costs more than the fakes' runs."""
     return main(["validate", "--jobs", "1", *arguments])
 
 
-def last_page(capsys) -> Path:
+def last_page(capsys):
     return Path(capsys.readouterr().out.splitlines()[-1])
 
 
-def commands(page: Path) -> list[str]:
+def commands(page):
     """Return the lines of a page that are commands."""
     plain = html.unescape(re.sub(r"<[^>]+>", "\n", page.read_text()))
     return [line.strip() for line in plain.splitlines() if line.strip().startswith("sixbar ")]
@@ -188,7 +186,7 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
     assert shares[-1] == pytest.approx(1.0)
 
 
-def confirmations(capsys) -> list[str]:
+def confirmations(capsys):
     """The sentences on the console, of `--verbose`: a paragraph each."""
     sentences = re.findall(r"^ {4}confirmation +(.*)$", capsys.readouterr().out, re.MULTILINE)
     return [" ".join(text.split()) for text in sentences]

@@ -1,7 +1,5 @@
 """What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -30,13 +28,13 @@ STILL = [
 
 
 @pytest.fixture(params=[60, 80, 120, None])
-def columns(request, monkeypatch) -> int:
+def columns(request, monkeypatch):
     """Columns of the terminal; None: a pipe."""
     monkeypatch.setenv("COLUMNS", str(request.param or ""))
     return request.param or 80
 
 
-def too_long(text: str, columns: int) -> list[str]:
+def too_long(text, columns):
     """Lines that do not fit, but for those that are a path, which must not be broken."""
     return [line for line in text.splitlines() if len(line) > columns and not Path(line).exists()]
 
@@ -51,7 +49,7 @@ def test_commands_that_run_nothing_fit_the_terminal(columns, capsys):
 
 
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory) -> Path:
+def shared(tmp_path_factory):
     return tmp_path_factory.mktemp("shared")
 
 
@@ -102,7 +100,7 @@ def test_control_characters_are_shown_not_obeyed():
     assert console.printable("9\u00a0µm ✓\n\t|") == "9\u00a0µm ✓\n\t|"
 
 
-def lines(capsys, reports) -> list[str]:
+def lines(capsys, reports):
     """What is printed of reports, each (seconds since the last one, share, what was finished)."""
     now = [100.0]
     report = Lines("campaign", lambda: now[0])
@@ -141,7 +139,7 @@ def test_quiet_is_quiet_and_a_terminal_gets_a_bar_on_stderr(capsys, monkeypatch)
     assert "gate, one of two" in err
 
 
-def sixbar(*arguments: str, code: str = "", **options) -> subprocess.CompletedProcess[str]:
+def sixbar(*arguments, code="", **options):
     """Run a command in a process that runs ``code`` first."""
     path = {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
     environment = os.environ | path | options.pop("env", {})

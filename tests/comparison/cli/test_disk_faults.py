@@ -4,17 +4,17 @@ As SQLite is tested: the first change of a file fails, then the second, until a 
 The models are fakes. How many faults there were is printed at the end.
 """
 
-from __future__ import annotations
-
 import errno
 import itertools
+import os
 import shutil
+import sys
 import tempfile
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from faulty_disk import contents, failing
 
 from comparison.cli import main
 from comparison.execution.store import fetch, keep
@@ -22,6 +22,57 @@ from comparison.report.templates import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]
+
+_CHANGES = ("os.rename", "os.mkdir", "os.link", "os.symlink", "os.truncate")
+_hooks = []
+
+
+def _audit(event, arguments):
+    for hook in _hooks:
+        hook(event, arguments)
+
+
+sys.addaudithook(_audit)
+
+
+def _changed(event, arguments):
+    """Return the paths that an operation creates or changes."""
+    if event == "open":
+        _, mode, flags = arguments
+        writing = (isinstance(flags, int) and flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)) or (
+            isinstance(mode, str) and set(mode) & set("wax+")
+        )
+        paths = arguments[:1] if writing else ()
+    else:
+        paths = arguments[:2] if event in _CHANGES else ()
+    return [os.fsdecode(path) for path in paths if isinstance(path, str | bytes)]
+
+
+@contextmanager
+def failing(number, code, folder):
+    """Let the ``number``-th change below a folder fail, and none after it; yields the changes so far."""
+    seen = []
+
+    def hook(event, arguments):
+        for path in _changed(event, arguments):
+            if folder in (Path.cwd() / path).parents:
+                seen.append(f"{event} {path}")
+                if len(seen) == number:
+                    raise OSError(code, os.strerror(code), path if code == errno.EACCES else None)
+                return
+
+    _hooks.append(hook)
+    try:
+        yield seen
+    finally:
+        _hooks.clear()
+
+
+def contents(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+
 
 COMMANDS = {
     "run": "run {scene} --model reference --no-check --out out/a.csv",
@@ -32,7 +83,7 @@ COMMANDS = {
 LEAST = {"run": 4, "validate": 15, "gate": 2, "sweep": 2}
 """Changes of files by which a command writes its result."""
 CODES = [errno.ENOSPC, errno.EACCES, errno.EIO, errno.EROFS]
-FAULTS: Counter[str] = Counter()
+FAULTS = Counter()
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -42,7 +93,7 @@ def _reported(request):
         print(f"\n{FAULTS.total()} faults of the disk: {dict(FAULTS)}")  # noqa: T201
 
 
-def state() -> dict[str, bytes]:
+def state():
     """Files in ``out`` but for the store of a sweep, which grows row by row."""
     files = contents(Path("out"))
     return {name: content for name, content in files.items() if not name.endswith("runs.jsonl")}
@@ -66,11 +117,11 @@ def tried(scene_file, tmp_path, monkeypatch, fake_model, capsys):
         (tmp_path / f"{which}-scene" / "own.toml").write_text(text.replace("9.0", gravity))
     kept = {}
 
-    def give(name: str, which: str) -> int:
+    def give(name, which):
         scene, speed = tmp_path / f"{which}-scene" / "own.toml", {"old": 100, "new": 150}[which]
         return main(COMMANDS[name].format(scene=scene, speed=speed).split())
 
-    def attempt(name: str, fault) -> object:
+    def attempt(name, fault):
         if not kept:
             for which in ("old", "new"):
                 assert give(name, which) == 0

@@ -5,8 +5,6 @@ of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where t
 page is written. How many inputs were tried, and how they ended, is printed at the end.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json
@@ -32,7 +30,7 @@ many = settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 costly = settings(many, max_examples=EXAMPLES // 3)
-TRIED: Counter[int] = Counter()
+TRIED = Counter()
 """Inputs by the exit code that they had."""
 
 
@@ -72,7 +70,7 @@ KEYS = [
 KEYS += ["random", "compare.tolerance", "reliability.bins", "scene.extends", "solver.adams"]
 
 
-def held(arguments: list[str]) -> None:
+def held(arguments):
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(arguments)
@@ -85,7 +83,7 @@ def held(arguments: list[str]) -> None:
 
 
 @st.composite
-def damaged(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> bytes:
+def damaged(draw, texts):
     """A text with bytes changed, lines repeated, dropped or swapped, or cut."""
     content = bytearray(draw(texts).encode())
     for _ in range(draw(st.integers(1, 4))):
@@ -134,7 +132,7 @@ TARGETS = {
 
 
 @pytest.fixture
-def text(make_table) -> str:
+def text(make_table):
     """The text of a table, which stands here whole as plain.csv, and with more samples as sound.csv."""
     write(make_table(), "sound.csv")
     text = make_table().frame.iloc[::20, :4].to_csv(index=False)

@@ -1,7 +1,5 @@
 """Runs that fail for real: faults inside Exudyn, settings that nothing can meet (tests/cli has fake ones)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Worker processes: what they inherit, what their end costs, and when they end."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

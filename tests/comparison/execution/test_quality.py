@@ -1,7 +1,5 @@
 """A run that ended and means little says so."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,7 +11,7 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table
 
 
-def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.0, drift=()) -> Table:
+def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.0, drift=()):
     time = np.linspace(0.0, 1.0, 5)
     frame = pd.DataFrame({"time": time})
     if residual is not None:

@@ -1,7 +1,5 @@
 """Runs in worker processes: failures of one run, order, progress, what is stored. The models are fakes."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The store of runs and rows: what is damaged is not used, what cannot be written is not needed."""
 
-from __future__ import annotations
-
 import json
 import logging
 import multiprocessing
@@ -9,7 +7,6 @@ import os
 import random
 import stat
 import tempfile
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -57,7 +54,7 @@ def ledger(tmp_path):
     return path
 
 
-def damaged(content: bytes, how: random.Random) -> bytes:
+def damaged(content, how):
     """Return a content with a digit or a bit changed, cut off, zeroed in part, without a line, or empty."""
     at = how.randrange(len(content))
     digit = how.choice([place for place, byte in enumerate(content) if chr(byte).isdigit()])
@@ -199,7 +196,7 @@ def test_a_damaged_row_is_reported_once_and_one_cut_off_by_a_kill_is_not(ledger,
     assert (record.levelno, "2 lines are damaged" in record.getMessage()) == (logging.WARNING, True)
 
 
-def append_many(path: Path, writer: int, together) -> None:
+def append_many(path, writer, together):
     together.wait()
     for number in range(500):
         append_row(path, f"{writer} {number}", {"text": str(writer) * (1 + number)})

@@ -1,7 +1,5 @@
 """Tasks of studies: each is measured once, and again where anything that counts is another."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -38,7 +36,7 @@ class Square(Task):
     models = ("reference",)
 
     @property
-    def cost(self) -> float:
+    def cost(self):
         return self.number
 
 

@@ -3,8 +3,6 @@
 Random tables are compared a second way in tests/judge/test_second_opinion.py.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -38,7 +36,7 @@ def test_without_contacts_there_are_no_shares():
     assert impacts_of(empty, None, time=np.arange(2.0), period=1.0, predictable={}) is None
 
 
-def shares(events: pd.DataFrame) -> list[float]:
+def shares(events):
     return [*time_shares(events, (0.0, END)).values(), pin_share(events, (0.0, END))]
 
 

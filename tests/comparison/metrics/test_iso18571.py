@@ -1,7 +1,5 @@
 """The rating of ISO/TS 18571 against an independent implementation, and in cases whose answer is known."""
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 import pytest
@@ -15,14 +13,14 @@ from comparison.metrics.iso18571 import MOST_POINTS, best_shift, rating, warped_
 SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
 
 
-def independent(reference, other) -> list[float]:
+def independent(reference, other):
     """The scores by the package of TU Graz, whose time is in samples here."""
     samples = np.arange(reference.size, dtype=float)
     known = ISO18571(np.column_stack([samples, reference]), np.column_stack([samples, other]), dt=1.0)
     return [getattr(known, f"{name}_rating")(ndigits=15) for name in SCORES]
 
 
-def wave(seed: int, size: int) -> np.ndarray:
+def wave(seed, size):
     """A sum of five sines with random sizes, phases and up to six periods."""
     rng = np.random.default_rng(seed)
     size_, periods, phase = rng.normal(size=5), rng.uniform(0.3, 6, 5), rng.uniform(0, 2 * np.pi, 5)

@@ -1,7 +1,5 @@
 """The statistic is exact in rank, its floor keeps noise out, and clusters and their contact are found."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,13 +13,13 @@ from comparison.metrics.contacts import WINDOW
 from comparison.metrics.outliers import clustered, distances, parting_contact, split
 
 
-def heavy_tailed(rng: np.random.Generator, count: int) -> np.ndarray:
+def heavy_tailed(rng, count):
     """Errors of one size a run, which spreads over six decades, along one course of the motion."""
     sizes = rng.choice([-1.0, 1.0], count) * 10 ** rng.uniform(-9.0, -3.0, count)
     return sizes[:, None] * np.linspace(0.5, 1.0, 20) + 1e-10 * rng.standard_normal((count, 20))
 
 
-def normal(rng: np.random.Generator, count: int) -> np.ndarray:
+def normal(rng, count):
     """Errors of one kind and of about one size."""
     return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
 
@@ -85,7 +83,7 @@ def test_two_families_are_clusters_and_errors_over_six_decades_are_not():
 def test_the_first_contact_that_parts_two_groups_is_named():
     rng, window = np.random.default_rng(3), WINDOW * 0.4
 
-    def run(*extra: tuple[str, float], common=(("ll", 0.01), ("ul", 0.01), ("ll", 0.1))) -> pd.DataFrame:
+    def run(*extra, common=(("ll", 0.01), ("ul", 0.01), ("ll", 0.1))):
         rows = [(corner, start + 0.2 * window * rng.uniform(-1.0, 1.0)) for corner, start in common]
         return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
 

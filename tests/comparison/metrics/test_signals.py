@@ -1,7 +1,5 @@
 """Measures of two signals: closed forms, and what must not change them (tests/judge has second ones)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -25,7 +23,7 @@ PHASE = 2 * np.pi * TIME / 0.4
 ANGULAR = (sprague_geers, russell)
 
 
-def noise(seed: int, size: int = 50) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def noise(seed, size=50):
     """Increasing times and two signals."""
     rng = np.random.default_rng(seed)
     return np.cumsum(rng.uniform(0.1, 1, size)), rng.normal(size=size), rng.normal(size=size)

@@ -1,7 +1,5 @@
 """What a stored result depends on: it is stale after an edit of code or data, and kept after one of words."""
 
-from __future__ import annotations
-
 import ast
 import shutil
 import subprocess
@@ -41,7 +39,7 @@ def test_the_closures_hold_whatever_python_imports():
     assert code <= set().union(*map(closure, names))
 
 
-def reworded(source: str) -> str:
+def reworded(source):
     """Change every docstring, and with it all comments and the layout."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
@@ -84,7 +82,7 @@ def test_a_change_of_the_model_or_of_what_is_installed_runs_it_again(install):
     install("odd_press", ODD, points)
     scene = load_scene("ideal", {"output.groups": [], "output.samples_per_cycle": 100, "drive.cycles": 1.0})
 
-    def sample() -> float:
+    def sample():
         (outcome,) = run_all([Job(scene, "odd")], 0)
         return float(outcome.table.values("slider_x")[0])
 

@@ -1,7 +1,5 @@
 """The one list of formulations: which can run a scene, whose they are, and what controls their error."""
 
-from __future__ import annotations
-
 import pytest
 
 from comparison.execution.run import run_one

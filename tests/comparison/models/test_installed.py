@@ -1,9 +1,6 @@
 """A model from another package, and what a bad one costs; tests/cli has more of both as a black box."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -22,22 +19,22 @@ GROUPS = {"output.groups": [], "output.samples_per_cycle": 100, "drive.cycles": 
 
 
 @pytest.fixture(autouse=True)
-def odd(install: Callable[..., Path]) -> Callable[..., Path]:
+def odd(install):
     """Install the odd press, with further code or code replaced; it is installed to begin with."""
 
-    def make(more: str = "", replaced: tuple[str, str] = ("", "")) -> Path:
+    def make(more="", replaced=("", "")):
         return install("odd_press", ODD.replace(*replaced, 1) + more, POINTS)
 
     make()
     return make
 
 
-def run_odd(what: str = "") -> int:
+def run_odd(what=""):
     changes = [f"--set={key}={value}" for key, value in (GROUPS | {"solver.odd.what": what}).items()]
     return main(["run", "ideal", "--model", "odd", "--out", "a.csv", *changes])
 
 
-def compared(changes: dict[str, object] | None = None):
+def compared(changes=None):
     (result,) = validate([load_scene("ideal", GROUPS | (changes or {}))], models=("odd", "even"))
     return result
 

@@ -1,7 +1,5 @@
 """The baseline's text, and the checkpoints that stand in it."""
 
-from __future__ import annotations
-
 import string
 from dataclasses import replace
 from pathlib import Path
@@ -62,7 +60,7 @@ def test_what_is_written_is_what_is_read_to_the_last_bit(
 def family(make_table):
     """Runs whose error grows and vanishes again in each cycle; at most twice ``error`` of the amplitude."""
 
-    def make(error: float, **changes) -> Runs:
+    def make(error, **changes):
         return Runs(
             base=make_table(error, **changes),
             finer=make_table(error / 4, **changes),

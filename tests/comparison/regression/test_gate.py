@@ -4,8 +4,6 @@ The models are fakes, controlled by the scene's gravity. What an unchanged scene
 gone lead to is asked of the two models in tests/cli/test_gate.py.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -34,7 +32,7 @@ def scene_file(fake_models, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("COLUMNS", "2000")
 
-    def make(name: str, gravity: float = 9.81) -> str:
+    def make(name, gravity=9.81):
         assert fake_models.exists()
         Path(f"{name}.toml").write_text(
             f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
@@ -68,12 +66,12 @@ def made(scene_file, kept, tmp_path, capsys):
     return BASELINE
 
 
-def gate(*arguments: str) -> int:
+def gate(*arguments):
     """One worker: starting another costs more than the fakes' runs."""
     return main(["gate", *arguments, "--jobs", "1"])
 
 
-def edit(pattern: str, by: str, *, seal: bool = True):
+def edit(pattern, by, *, seal=True):
     """Change the baseline; with the checksum of what it holds then, if that is a baseline at all."""
     text, count = re.subn(pattern, by, BASELINE.read_text(), count=1, flags=re.MULTILINE)
     assert count == 1
@@ -85,7 +83,7 @@ def edit(pattern: str, by: str, *, seal: bool = True):
         BASELINE.write_text(re.sub("^checksum = .*", f'checksum = "{new}"', text, flags=re.MULTILINE))
 
 
-def checks() -> dict[tuple[str, str], str]:
+def checks():
     """The message of what did not pass, by run and item."""
     all_checks = json.loads(Path("reports/out/gate/gate.json").read_text())["checks"]
     return {(c["group"], c["name"]): c["message"] for c in all_checks if c["status"] in ("failed", "error")}
@@ -239,7 +237,7 @@ def test_an_update_that_fails_leaves_the_baseline_alone(made, scene_file, gravit
     assert made.read_text() == before
 
 
-def rates(**changes: object):
+def rates(**changes):
     record.RATES.parent.mkdir(parents=True, exist_ok=True)
     measured = {
         "false_alarms": {"count": 0, "runs": 300, "upper95": 0.00994},
@@ -289,7 +287,7 @@ def test_a_coarser_run_may_violate_an_invariant_as_it_may_in_a_comparison(scene_
     scene_file("own")
     run_all = record.run_all
 
-    def violating(kind: int):  # of the first family: base, finer, coarser
+    def violating(kind):  # of the first family: base, finer, coarser
         def run(jobs, *more):
             outcomes = run_all(jobs, *more)
             bad = outcomes[kind]

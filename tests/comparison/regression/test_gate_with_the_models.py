@@ -1,7 +1,5 @@
 """The gate with the two models: it passes what did not change and finds a hundredth of a parameter."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,9 +1,5 @@
 """A slider that follows a sine of the crank, with errors as asked."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,13 +10,13 @@ PERIOD = 0.4
 
 
 @pytest.fixture
-def press() -> Callable[..., Table]:
+def press():
     """Make tables: ``press(error)`` adds to the acceleration alone what is given for each sample.
 
     Then without the velocity, of which it would not be the rate any more.
     """
 
-    def make(error: object = 0.0, cycles: float = 2, per_cycle: int = 1000) -> Table:
+    def make(error=0.0, cycles=2, per_cycle=1000):
         time = np.arange(round(cycles * per_cycle) + 1) * (PERIOD / per_cycle)
         phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
         columns = {"time": time, "slider_y": 0.1 * np.cos(phase)}

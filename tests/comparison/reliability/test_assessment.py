@@ -1,7 +1,5 @@
 """From errors to reliabilities: the cap, exact cases, the inverse, what moves them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.special import ndtr

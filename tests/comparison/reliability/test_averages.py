@@ -3,8 +3,6 @@
 Coverage of the intervals is measured on signals of which the truth is known.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two models' reliabilities: what is known of their difference, and what its interval says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.special import ndtr

@@ -1,7 +1,5 @@
 """Errors of a result against the ideal mechanism's, and their peaks between samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -3,8 +3,6 @@
 Nothing of `comparison.reliability` computes the numbers that its own are held against.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import product
 from types import SimpleNamespace
@@ -27,7 +25,7 @@ EVERY = 120_000
 IDEAL = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
 
 
-def drawn(number: int) -> dict[str, object]:
+def drawn(number):
     rng = np.random.default_rng(number)
     return {
         "drive.speed_rpm": float(rng.uniform(60.0, 200.0)),
@@ -47,14 +45,14 @@ SCENES = {
 
 
 @cache
-def scene(name: str):
+def scene(name):
     source, values = SCENES[name]
     strict = {"drive.cycles": 2.0, "output.groups": ["accelerations"], "solver.reference.tolerance": 1e-11}
     return load_scene(source, values | strict)
 
 
 @cache
-def tables(name: str, samples: int) -> tuple[Table, Table]:
+def tables(name, samples):
     """Run and ideal mechanism, as they are, with so many samples a cycle."""
     each = scene(name).with_values({"output.samples_per_cycle": samples})
     run, still = simulate(each.data), simulate(each.with_values(IDEAL).data)
@@ -62,7 +60,7 @@ def tables(name: str, samples: int) -> tuple[Table, Table]:
     return Table.from_result(run), Table.from_result(still)
 
 
-def assessed(name: str, samples: int, *, bare: bool = False):
+def assessed(name, samples, *, bare=False):
     run, still = tables(name, samples)
     if bare:
         run = Table(run.frame)
@@ -70,7 +68,7 @@ def assessed(name: str, samples: int, *, bare: bool = False):
 
 
 @cache
-def plain(name: str):
+def plain(name):
     """Moments, shares, reliabilities and peaks by the paper's formulas, from `EVERY` samples a cycle."""
     run, still = tables(name, EVERY)
     results = {}

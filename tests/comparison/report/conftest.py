@@ -1,7 +1,5 @@
 """Scenes of a made-up press, their page, and tables of the press with what records their scene."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pandas as pd
@@ -11,7 +9,6 @@ from outline import page
 
 from comparison.report.figures import channel_figure, relative_to_guide
 from comparison.tables.table_files import write
-from comparison.verdict.results import SceneComparison
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -31,13 +28,13 @@ def _drawn_once():
 
 
 @pytest.fixture(scope="session")
-def scene() -> SceneComparison:
+def scene():
     """Two crank cycles on which both models agree."""
     return make_scene()
 
 
 @pytest.fixture(scope="session")
-def differing() -> SceneComparison:
+def differing():
     """The same with the second model's normal forces 3 % too large."""
     return make_scene(
         "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
@@ -45,7 +42,7 @@ def differing() -> SceneComparison:
 
 
 @pytest.fixture(scope="session")
-def tiered(scene: SceneComparison) -> SceneComparison:
+def tiered(scene):
     """A scene that agrees at the standard tier and, with x moved by 0.1 µm, differs at the tight one."""
     closer = make_scene(
         tier="tight", alter=lambda columns: columns | {"slider_x": columns["slider_x"] + 1e-7}
@@ -54,7 +51,7 @@ def tiered(scene: SceneComparison) -> SceneComparison:
 
 
 @pytest.fixture
-def broken(scene: SceneComparison) -> SceneComparison:
+def broken(scene):
     """A scene that could not be compared, with a title that a careless page would run."""
     return replace(
         scene,
@@ -69,7 +66,7 @@ def broken(scene: SceneComparison) -> SceneComparison:
 
 
 @pytest.fixture(scope="module")
-def html(scene: SceneComparison, differing: SceneComparison) -> str:
+def html(scene, differing):
     return page(scene, differing)
 
 

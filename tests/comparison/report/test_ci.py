@@ -1,7 +1,5 @@
 """What continuous integration reads: JUnit XML, and the Markdown summary of a job."""
 
-from __future__ import annotations
-
 import html
 import re
 from xml.etree import ElementTree as ET
@@ -19,12 +17,12 @@ CASES = [
 ]
 
 
-def junit(cases, folder) -> ET.Element:
+def junit(cases, folder):
     write_junit(cases, folder / "deep" / "junit.xml", name="sixbar gate")
     return ET.parse(folder / "deep" / "junit.xml").getroot()
 
 
-def counted(element: ET.Element) -> tuple[int, ...]:
+def counted(element):
     return tuple(int(element.get(key)) for key in ("tests", "failures", "errors", "skipped"))
 
 

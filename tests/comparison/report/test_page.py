@@ -28,17 +28,17 @@ from comparison.words.differences import attribution_lines
 from comparison.words.verdicts import reason
 
 
-def part(html: str, start: str, end: str) -> str:
+def part(html, start, end):
     html = html[html.index(start) :]
     return html[: html.index(end)]
 
 
-def text(html: str) -> str:
+def text(html):
     """Return what a part of a page says, with plain blanks."""
     return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
-def rows(html: str, label: str = "") -> dict[str, list[str]]:
+def rows(html, label=""):
     """Return the cells of all rows of numbers, of the table with that label, by the row's name."""
     result = part(html, f'aria-label="{label}', "</table>") if label else html
     return {
@@ -94,7 +94,7 @@ def test_what_the_models_are_and_where_the_page_comes_from(scene):
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path):
-    def git(*arguments: str) -> str:
+    def git(*arguments):
         command = ["git", "-C", str(tmp_path), "-c", "user.name=x", "-c", "user.email=x@example.org"]
         return subprocess.check_output([*command, *arguments], text=True).strip()
 
@@ -284,7 +284,7 @@ def test_the_reliability_of_both_models_their_difference_and_its_parts(scene):
     phase = 2 * np.pi * scene.time / 0.4
     angle = np.degrees(phase) % 360
 
-    def runs(error: float, bump: float = 0.0) -> Runs:
+    def runs(error, bump=0.0):
         columns = {"slider_y": 0.1 * np.cos(phase), "slider_vy": np.sin(phase)}
         course = error + bump * ((angle > 100) & (angle <= 108))
         table = Table(pd.DataFrame({"time": scene.time, **columns, "slider_ay": course}))

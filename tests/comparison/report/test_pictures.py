@@ -1,7 +1,5 @@
 """One picture of one table or two, the press in motion, the schematic: in files, on a page, in a notebook."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -4,7 +4,6 @@ import base64
 import json
 import zlib
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,16 +18,16 @@ from comparison.tables.table import Table
 class Unpacked:
     """What a page's script reads."""
 
-    def __init__(self, text: str):
+    def __init__(self, text):
         body = zlib.decompress(base64.b64decode(text))
         length = int.from_bytes(body[:4], "little")
-        self.head: dict[str, Any] = json.loads(body[4 : 4 + length])
+        self.head = json.loads(body[4 : 4 + length])
         self._body, self._at, self.size = body, 4 + length, self.head["samples"]
         even = self.head["step"] is not None
         self.time = self.head["start"] + (
             self.head["step"] * np.cumsum(self._planes("<u2").astype(float)) if even else self._planes("<f8")
         )
-        self.channels: dict[str, dict[str, Any]] = {}
+        self.channels = {}
         for channel in self.head["channels"]:
             lowest, step = channel["grid"]
             steps = np.cumsum(np.cumsum(self._planes("<u2"), dtype="<u2"), dtype="<u2")
@@ -49,16 +48,16 @@ class Unpacked:
             )
         assert self._at == len(body)
 
-    def _bytes(self, count: int) -> np.ndarray:
+    def _bytes(self, count):
         self._at += count
         return np.frombuffer(self._body[self._at - count : self._at], np.uint8)
 
-    def _planes(self, kind: str) -> np.ndarray:
+    def _planes(self, kind):
         width = np.dtype(kind).itemsize
         planes = self._bytes(width * self.size).reshape(width, self.size)
         return np.ascontiguousarray(planes.T).view(kind)[:, 0]
 
-    def _halves(self) -> np.ndarray:
+    def _halves(self):
         return (self._planes("<u2").astype("<u4") << 16).view("<f4")
 
 

@@ -52,7 +52,7 @@ def test_narrow_spans_are_widened_to_a_column_join_and_stay_inside():
 
 
 def test_a_force_of_one_sample_stands_at_full_height():
-    def spike(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def spike(columns):
         force = np.zeros_like(columns["slider_x"])
         force[733] = 50.0
         return columns | {"corner_ur_normal": force}

@@ -1,7 +1,5 @@
 """A scene knows where it differs from its files: name, title and the command that repeats it follow."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import tomllib

@@ -1,7 +1,5 @@
 """Scenes are complete, hashed by what can change a result, and refused in one line (tests/cli has more)."""
 
-from __future__ import annotations
-
 import pickle
 
 import pytest
@@ -22,7 +20,7 @@ TREE = {"formulation": "tree", "method": "auto", "step": 1e-4, "tolerance": 1e-1
 FORMULATION = "solver.exudyn.formulation"
 
 
-def refused(name, changes=None) -> str:
+def refused(name, changes=None):
     with pytest.raises(SceneError) as error:
         load_scene(name, changes)
     message = str(error.value)
@@ -30,7 +28,7 @@ def refused(name, changes=None) -> str:
     return message
 
 
-def exudyn(scene) -> dict[str, object]:
+def exudyn(scene):
     return scene.data["solver"]["exudyn"]
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
@@ -67,10 +68,6 @@ def test_the_page_holds_the_figures_and_shows_html_as_text(tmp_path):
 
 
 # ---- switches between corners and surface
-
-
-def contacts_of(*rows):
-    return pd.DataFrame(rows, columns=["corner", "start", "end"])
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,10 @@
 Interpolation between random contacts is in `tests/judge`, by a second way.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -21,21 +20,17 @@ FORCE = "corner_ll_normal"
 COARSE, FINE = np.linspace(0, 3, 31), np.linspace(0, 3, 77)
 
 
-def wave(time: np.ndarray, events: pd.DataFrame | None = None, **columns) -> Table:
+def wave(time, events=None, **columns):
     """x = sin t with its derivative; an angle without its rate."""
     frame = {"time": time, "slider_x": np.sin(time), "slider_vx": np.cos(time), "slider_angle": np.cos(time)}
     return Table(pd.DataFrame(frame | columns), events)
-
-
-def contacts(*spans: tuple[str, float, float]) -> pd.DataFrame:
-    return pd.DataFrame(spans, columns=["corner", "start", "end"])
 
 
 @st.composite
 def some_events(draw):
     edges = st.floats(-0.1, 1.1)
     spans = draw(st.lists(st.tuples(st.sampled_from(["ll", "ur"]), edges, edges), max_size=6))
-    return contacts(*((corner, min(one, two), max(one, two)) for corner, one, two in spans))
+    return contacts_of(*((corner, min(one, two), max(one, two)) for corner, one, two in spans))
 
 
 @settings(max_examples=50)
@@ -115,11 +110,11 @@ def test_the_finer_table_tells_how_often_an_angle_has_turned_and_the_first_one_h
             assert a[0] == pytest.approx(pair[0].values("slider_angle")[0], abs=1e-12)
 
 
-def pressed(time: np.ndarray, *spans: tuple[float, float]) -> Table:
+def pressed(time, *spans):
     """A force that is zero, and within contacts a line from 50 N down: it jumps at both ends of a contact."""
     held = [np.where((time >= start) & (time < end), 50 - 10 * (time - start), 0.0) for start, end in spans]
     frame = pd.DataFrame({"time": time, FORCE: np.sum(held, axis=0)})
-    return Table(frame, contacts(*(("ll", *span) for span in spans)))
+    return Table(frame, contacts_of(*(("ll", *span) for span in spans)))
 
 
 @pytest.mark.parametrize("spans", [[(0.4912, 1.013), (1.7, 2.61)], [(COARSE[10], COARSE[20])]])
@@ -135,6 +130,6 @@ def test_a_force_keeps_its_left_and_right_limits_at_a_contact_of_either_table(sp
 
 def test_a_table_that_says_that_nothing_touches_is_not_asked_again():
     coarse, fine = pressed(COARSE, (0.5, 1.5)), pressed(FINE, (0.5, 1.5)).frame
-    aligned = align(coarse, Table(fine, contacts()), [FORCE])
+    aligned = align(coarse, Table(fine, contacts_of()), [FORCE])
     np.testing.assert_array_equal(aligned.b[FORCE], np.interp(COARSE, FINE, fine[FORCE]))
     assert not aligned.unknown

@@ -1,7 +1,5 @@
 """Tables come back bit for bit; what is no table, or no companion of one, is one line."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Random signals are in `tests/judge`, by a second way.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -57,7 +55,7 @@ def test_a_sample_that_stands_out_is_told_by_its_distance():
     assert distance[70] == pytest.approx(1.0, rel=1e-12)  # sums of a few numbers around 1
 
 
-def slider(time: np.ndarray) -> dict[str, np.ndarray]:
+def slider(time):
     """Something like the slider at 150 rpm: y driven by the crank, x flying from wall to wall."""
     phase = 2 * np.pi * time / PERIOD
     beats = 12 * time / PERIOD + 1.5 * np.sin(phase)  # flights, quicker and slower

@@ -1,26 +1,19 @@
 """Runs whose errors are known, and two models that play errors back."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake
 
 from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Outcome, RunError, run_key, run_one
-from comparison.scene import Scene, load_scene
-from comparison.tables.table import Table
+from comparison.execution.run import Outcome, RunError, run_key, run_one
+from comparison.scene import load_scene
 
 
 @pytest.fixture
-def make_runs(make_table: Callable[..., Table]) -> Callable[..., Runs]:
+def make_runs(make_table):
     """Runs of a second-order method with an error: ``make_runs(error, ...)``, the rest as of `make_table`."""
 
-    def make(error: float, refinement: tuple[float, float] = (2.0, 2.0), **options: Any) -> Runs:
+    def make(error, refinement=(2.0, 2.0), **options):
         tables = [make_table(part * error, **options) for part in (1.0, 0.25, 4.0, 4.0, 4.0)]
         return Runs(*tables, refinement=refinement)
 
@@ -28,7 +21,7 @@ def make_runs(make_table: Callable[..., Table]) -> Callable[..., Runs]:
 
 
 @pytest.fixture
-def small() -> Scene:
+def small():
     """Two cycles with few samples, Exudyn's tree: both models have an ensemble."""
     tree = tight(load_scene("150rpm-0.2mm", COARSE), MODELS)
     assert tree is not None
@@ -36,19 +29,19 @@ def small() -> Scene:
 
 
 @pytest.fixture
-def fake(fake_model, small) -> Callable[..., Fake]:
-    def make(draw: Callable[[np.random.Generator], float], of: Scene = small, **options) -> Fake:
+def fake(fake_model, small):
+    def make(draw, of=small, **options):
         return Fake(fake_model.signals, of, draw, **options)
 
     return make
 
 
 @pytest.fixture
-def ran(fake_models, monkeypatch) -> dict[str, Job]:  # noqa: ARG001
+def ran(fake_models, monkeypatch):  # noqa: ARG001
     """What `validate` runs, each once, by the fake models; without worker processes."""
     jobs, outcomes = {}, {}
 
-    def run(job: Job) -> Outcome:
+    def run(job):
         try:
             return Outcome("success", table=run_one(job.scene, job.model))
         except RunError as error:

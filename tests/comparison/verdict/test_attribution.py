@@ -1,7 +1,5 @@
 """Where a difference comes from, on tables whose errors are known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import isnan
 
@@ -17,11 +15,11 @@ LABELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
 
 
-def compared(scene, a: Runs, b: Runs, **options):
+def compared(scene, a, b, **options):
     return compare(a, b, scene=scene, labels=LABELS, **options)
 
 
-def moved(runs: Runs, late: float, parts: tuple[float, ...] = (1.0,) * 5, **columns: float) -> Runs:
+def moved(runs, late, parts=(1.0,) * 5, **columns):
     """Move columns of a model's runs from some time on, by a size times the part of each run."""
     for kind, part in zip(KINDS, parts, strict=True):
         frame = getattr(runs, kind).frame

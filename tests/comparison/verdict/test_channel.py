@@ -1,7 +1,5 @@
 """One channel's verdict on known signals; its bounds and numbers are asked for in `tests/judge`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -103,7 +101,7 @@ def test_the_ratio_is_at_most_one_exactly_where_the_share_of_the_rule_is_within(
 
 
 def test_the_channel_with_the_largest_ratio_is_named_of_equal_ones_that_with_the_largest_maximum():
-    def spiked(times: float, spike: float) -> np.ndarray:
+    def spiked(times, spike):
         return np.r_[spike, np.full(299, times)]
 
     usual = {"slider_x": apart(spiked(0.1, 0.1), "slider_x")}

@@ -1,10 +1,9 @@
 """Whole tables of runs: what cannot be compared, what is found, and what is carried along."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -155,8 +154,8 @@ def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel
 # Contacts
 
 
-def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
-    return pd.DataFrame(rows, columns=["corner", "start", "end"]).assign(**dict.fromkeys(OF_EVENT, 1.0))
+def contacts(*rows):
+    return contacts_of(*rows).assign(**dict.fromkeys(OF_EVENT, 1.0))
 
 
 HITS = contacts(*((c, 0.1 * n + 0.01 * k, 0.1 * n + 0.01 * k + 1e-3)

@@ -1,7 +1,5 @@
 """A difference is confirmed, left unconfirmed, or taken back as an underestimated uncertainty."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 
@@ -78,7 +76,7 @@ def test_what_the_ensemble_makes_unpredictable_is_lost_and_below_the_floor_nobod
 
 
 def test_an_ensemble_in_clusters_or_of_which_one_lacks_a_contact_names_the_contact_that_decides(fake):
-    def either(rng: np.random.Generator) -> float:
+    def either(rng):
         return float(rng.choice([0.0, 2e-5]) + LOCAL / 10 * rng.standard_normal())
 
     _, after = fake(either, extra=lambda late: late > 1e-5).confirmed(b=2e-5)
@@ -166,7 +164,7 @@ def test_the_excess_is_the_distance_of_the_nearer_run_over_that_of_the_farthest_
     ensembles = {side: [model.table(error) for error in own] for side, own in enumerate(errors)}
     after = decided(judge(), runs, ensembles, lambda large: judge(ensembles=large)).confirmation
 
-    def distance(value: float, others: np.ndarray) -> float:
+    def distance(value, others):
         return abs(value - others.mean()) / others.std()
 
     excess = [
@@ -182,7 +180,7 @@ def test_the_excess_is_the_distance_of_the_nearer_run_over_that_of_the_farthest_
 def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table, small, scene):
     clearance, samples = scene.data["clearance"]["slider"], make_table().time.size
 
-    def worth(error: float, response: float, before: int = samples):
+    def worth(error, response, before=samples):
         """Of a run with an error, whose perturbed runs have moved by so many times what their starts had."""
         apart = response * perturbation(scene) / clearance
         base, finer, one, other = (make_table(stretch=size) for size in (0.0, error, apart, -apart))

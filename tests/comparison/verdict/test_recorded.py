@@ -1,7 +1,5 @@
 """Runs from files: the uncertainty and the verdict of `sixbar validate`, and what is missing is said."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -61,11 +59,11 @@ def test_files_of_a_validation_give_its_uncertainty_and_verdict_bit_for_bit(
 TIME = np.arange(401) * 2e-3
 
 
-def runs(error: float, wave: float = 0.0, count: int = 2, spread: float = 1e-9) -> Recorded:
+def runs(error, wave=0.0, count=2, spread=1e-9):
     """Runs of a method of second order; perturbed ones lie around the base."""
     rng = np.random.default_rng(1)
 
-    def table(size: float, offset: float = 0.0) -> Table:
+    def table(size, offset=0.0):
         y = 0.1 * np.cos(9 * TIME) * (1 + size + wave) + offset
         return Table(pd.DataFrame({"time": TIME, "slider_y": y}))
 
@@ -74,7 +72,7 @@ def runs(error: float, wave: float = 0.0, count: int = 2, spread: float = 1e-9) 
     return Recorded(table(error), table(error / 4), table(4 * error), [*perturbed, *ensemble])
 
 
-def verdict(a: Recorded, b: Recorded, **options):
+def verdict(a, b, **options):
     return compare_recorded(a, b, scene=None, labels=("a", "b"), **options)
 
 

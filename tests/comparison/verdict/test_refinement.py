@@ -1,17 +1,14 @@
 """A verdict of five bodies other than "agree" is judged with ever finer runs, until it stands."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake, narrow
 
-from comparison.scene import Scene, load_scene
+from comparison.scene import load_scene
 from comparison.verdict.compare import compare
-from comparison.verdict.refinement import ENOUGH, MOST, Settled, settle
+from comparison.verdict.refinement import ENOUGH, MOST, settle
 from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6
@@ -23,14 +20,14 @@ FAULT = 3e-6
 class Levels:
     """Families of two models, the second of which errs as a function of its step."""
 
-    def __init__(self, fake: Fake, error: Callable[[float], float], tree: float = 0.0) -> None:
+    def __init__(self, fake, error, tree=0.0):
         self.fake, self.error, self.tree = fake, error, tree
-        self.asked: list[tuple[float, float]] = []
+        self.asked = []
         """Step of five bodies, in halves of the scene's own, and the reference's tolerance."""
         self.trees = 0
         """How often the third opinion was asked."""
 
-    def families(self, scene: Scene):
+    def families(self, scene):
         solver = scene.data["solver"]
         if solver["exudyn"]["formulation"] == "tree":
             self.trees += 1
@@ -39,10 +36,10 @@ class Levels:
         self.asked.append((step, solver["reference"]["tolerance"]))
         return self.fake.family(0), self.fake.family(1, self.error(step))
 
-    def run(self, starts, model: str):
+    def run(self, starts, model):
         return replace(self.fake, bias=(0.0, self.tree)).run(starts, model)
 
-    def settled(self, families=None) -> Settled:
+    def settled(self, families=None):
         scene, families = self.fake.scene, families or self.families
         runs = families(scene)
         before = compare(*runs, scene=scene, labels=MODELS)
@@ -51,7 +48,7 @@ class Levels:
 
 @pytest.fixture
 def levels(fake):
-    def make(error, tree: float = 0.0, step: float = STEP) -> Levels:
+    def make(error, tree=0.0, step=STEP):
         scene = load_scene("150rpm-0.2mm", COARSE | {"solver.exudyn.step": step})
         return Levels(Fake(fake(narrow).signals, scene, narrow), error, tree)
 
@@ -104,7 +101,7 @@ def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, ref
 def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels, limit, verdict):
     model = levels(lambda _: 0.0)
 
-    def families(scene: Scene):
+    def families(scene):
         """Runs as far apart as their scale until the step is small enough."""
         first, second = model.families(scene)
         far = scene.data["solver"]["exudyn"]["step"] > limit * STEP
@@ -128,7 +125,7 @@ def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
     """As an ensemble does not show an error of the step; None: the tree fails as well."""
     model = levels(lambda _: FAULT, tree or 0.0)
 
-    def families(scene: Scene):
+    def families(scene):
         is_tree = scene.data["solver"]["exudyn"]["formulation"] == "tree"
         failed = tree is None if is_tree else bool(model.asked)
         return None if failed else model.families(scene)

@@ -1,7 +1,5 @@
 """Tables without uncertainties: a tolerance for every sample, limits of metrics, holes and shifts."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -16,7 +14,7 @@ from comparison.metrics.signals import tube_distance
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import write
 from comparison.verdict.compare import Runs, compare
-from comparison.verdict.results import METRICS, Basis, SceneComparison
+from comparison.verdict.results import METRICS, Basis
 from comparison.words.verdicts import scene_reason
 
 N = 1001
@@ -25,11 +23,11 @@ WAVE = 0.1 * np.sin(5 * TIME) + 0.02
 LABELS = ("reference", "exudyn")
 
 
-def table(time: np.ndarray = TIME, **columns: np.ndarray) -> Table:
+def table(time=TIME, **columns):
     return Table(pd.DataFrame({"time": time} | columns))
 
 
-def judged(a: np.ndarray, b: np.ndarray, channel: str = "slider_y", **options) -> SceneComparison:
+def judged(a, b, channel="slider_y", **options):
     """Compare one channel, by a tolerance of a thousandth unless there is another limit."""
     options = options if {"tolerance", "gate"} & options.keys() else options | {"tolerance": 1e-3}
     return compare(Runs(table(**{channel: a})), Runs(table(**{channel: b})), **options)
@@ -51,7 +49,7 @@ def test_a_constant_rate_few_rows_and_zeros_are_no_crash():
 
 
 def test_one_missing_row_is_a_warning_and_two_are_refused():
-    def without(*rows: int) -> Runs:
+    def without(*rows):
         kept = np.delete(np.arange(N), rows)
         return Runs(table(TIME[kept], slider_y=WAVE[kept]))
 
@@ -99,7 +97,7 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(row, times, si
 # A shift in time
 
 
-def slider(time: np.ndarray, names: tuple[str, ...], shown: np.ndarray | None = None) -> Table:
+def slider(time, names, shown=None):
     """y driven by the crank, x flying from wall to wall of 0.2 mm clearance; shown at other times."""
     phase = 2 * np.pi * time / 0.4
     beats = 12 * time / 0.4 + 1.5 * np.sin(phase)
@@ -136,7 +134,7 @@ def test_a_shift_of_a_tenth_of_a_millisecond_never_agrees(names, shift, finer):
 def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
     time = np.arange(401) * 2e-3
 
-    def shifted(shift: float, names=("slider_y", "slider_vy"), **options) -> SceneComparison:
+    def shifted(shift, names=("slider_y", "slider_vy"), **options):
         # Not from an instant at which x turns round: vy would jump at whole multiples of the sample.
         a, b = (Runs(slider(time + 3.7e-4 - late, names, time)) for late in (0.0, shift))
         return compare(a, b, tolerance=0.01, only=names, labels=LABELS, **options)
@@ -154,13 +152,13 @@ def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
 # A tolerance in time, and limits of metrics
 
 
-def impact(start: float, height: float = 40.0) -> np.ndarray:
+def impact(start, height=40.0):
     """Half a sine of ten samples."""
     phase = (TIME - start) / 0.02
     return np.where((phase > 0) & (phase < 1), height * np.sin(np.pi * phase), 0.0)
 
 
-def of_force(a: np.ndarray, b: np.ndarray, **options) -> SceneComparison:
+def of_force(a, b, **options):
     return judged(a, b, "corner_ll_normal", **options)
 
 

@@ -1,7 +1,5 @@
 """The main job in Python, with fake models in this process; verdicts on record; three models."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 
@@ -121,7 +119,7 @@ def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, mak
     made = {"machine": 'A "x", numpy 2', "date": "2030-01-01"}
     record = tomllib.loads(as_toml([scene], [both], made))
 
-    def said(scenes, comparisons, record=record) -> str:
+    def said(scenes, comparisons, record=record):
         return words.departures(departures(scenes, comparisons, record), record["made"])
 
     assert (record["made"], said([scene], [both])) == (made, "")

@@ -1,7 +1,5 @@
 """Sentences: an instant, what is expected of a run and which error it has, and the verdict card."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -66,7 +64,7 @@ def test_many_contacts_are_counted_in_figures(count, word):
     assert contact(count + 0.1, events).split()[2] == word
 
 
-def compared(events=(None, None), scene=None) -> SceneComparison:
+def compared(events=(None, None), scene=None):
     period = scene and 60.0 / abs(scene["drive"]["speed_rpm"])
     return SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events, period=period, scene=scene)
 

@@ -1,7 +1,5 @@
 """The campaign: its population, its stages with made-up runs, who errs, its page; a part of it for real."""
 
-from __future__ import annotations
-
 import json
 import os
 import secrets
@@ -47,7 +45,7 @@ class Models:
 
     def __init__(self, make_table):
         self.make, self.asked, self.stretch = make_table, dict.fromkeys((*MODELS, ENGINE), 0), {}
-        self.status: dict[str, Outcome] = {}
+        self.status = {}
         self.spoil = lambda _, table: table
         self.of_settings = lambda *_: 0.0
 

@@ -1,7 +1,5 @@
 """A comparison of the study: what its ensembles are given, what is confirmed, the smallest change found."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

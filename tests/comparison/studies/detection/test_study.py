@@ -1,7 +1,5 @@
 """What is compared, with a fault and without; where drawing stops; what the study writes of it."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re

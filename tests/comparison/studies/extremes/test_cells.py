@@ -1,7 +1,5 @@
 """Cells, classes and causes of the study extremes; a handful of its cells run for real."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import replace
@@ -53,7 +51,7 @@ TIGHT = (row(EXACT), row(EXACT + 1e-12))
 LATE = {"status": "work-limit", "message": "", "share": 0.3, "limit": LIMIT}
 
 
-def leaving(at: int, error: float):
+def leaving(at, error):
     return row(EXACT + np.where(np.arange(11) >= at, error, 0.0))
 
 
@@ -67,7 +65,7 @@ def run(ran, magnified=2.0, method=FULL, cell=1, **known):
     }  # fmt: skip
 
 
-def erring(error: float, magnified: float = 2.0, steps: float | None = None, **known):
+def erring(error, magnified=2.0, steps=None, **known):
     return run(row(EXACT + error, steps_per_contact=steps), magnified, **known)
 
 

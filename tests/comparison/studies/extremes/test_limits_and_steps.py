@@ -1,7 +1,5 @@
 """Limits with a known answer, and limits of steps: theory against brute force, and runs of the reference."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import re
@@ -70,15 +68,13 @@ def frames():
         ("speed", 0.0, "depth", 2.0, 0.05),
     ],
 )
-def test_the_reference_converges_to_known_limits_at_known_orders(
-    frames, name, case, quantity, order, slack
-) -> None:
+def test_the_reference_converges_to_known_limits_at_known_orders(frames, name, case, quantity, order, slack):
     observed = LIMITS[name].observed(frames[name]).set_index(["case", "quantity"])
     assert np.isnan(observed["exudyn"][case, quantity])
     assert observed["reference"][case, quantity] == pytest.approx(order, abs=slack)
 
 
-def test_the_limits_themselves(frames) -> None:
+def test_the_limits_themselves(frames):
     ran = {name: frame[frame["model"] == "reference"] for name, frame in frames.items()}
     assert (ran["clearance"]["y"] <= 0.2095 * 1.001 * ran["clearance"]["x"]).all()
     stiffest = ran["stiffness"][ran["stiffness"]["modulus"] == 1e15]
@@ -94,11 +90,11 @@ def test_the_limits_themselves(frames) -> None:
 # ---- steps
 
 
-def after(steps: int, z: complex) -> float:
+def after(steps, z):
     """Return |y| after so many steps of DOP853 on y' = z y, h = 1, stage by stage."""
     y = 1.0 + 0.0j
     for _ in range(steps):
-        slopes: list[complex] = []
+        slopes = []
         for row in DOP853.A:
             slopes.append(z * (y + sum(a * k for a, k in zip(row, slopes, strict=False))))
         y += sum(b * k for b, k in zip(DOP853.B, slopes, strict=True))
@@ -106,14 +102,14 @@ def after(steps: int, z: complex) -> float:
 
 
 @pytest.mark.parametrize("degrees", [180.0, 120.0, 90.0])
-def test_the_stability_limit_of_dop853_parts_decay_from_growth(degrees) -> None:
+def test_the_stability_limit_of_dop853_parts_decay_from_growth(degrees):
     direction = cmath.exp(1j * math.radians(degrees))
     S = stable_to(direction)
     assert after(400, 0.99 * S * direction) < 1.0
     assert after(400, 1.01 * S * direction) > 2.0
 
 
-def test_the_reference_takes_the_steps_that_stability_allows() -> None:
+def test_the_reference_takes_the_steps_that_stability_allows():
     """Loose tolerance, stiff error equation: the error control has nothing else to follow."""
     alpha = FULL["gains"][-1]
     scene = gain_scene("ideal slider", alpha, alpha, FULL["tolerances"][0], 0.2)
@@ -122,21 +118,21 @@ def test_the_reference_takes_the_steps_that_stability_allows() -> None:
 
 
 @pytest.mark.parametrize("name", FIXED)
-def test_a_resolved_hit_returns_all_and_an_unresolved_one_does_not(name) -> None:
+def test_a_resolved_hit_returns_all_and_an_unresolved_one_does_not(name):
     phases = np.linspace(0.05, 1.0, 20)
     worst = [np.abs(rebounds(FIXED[name], wh, phases) - 1.0).max() for wh in (0.17, 0.017)]
     assert worst[1] < worst[0] / 100  # order 2 at least
     assert rebounds(FIXED[name], 1e3, phases).max() > 2.5
 
 
-def test_a_rigid_wall_throws_back_what_two_steps_by_hand_say() -> None:
+def test_a_rigid_wall_throws_back_what_two_steps_by_hand_say():
     """On the wall v1 = (2 s - 1) v0 and h a1 = -4 (1 - s) v0, then half of a1 more: v2 = (4 s - 3) v0."""
     phases = np.array([0.1, 0.3, 0.5])
     thrown = rebounds(FIXED["trapezoidal-index2"], 1e6, phases)
     np.testing.assert_allclose(thrown, 3.0 - 4.0 * phases, rtol=1e-9)
 
 
-def test_five_bodies_rebound_as_one_mass_does() -> None:
+def test_five_bodies_rebound_as_one_mass_does():
     ran = run_impacts(FEW | {"moduli": (1e12,), "impact_steps": (1e-5,)}, 1, None)
     assert (ran["method"].tolist(), set(ran["status"])) == (list(FIXED), {"success"})
     # Rod 4 turns by some 1e-4 rad in the few steps in which it moves a micrometre each.
@@ -144,7 +140,7 @@ def test_five_bodies_rebound_as_one_mass_does() -> None:
     assert ran["impulse"].to_numpy() != pytest.approx(1.0, abs=1e-3)  # what few steps make of it
 
 
-def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(frames, tmp_path, monkeypatch) -> None:
+def test_the_page_of_few_runs_has_all_its_values_figures_and_tables(frames, tmp_path, monkeypatch):
     """With the limits of the reference alone: where Exudyn has nothing, nothing is said to be zero."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
     runs = pd.DataFrame(columns=["cell", *COLUMNS]).astype(dict.fromkeys(NUMBERS, float))

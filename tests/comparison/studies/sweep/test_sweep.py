@@ -1,7 +1,5 @@
 """Sweeps: points, what is measured, resumption after a kill, processes and a cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import json
@@ -196,7 +194,7 @@ def test_dask_is_not_even_asked_where_nobody_answers(address, message, monkeypat
         monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("asked"))
     with socket.create_server(("127.0.0.1", 0)) as server:
 
-        def answer() -> None:
+        def answer():
             with contextlib.suppress(OSError):
                 while True:
                     server.accept()[0].close()

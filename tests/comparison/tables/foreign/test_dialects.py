@@ -1,16 +1,14 @@
 """One table in the dialects of all programs: the same names, units and numbers, or one line and exit code 2.
 
-The number of examples is DIALECTS, else a few.
+The number of examples is DIALECTS, else a few. How a table is written is drawn at random too.
 """
-
-from __future__ import annotations
 
 import os
 import re
 from pathlib import Path
+from types import SimpleNamespace as Dialect
 
 import numpy as np
-from dialects import ENTRIES, NAMES, SPACED, UNITS, Dialect, dialects, meant, written
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 
@@ -18,6 +16,148 @@ from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
 from comparison.tables.units import parse
+
+NAMES = [
+    "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
+    ".press.X", "/body/rod|q", "V(out)", "N", "rad", "t_end", "T", "Δφ", "8th", "a-b", "x.1", "100%",
+]  # fmt: skip
+SPACED = ["slider x", "Joint angle 2", "F, left", "a; b", "hit #3", "time to go"]
+"""Names that need quotation marks where the separator is in them."""
+UNITS = ["mm", "m", "deg", "N", "m/s^2", "N mm", "kg/(m^3)", "-", "furlong", "°"]
+TITLES = [
+    "Press run 7", "Press\frun", "Press\vrun", "Press\x85run", "Press\u2028run", '5" pipe', '"Press',
+    'run "7"', "it's", "a, b, c", "a;b;c;d", "7 runs of 3", "v1.2.3, 2026-01-01 12:00", "Δt = 0,5 s",
+    "x" * 300, "", "  ", "sep=;", "===", "-----", "(", "[]", "made on a day, in May", "inDegrees=no",
+    "endheader", "\ufeff",
+]  # fmt: skip
+COMMENTS = ["# run 7", "#", "% made by hand", "! end of block", "# 1 2 3", '# "', "  # it's", "#0,1"]
+ENTRIES = [
+    "nan", "NaN", "-nan", "1.#QNAN", "-1.#IND", "1.#INF", "nan(ind)", "", "false", "N/A", "***", "−5", "1 5",
+    "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000",
+]  # fmt: skip
+"""What stands in a table instead of a number."""
+
+
+OPTIONS = {
+    "separator": [",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     "],
+    "decimal": [".", ".", ","],
+    "thousands": ["", "", "yes"],
+    # A format, "D" for Fortran's exponents, or "no letter" for its exponents of three digits.
+    "number": ["repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E"],
+    "quotes": ["all", "names", "needed", "needed"],
+    "header": ["names", "units below", "[]", "()", "attached", "comment", "comment units", "none"],
+    "end": ["\n", "\r\n", "\r", "mixed"],  # of lines; "mixed": one of three in turn
+    "last_end": [True, False],
+    "encoding": ["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"],
+    "index": [False, False, True],  # a first column without a name counts the rows
+    "trailing": ["", "", "rows", "all"],  # which lines end with a separator
+    "blank": [None, None, 1, 3],  # before which row of the table
+    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],  # before which row
+    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],  # at the end of which row
+    "empty_rows": [False, False, True],
+}  # fmt: skip
+"""How a table is written."""
+
+
+@st.composite
+def dialects(draw):
+    """Draw a dialect: one of each option, as far as they go together."""
+    drawn = {name: draw(st.sampled_from(options)) for name, options in OPTIONS.items()}
+    dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
+    dialect.titles = draw(st.lists(st.sampled_from(TITLES + COMMENTS), max_size=4))
+    dialect.spaces = dialect.separator.isspace() and not dialect.separator.startswith("\t")
+    grouped = dialect.thousands and dialect.number in ("repr", ".3f", ".0f")
+    dialect.thousands = {".": ",", ",": "."}[dialect.decimal] if grouped else ""
+    if dialect.thousands == "." and dialect.sign == ",":  # no program separates by what it groups with
+        dialect.thousands = ""
+    if dialect.spaces or dialect.header in ("none", "comment", "comment units"):
+        dialect.index = False
+    if dialect.spaces:  # several count as one
+        dialect.trailing, dialect.empty_rows = "", False
+    if dialect.header == "none":
+        dialect.titles = []
+    return dialect
+
+
+def meant(value, dialect):
+    """Return the number that a value is written as."""
+    text = _number(value, dialect.number)
+    return float(re.sub(r"^([^e]*\d)([+-]\d{3})$", r"\1e\2", text.replace("D", "e")))
+
+
+def written(names, units, columns, dialect, instead=None):
+    """Return a table's bytes; ``instead`` is the column and row of an entry that is no number."""
+    cells = [[_cell(value, dialect) for value in column] for column in columns]
+    if instead is not None:
+        cells[instead[0]][instead[1]] = instead[2]
+    heading = _heading(names, units, dialect)
+    lines = []
+    for n, row in enumerate(zip(*cells, strict=True)):
+        fields = [str(n), *row] if dialect.index else row
+        line = dialect.separator.join(_quoted(field, dialect, dialect.quotes == "all") for field in fields)
+        lines.append(line + (dialect.sign if dialect.trailing else ""))
+    if dialect.inline is not None and dialect.inline[0] < len(lines):
+        lines[dialect.inline[0]] += dialect.inline[1]
+    if dialect.comment is not None:
+        lines.insert(*dialect.comment)
+    if dialect.blank is not None:
+        lines.insert(dialect.blank, "")
+    if dialect.empty_rows:
+        lines.append(dialect.sign * (len(cells) - 1))
+    everything = [*dialect.titles, *heading, *lines]
+    ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
+    # A carriage return before an empty line that ends with a line feed is the end of one line.
+    text = "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(everything))
+    text = text if dialect.last_end else text.rstrip("\r\n")
+    try:
+        return text.encode(dialect.encoding)
+    except UnicodeEncodeError:
+        return text.encode("utf-8")
+
+
+def _number(value, kind):
+    if kind == "repr":
+        return repr(value)
+    if kind in ("D", "no letter"):
+        mantissa, _, exponent = f"{value:.6E}".partition("E")
+        # Three digits are written as 1.5-101; where two do, they are written with their letter.
+        return f"{mantissa}D{exponent}" if kind == "D" or len(exponent) < 4 else mantissa + exponent
+    return f"{value:{kind}}"
+
+
+def _cell(value, dialect):
+    text = _number(value, dialect.number)
+    digits = re.match(r"[+-]?(\d+)", text)
+    if dialect.thousands and digits is not None and "e" not in text:
+        text = text.replace(digits[1], f"{int(digits[1]):,}", 1)
+    return text.translate(str.maketrans({".": dialect.decimal, ",": dialect.thousands or ","}))
+
+
+def _quoted(field, dialect, always):
+    needed = any(c in field for c in (" \t" if dialect.spaces else dialect.sign))
+    return f'"{field}"' if always or needed else field
+
+
+def _heading(names, units, dialect):
+    if dialect.header == "none":
+        return []
+    rows = [list(names)]
+    if units is not None and dialect.header in ("[]", "()", "attached"):
+        left, right = {"[]": (" [", "]"), "()": (" (", ")"), "attached": ("[", "]")}[dialect.header]
+        rows = [[f"{name}{left}{unit}{right}" for name, unit in zip(names, units, strict=True)]]
+    if units is not None and dialect.header in ("units below", "comment units"):
+        rows.append(list(units))
+    always = dialect.quotes in ("all", "names")
+    lines = []
+    for fields in rows:
+        # Between names and their units there may be a space; of both together it needs no quotes.
+        bare = dialect.spaces and dialect.header in ("[]", "()") and not always
+        line = dialect.separator.join(f if bare else _quoted(f, dialect, always) for f in fields)
+        line = (dialect.sign if dialect.index else "") + line
+        line += dialect.sign if dialect.trailing == "all" else ""
+        lines.append(("# " if dialect.header.startswith("comment") else "") + line)
+    return lines
+
 
 EXAMPLES = int(os.environ.get("DIALECTS", "100"))
 many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
@@ -35,7 +175,7 @@ NAMELESS = (
 
 
 @st.composite
-def tables(draw: st.DrawFn, dialect: Dialect) -> tuple[list[str], list[str] | None, list[list[float]]]:
+def tables(draw, dialect):
     """Draw names, units and columns, the time first, as this dialect can hold them."""
     count, rows = draw(st.integers(2, 5)), draw(st.sampled_from([2, 3, 5, 7, 120]))
     with_units = dialect.header not in ("names", "comment", "none")
@@ -65,7 +205,7 @@ Contents = dict[str, tuple[str | None, np.ndarray]]
 """Unit and numbers by name."""
 
 
-def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, str]:
+def read(content, compare=None):
     """Return what a table holds, or why it is refused, in one line."""
     Path("a.csv").write_bytes(content)
     tables, message = [], ""
@@ -79,7 +219,7 @@ def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, st
     return {n: (units.get(n, "s"), table.values(n)) for table in tables for n in table.frame}, message
 
 
-def wanted(names, units, columns, dialect) -> Contents:
+def wanted(names, units, columns, dialect):
     if dialect.header == "none":
         names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
     result = {
@@ -89,7 +229,7 @@ def wanted(names, units, columns, dialect) -> Contents:
     return result | {"time": ("s", parse(units[0] if units else "s").convert(result["time"][1], parse("s")))}
 
 
-def same(result: Contents, expected: Contents) -> None:
+def same(result, expected):
     assert list(result) == list(expected)
     for name, (unit, numbers) in expected.items():
         assert result[name][0] == unit

@@ -1,7 +1,5 @@
 """Files of other programs: numbers arrive bit for bit, what is ambiguous or damaged is one line."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path
@@ -12,14 +10,12 @@ from foreign_tables import FRAME, put, read_pair, refused
 from openpyxl import Workbook
 from scipy.io import savemat
 
-from comparison.tables.table import Table
-
 SAMPLES = Path(__file__).with_name("samples")
 NAMES = list(FRAME)
 COLUMNS = {name: FRAME[name].to_numpy() for name in FRAME}
 
 
-def same(table: Table, expected=COLUMNS) -> None:
+def same(table, expected=COLUMNS):
     assert list(table.frame) == list(expected)
     for name, values in expected.items():
         assert table.values(name).tobytes() == values.tobytes()
@@ -160,7 +156,7 @@ ROWS = EXACT.to_numpy().tolist()
 EXACT_COLUMNS = {name: EXACT[name].to_numpy() for name in EXACT}
 
 
-def workbook(*rows: list[object], more: dict[str, list[list[object]]] | None = None) -> Path:
+def workbook(*rows, more=None):
     book = Workbook()
     for name, content in {"Table": list(rows), **(more or {})}.items():
         sheet = book.active if name == "Table" else book.create_sheet()

@@ -1,7 +1,5 @@
 """Which column is which channel, in every layout and unit: the same numbers, and nothing is lost silently."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Tables that once were misread or refused, and their kin: what `sixbar compare` makes of them."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from comparison.cli import main
 CASES = Path(__file__).with_name("cases")
 
 
-def compared(capsys, a: Path | str, b: Path | str, *options: str) -> tuple[int, str]:
+def compared(capsys, a, b, *options):
     """The exit code of a comparison, and what it says; bad input is one line and makes no report."""
     code = main(["compare", str(a), str(b), "--tolerance", "1e-2", "--out", "out", *options])
     out, err = capsys.readouterr()
