@@ -63,7 +63,10 @@ _FAILURES = {
         "non-finite",
         "the motion left the range of the linkage: check clearance and start",
     ),
-    integrate.CHATTER: ("chatter", "contacts open and close at one instant without end"),
+    integrate.CHATTER: (
+        "chatter",
+        "contacts open and close at one instant without end: choose a smaller solver.reference.tolerance",
+    ),
     integrate.STEP_LIMIT: ("work-limit", "shorten drive.cycles to less than was reached"),
 }
 
