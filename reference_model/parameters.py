@@ -271,7 +271,7 @@ def _read_load(load: Mapping[str, Any]) -> Load:
         )
     if force == 0.0:
         return NO_LOAD
-    return NO_LOAD._replace(surface=surface, scale=force / depth**exponent, exponent=exponent)
+    return NO_LOAD._replace(surface=surface, force=force, depth=depth, exponent=exponent)
 
 
 def _compliance(contact: Mapping[str, Any], part: str) -> float:

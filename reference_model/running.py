@@ -61,7 +61,7 @@ _FAILURES = {
     integrate.STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
     integrate.NOT_FINITE: (
         "non-finite",
-        "the motion left the range of the linkage: check clearance and start",
+        "the motion left the range of the linkage: check clearance, start and forces",
     ),
     integrate.CHATTER: (
         "chatter",

@@ -12,12 +12,14 @@ from reference_model.linkage import Array
 
 
 class Load(NamedTuple):
-    """P(h), h = surface - y5 > 0: scale h^exponent, and the sum of all bends (h - starts) with h > starts."""
+    """P(h), h = surface - y5 > 0: force (h / depth)^exponent + the sum of the bends (h - starts) > 0."""
 
     surface: float
     """y5 at which the slider meets the workpiece, m; -inf: there is none."""
-    scale: float
-    """N/m^exponent."""
+    force: float
+    """N, of the power law at ..."""
+    depth: float
+    """... this depth, m."""
     exponent: float
     starts: Array
     """Depths of a table's rows, m, ..."""
@@ -25,14 +27,14 @@ class Load(NamedTuple):
     """... and by how much the slope of the force changes there, N/m."""
 
 
-NO_LOAD = Load(-np.inf, 0.0, 1.0, np.empty(0), np.empty(0))
+NO_LOAD = Load(-np.inf, 0.0, 1.0, 1.0, np.empty(0), np.empty(0))
 
 
 def tabulated(surface: float, rows: Array) -> Load:
     """Return the load of a table, shape (n, 2): linear between its rows (m, N), constant beyond them."""
     slopes = np.diff(rows[:, 1]) / np.diff(rows[:, 0])
     bends = np.diff(slopes, prepend=0.0, append=0.0)
-    return Load(surface, 0.0, 1.0, np.ascontiguousarray(rows[:, 0]), bends)
+    return Load(surface, 0.0, 1.0, 1.0, np.ascontiguousarray(rows[:, 0]), bends)
 
 
 def exists(load: Load) -> bool:
@@ -50,7 +52,7 @@ def kinks(load: Load) -> Array:
 def load_force(load: Load, y: Any) -> Any:
     """Return the force (N) along +y on a slider whose centre is at the height `y` (m)."""
     h = np.maximum(load.surface - y, 0.0)
-    force = load.scale * h**load.exponent
+    force = load.force * (h / load.depth) ** load.exponent
     for i in range(load.starts.size):
         force = force + load.bends[i] * np.maximum(h - load.starts[i], 0.0)
     return force
@@ -59,7 +61,7 @@ def load_force(load: Load, y: Any) -> Any:
 def load_energy(load: Load, y: Any) -> Any:
     """Return the energy (J) stored in the workpiece: the integral of the force over the depth."""
     h = np.maximum(load.surface - y, 0.0)
-    energy = load.scale * h ** (load.exponent + 1.0) / (load.exponent + 1.0)
+    energy = load.force * h / (load.exponent + 1.0) * (h / load.depth) ** load.exponent
     for i in range(load.starts.size):
         energy = energy + 0.5 * load.bends[i] * np.maximum(h - load.starts[i], 0.0) ** 2
     return energy
