@@ -68,7 +68,7 @@ def plan(scene: options.SceneName, overrides: options.Overrides = None, json: op
 
     Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.
     """
-    from comparison.accuracy.plan import plan as plan_run
+    from comparison.accuracy.levels import plan as plan_run
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import channels_line, plan_lines

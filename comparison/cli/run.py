@@ -63,8 +63,15 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, metres, solver_values, with_declared
-    from comparison.accuracy.measured import expected, is_measured, measured_record
+    from comparison.accuracy.levels import (
+        NAMES,
+        expected,
+        is_measured,
+        measured_record,
+        metres,
+        solver_values,
+        with_declared,
+    )
     from comparison.execution.pool import cpus
     from comparison.execution.quality import quality_warnings
     from comparison.execution.run import Job, RunError, run_uncached, successful

@@ -19,8 +19,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from comparison.accuracy.levels import finer, refinement, solver_values
-from comparison.accuracy.measured import expected
+from comparison.accuracy.levels import expected, finer, refinement, solver_values
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Levels, uncertainty, window_samples
 from comparison.execution.quality import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY

@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 from bouncing_press import make_scene
 
-from comparison.accuracy.measured import expected
-from comparison.accuracy.plan import plan
+from comparison.accuracy.levels import expected, plan
 from comparison.accuracy.refine import Limit, accurate_run, expected_cost
 from comparison.execution.run import Job
 from comparison.scene import load_scene
