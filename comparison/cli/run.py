@@ -73,8 +73,7 @@ def run(
         with_declared,
     )
     from comparison.execution.pool import cpus
-    from comparison.execution.quality import quality_warnings
-    from comparison.execution.run import Job, RunError, run_uncached, successful
+    from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
     from comparison.files import check_file
     from comparison.models import find
     from comparison.scene import load_scene, parse_set

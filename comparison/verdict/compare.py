@@ -15,7 +15,7 @@ import numpy as np
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
-from comparison.execution.quality import contact_warnings
+from comparison.execution.run import contact_warnings
 from comparison.formatting import instant
 from comparison.metrics.contacts import noted
 from comparison.scene import Scene, SceneError, scene_from_mapping

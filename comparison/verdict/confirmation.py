@@ -1,7 +1,7 @@
 r"""Confirmation of a verdict "differ" by ensembles of runs before it is reported: README.md, "Verdicts".
 
 A run is ranked in the other model's ensemble by its largest distance from the centre over all predictable
-samples of all channels (`comparison.metrics.outliers`); the smallest rank with n members is 1 / (n + 1). If
+samples of all channels (`comparison.metrics.signals`); the smallest rank with n members is 1 / (n + 1). If
 the difference is not confirmed u is replaced by that of the ensembles, and the runs are judged again: by the
 choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where each is outside.
 
@@ -26,7 +26,8 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
-from comparison.metrics.outliers import Parting, clustered, distances, parting_contact, split
+from comparison.metrics.contacts import Parting, parting_contact
+from comparison.metrics.signals import clustered, distances, split
 from comparison.scene import Scene, digest
 from comparison.tables.channels import Array
 from comparison.tables.table import Table

@@ -15,8 +15,7 @@ import pandas as pd
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
-from comparison.metrics.contacts import Impacts, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.outliers import Parting
+from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
 from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
