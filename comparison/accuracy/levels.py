@@ -25,8 +25,7 @@ from comparison.models import (
     smallest_in_exudyn,
 )
 from comparison.scene import Scene, digest, load_scene
-from comparison.scene.keys import scene_keys
-from comparison.scene.overrides import flat
+from comparison.scene.keys import flat, scene_keys
 
 # ---- measured errors and costs
 

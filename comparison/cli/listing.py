@@ -94,8 +94,7 @@ def keys(
     prints, "chosen" is its own.
     """
     from comparison.scene import SceneError
-    from comparison.scene.keys import did_you_mean, scene_keys
-    from comparison.scene.overrides import readable
+    from comparison.scene.keys import did_you_mean, readable, scene_keys
 
     wanted = (pattern or "").lower()
     listed = [key for key in scene_keys() if wanted in f"{key.name}\n{key.description}".lower()]
@@ -130,7 +129,7 @@ def new(
     FILE: its path, ending in .toml; a file that exists is never overwritten. Until a value is changed it is
     the scene that it was made from.
     """
-    from comparison.scene.writing import new_scene
+    from comparison.scene.loading import new_scene
 
     path = options.to_write(file, ".toml")
     text = new_scene(path, scene)

@@ -32,7 +32,7 @@ from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
-from comparison.scene.overrides import explain, toml
+from comparison.scene.keys import explain, toml
 from comparison.tables.channels import Array, BoolArray, channels, expected
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, model_uncertainty

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
-from comparison.scene.overrides import explain
+from comparison.scene.keys import explain
 from comparison.scene.schema import Positive, Real, Section, integer
 from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
