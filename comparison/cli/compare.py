@@ -159,8 +159,7 @@ def compare(
 def _suggest(a: Path, b: Path, out: Path | None, *, json: bool) -> int:
     """Write a mapping of the columns of two tables, and say what it assigns."""
     from comparison.files import FolderError, check_file, write_text
-    from comparison.tables.suggest import suggest
-    from comparison.words.mapping import mapping_text, summary
+    from comparison.tables.suggest import mapping_text, suggest, summary
 
     path = check_file(out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():

@@ -21,9 +21,9 @@ from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
+from comparison.tables.align import SAME_GRID
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError
-from comparison.tables.times import SAME_GRID
 
 MARGIN = 1e-3  # of reliability: an interval that reaches further leaves open whether two models agree
 STEPS = 10_000

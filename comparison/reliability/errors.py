@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from comparison.tables.align import SAME_GRID, hermite
 from comparison.tables.channels import Array, channels
 from comparison.tables.table import Table, TableError
-from comparison.tables.times import SAME_GRID, hermite
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""

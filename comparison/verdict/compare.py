@@ -19,10 +19,9 @@ from comparison.execution.run import contact_warnings
 from comparison.formatting import instant
 from comparison.metrics.contacts import noted
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align, continuous, cut, moved
+from comparison.tables.align import SAME_GRID, Aligned, align, continuous, cut, holes, isolated, moved
 from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError, check
-from comparison.tables.times import SAME_GRID, holes, isolated
 from comparison.verdict.attribution import attribute
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.results import METRICS, ChannelComparison, SceneComparison, described, scene_coverage

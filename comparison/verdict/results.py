@@ -19,8 +19,8 @@ from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin
 from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
+from comparison.tables.align import Shift
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
-from comparison.tables.times import Shift
 
 T = TypeVar("T")
 

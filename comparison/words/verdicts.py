@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isnan
 
 from comparison.formatting import instant, number
-from comparison.tables.times import Shift
+from comparison.tables.align import Shift
 from comparison.verdict.results import (
     METRICS,
     Basis,
