@@ -10,8 +10,13 @@ import pandas as pd
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.reliability.assessment import Assessment, assess
-from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
+from comparison.reliability.assessment import (
+    MARGIN,
+    Assessment,
+    ReliabilityComparison,
+    assess,
+    compare_reliability,
+)
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, load_scene
 from comparison.scene.loading import BASE

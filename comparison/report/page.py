@@ -6,7 +6,7 @@ from typing import Any
 
 from comparison.formatting import number, percent
 from comparison.metrics.contacts import WINDOW
-from comparison.reliability.difference import MARGIN
+from comparison.reliability.assessment import MARGIN
 from comparison.report import tables
 from comparison.report.figures import channel_figure
 from comparison.report.plots import independent, scene_plots, shown

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics.contacts import SITUATIONS
-from comparison.reliability.difference import Difference
+from comparison.reliability.assessment import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
 from comparison.scene.keys import flat

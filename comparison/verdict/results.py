@@ -17,7 +17,7 @@ from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
 from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
-from comparison.reliability.difference import ReliabilityComparison
+from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel

@@ -9,7 +9,7 @@ from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
 from comparison.models import MODELS
-from comparison.reliability.difference import (
+from comparison.reliability.assessment import (
     ReliabilityComparison,
     at_own_samples,
     compare_reliability,

@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Literal, NamedTuple
 
-from comparison.reliability.assessment import Assessment
-from comparison.reliability.difference import Difference
+from comparison.reliability.assessment import Assessment, Difference
 from comparison.reliability.errors import unit_of
 from comparison.reliability.tables import TableReliability
 from comparison.verdict.results import SceneComparison

@@ -15,7 +15,7 @@ from outline import Outline, page, words
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import number, percent, quantity
-from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
 from comparison.report import templates
 from comparison.report.page import render
 from comparison.scene.schema import Reliability
