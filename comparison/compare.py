@@ -1,5 +1,6 @@
 """Comparison of two results; re-exports `comparison.verdict.compare`."""
 
-from comparison.verdict.compare import Runs, compare
+from comparison.accuracy.uncertainty import Runs
+from comparison.verdict.compare import compare
 
 __all__ = ["Runs", "compare"]

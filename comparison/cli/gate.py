@@ -48,7 +48,7 @@ def gate(
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
     from comparison.scene import load_scene
-    from comparison.words.regression import cases, message, notes, summary
+    from comparison.words.record import check_message, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
@@ -62,12 +62,12 @@ def gate(
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
-    checks, remarks, regressions = cases(result), notes(result), result.regressions
+    checks, remarks, regressions = of_gate(result), gate_notes(result), result.regressions
     lines = [f"note: {note}" for note in remarks]
-    lines += [f"REGRESSION {message(check)}" for check in regressions[:SHOWN]]
+    lines += [f"REGRESSION {check_message(check)}" for check in regressions[:SHOWN]]
     if len(regressions) > SHOWN:
         lines.append(f"... and {len(regressions) - SHOWN} more")
-    say_wrapped(*([] if quiet else lines), summary(result), rest="    ", err=json)
+    say_wrapped(*([] if quiet else lines), gate_summary(result), rest="    ", err=json)
     numbers: dict[str, Any] = {
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
         "exit_code": result.exit_code,
@@ -79,7 +79,7 @@ def gate(
     counts: dict[tuple[str, str], Counter[str]] = {}
     for case in checks:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
-    sentences = [f"{summary(result)}.", *(f"Note: {note}." for note in remarks)]
+    sentences = [f"{gate_summary(result)}.", *(f"Note: {note}." for note in remarks)]
     with replacing_in(folder) as part:
         write_junit(checks, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")

@@ -19,8 +19,8 @@ from comparison.tables.table_files import write
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import Validation
 from comparison.words import verdicts as words
-from comparison.words.cards import ratio_name
 from comparison.words.record import Case, of_comparisons
+from comparison.words.verdicts import ratio_name
 
 
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:

@@ -23,12 +23,10 @@ from comparison.models import MODELS
 from comparison.report.other_pages import Row, write_pairwise
 from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
-from comparison.verdict import shipped
 from comparison.verdict import validate as judge
 from comparison.verdict.compare import check_gate
 from comparison.verdict.results import EXIT_CODES, exit_code, no_comparison
-from comparison.verdict.several import pairs, standing
-from comparison.verdict.validate import Validation
+from comparison.verdict.validate import Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.record import as_mapping
 
@@ -78,8 +76,8 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=request.allow_indeterminate)
     sentences = [words.headline(comparisons), words.incomplete(comparisons, missing)]
     if models == MODELS and request.accuracy is None:
-        record = shipped.verdicts_record()
-        sentences.append(words.departures(shipped.departures(scenes, comparisons, record), record["made"]))
+        record = judge.verdicts_record()
+        sentences.append(words.departures(judge.departures(scenes, comparisons, record), record["made"]))
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours
     say_wrapped(*sentences, err=request.json)

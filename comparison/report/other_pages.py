@@ -15,7 +15,7 @@ from comparison.report.templates import interactive_page
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read
-from comparison.verdict.several import Pair, Standing
+from comparison.verdict.validate import Pair, Standing
 from comparison.words.verdicts import standing, standings
 
 _DRAWN = 3

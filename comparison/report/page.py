@@ -13,7 +13,7 @@ from comparison.report.plots import independent, scene_plots, shown
 from comparison.report.schematic import schematic
 from comparison.report.templates import interactive_page
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
-from comparison.words import cards, differences, verdicts
+from comparison.words import differences, verdicts
 from comparison.words.reliability import notes
 
 _BUILT_IN = {
@@ -60,7 +60,7 @@ def render(
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
-        ratio=cards.ratio_name(comparisons),
+        ratio=verdicts.ratio_name(comparisons),
         threshold="uncertainty" if limits else threshold,
         limit=limits[0] if limits else "",
         of_tables=of_tables,
@@ -70,10 +70,10 @@ def render(
         reliability=any(tier.reliability for tier in judged),
         margin=MARGIN,
         impact_window=WINDOW,
-        definition=cards.definition(comparisons),
+        definition=verdicts.definition(comparisons),
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
-        card_of=cards.card,
+        card_of=verdicts.card,
         channel_figure=channel_figure,
         schematic=schematic,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),

@@ -354,7 +354,7 @@ class SceneComparison:
     error: str = ""  # why nothing could be compared: one line, without the scene
     failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
-    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
+    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.confirmation`
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)

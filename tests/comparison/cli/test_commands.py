@@ -20,8 +20,7 @@ from comparison.scene import load_scene, parse_set
 from comparison.verdict import confirmation
 from comparison.verdict import validate as judge
 from comparison.verdict.results import no_comparison
-from comparison.verdict.shipped import Departure
-from comparison.verdict.validate import Validation
+from comparison.verdict.validate import Departure, Validation
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 
@@ -139,7 +138,7 @@ def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gra
 def test_it_says_last_where_a_verdict_is_not_the_one_on_record(options, said, capsys, monkeypatch):
     """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
     departed = Departure("ideal", "tight", "agree", "differ")
-    monkeypatch.setattr("comparison.verdict.shipped.departures", lambda *_: [departed])
+    monkeypatch.setattr("comparison.verdict.validate.departures", lambda *_: [departed])
     assert validate("ideal", "--out", "v", *options) == 0
     *_, before, page = capsys.readouterr().out.splitlines()
     assert Path(page).is_file()

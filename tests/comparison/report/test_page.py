@@ -20,12 +20,10 @@ from comparison.report import templates
 from comparison.report.page import render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
-from comparison.verdict.channel import compare_channel
-from comparison.verdict.compare import scene_verdict
+from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.results import Attribution, Refinement
-from comparison.words.cards import card, definition
 from comparison.words.differences import attribution_lines
-from comparison.words.verdicts import reason
+from comparison.words.verdicts import card, definition, reason
 
 
 def part(html, start, end):
