@@ -52,7 +52,7 @@ def animate(
     The HTML file shows the forces at the slider's corners and needs nothing else. Two tables are shown over
     each other.
     """
-    from comparison.report.other_pages import write_animation
+    from comparison.report.page import write_animation
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
     from comparison.tables.table import TableError

@@ -13,8 +13,7 @@ from comparison.cli.console import columns, wrapped
 from comparison.files import replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.report.ci import write_job_summary, write_junit
-from comparison.report.page import render
-from comparison.report.templates import origin
+from comparison.report.page import origin, render
 from comparison.tables.table_files import write
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import Validation

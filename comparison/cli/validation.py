@@ -20,7 +20,7 @@ from comparison.cli.progress import Reporter, progress
 from comparison.cli.results import verdict_lines, write_validation
 from comparison.files import check_folder, plain, write_json
 from comparison.models import MODELS
-from comparison.report.other_pages import Row, write_pairwise
+from comparison.report.page import Row, write_pairwise
 from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.verdict import validate as judge

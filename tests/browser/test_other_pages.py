@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.report.other_pages import Row, write_animation, write_pairwise
+from comparison.report.page import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
