@@ -80,8 +80,8 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
 
 
 def test_what_the_models_are_and_where_the_page_comes_from(scene):
-    origin = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
-    shown = words(render([scene], title="Press", command="x", origin=origin))
+    made = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
+    shown = words(render([scene], title="Press", command="x", origin=made))
     assert "reference a hand-written solver of the paper's equations; two degrees of freedom" in shown
     assert "2026-01-02 03:04 UTC, commit <abc>" in shown
     assert "a machine" in shown
