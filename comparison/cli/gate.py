@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli import options
-from comparison.cli.console import print_json, say, say_wrapped, warn
-from comparison.cli.progress import progress
+from comparison.cli import console
+from comparison.cli.console import print_json, progress, say, say_wrapped, warn
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
@@ -23,20 +22,20 @@ SHOWN = 20  # lines of regressions on a terminal; the files hold all
 
 def gate(
     scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE", hidden=True)] = None,
-    baseline: Annotated[Path, options.option("FILE", "The baseline.")] = BASELINE,
+    baseline: Annotated[Path, console.option("FILE", "The baseline.")] = BASELINE,
     update: Annotated[
         bool,
-        options.option(
+        console.option(
             None,
             "Recreate the baseline for its scenes and those named; "
             "a new baseline without names: the shipped scenes.",
             "--update",
         ),
     ] = False,
-    out: options.OutFolder = None,
-    jobs: options.Jobs = None,
-    quiet: options.Quiet = False,
-    json: options.AsJson = False,
+    out: console.OutFolder = None,
+    jobs: console.Jobs = None,
+    quiet: console.Quiet = False,
+    json: console.AsJson = False,
 ) -> int:
     """Compare each model with its baseline: a regression gate for CI.
 
@@ -52,12 +51,12 @@ def gate(
 
     baseline = expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
-    options.check_unique([scene.name for scene in asked], "baseline")
+    console.check_unique([scene.name for scene in asked], "baseline")
     if update and json:
         raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
         return _update(asked, baseline, jobs or cpus(), quiet=quiet)
-    folder = check_folder(out or options.REPORTS / "gate")
+    folder = check_folder(out or console.REPORTS / "gate")
     record = read(baseline)
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:

@@ -177,7 +177,7 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
         ]
 
     monkeypatch.setattr(judge, "validate", judged)
-    monkeypatch.setattr("comparison.cli.progress._silence", lambda share, _="": shares.append(share))
+    monkeypatch.setattr("comparison.cli.console._silence", lambda share, _="": shares.append(share))
     assert validate(*names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v") == 2
     assert sizes == [(1, 1), (2, 2), (2, 2), (1, 2)]  # a first verdict at one tier
     assert [scene["name"] for scene in summary()] == [f"{name}+drive.cycles=1" for name in names]
