@@ -314,7 +314,7 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
             f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
         )
     for partner in PARTNERS if joints else ():
-        modulus = _of(data["contact"]["youngs_modulus"], partner)
+        modulus = _of_partner(data["contact"]["youngs_modulus"], partner)
         if not 1e6 <= modulus <= 1.3e12:
             what = "softer than rubber" if modulus < 1e6 else "stiffer than diamond"
             yield f"contact.youngs_modulus = {modulus:g} Pa is {what}: its unit is Pa"
@@ -354,7 +354,9 @@ def contact_time(data: Mapping[str, Any]) -> float:
                 journal = clearance["journal_radius"]
                 radius, partners = journal * (journal + gap) / gap, ("guide", "guide")
             poisson, modulus = contact["poisson"], contact["youngs_modulus"]
-            compliance = sum((1.0 - _of(poisson, one) ** 2) / _of(modulus, one) for one in partners)
+            compliance = sum(
+                (1.0 - _of_partner(poisson, one) ** 2) / _of_partner(modulus, one) for one in partners
+            )
             stiffness = 4.0 / (3.0 * compliance) * sqrt(radius)
             speed = pi / 30.0 * abs(data["drive"]["speed_rpm"]) * sqrt(mechanism["crank"]["length"] * gap)
             depth = ((n + 1.0) * mass * speed**2 / (2.0 * stiffness)) ** share
@@ -387,5 +389,5 @@ def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def _of(material: Any, partner: str) -> float:
+def _of_partner(material: Any, partner: str) -> float:
     return float(material[partner] if isinstance(material, dict) else material)
