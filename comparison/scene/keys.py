@@ -9,11 +9,11 @@ import re
 import shlex
 import tomllib
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from difflib import SequenceMatcher, get_close_matches
 from functools import cache
 from importlib.resources import files
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -21,8 +21,10 @@ from pydantic.fields import FieldInfo
 
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
-_DESCRIBED = 0.6
-"""How much a word counts that only the description of a key has."""
+_IN_SECTION, _IN_DESCRIPTION = 0.8, 0.6
+"""How much a word counts that is not of a key's own name."""
+_ABOVE = 0.4
+"""How much a word counts of the section of a wrong name: which is often what is wrong."""
 _ALIKE = 0.8
 """Share of letters that words have in common of which one is a typing error of the other."""
 _CLOSE = 0.9
@@ -114,17 +116,22 @@ def meant(wrong: str) -> list[str]:
     """
     vocabulary = _vocabulary()
     shared = Counter(word for weights in vocabulary.values() for word in weights)
-    *above, last = (
-        [word for given in _words(part) for word in _alike(given, shared)] for part in wrong.split(".")
-    )
-    asked = {word: 1.0 / shared[word] ** 0.5 for word in chain(last, *above)}
-    scores = {
-        name: sum(asked[word] * weights[word] for word in asked.keys() & weights)
-        for name, weights in vocabulary.items()
-        if weights.keys() & last
-    }
+    *above, last = ([_alike(word, shared) for word in _words(part)] for part in wrong.split("."))
+    asked = [(alike, 1.0) for alike in last] + [(alike, _ABOVE) for part in above for alike in part]
+    scores: dict[str, float] = {}
+    for name, weights in vocabulary.items():
+        matched: dict[str, float] = {}
+        for alike, weight in asked:
+            for word, likeness in alike.items():
+                if word in weights:
+                    matched[word] = weight * likeness * weights[word] / shared[word] ** 0.5
+        if any(alike.keys() & matched for alike in last):
+            *sections, own = map(set, map(_words, name.split(".")))
+            parts = len(own & matched.keys()) + any(section & matched.keys() for section in sections)
+            scores[name] = sum(matched.values()) * (1.0 + parts / (len(own) + 1))
+    least = _CLOSE * max(scores.values(), default=0.0)
     ranked = sorted(scores, key=scores.__getitem__, reverse=True)
-    return [name for name in ranked if scores[name] >= _CLOSE * scores[ranked[0]] and name != wrong][:3]
+    return [name for name in ranked if scores[name] >= least and name != wrong][:3]
 
 
 @cache
@@ -135,7 +142,7 @@ def _vocabulary() -> dict[str, dict[str, float]]:
         if "[]" not in key.name:
             section, _, own = key.name.rpartition(".")
             weights: dict[str, float] = {}
-            for text, weight in ((own, 1.0), (section, 1.0), (key.description, _DESCRIBED)):
+            for text, weight in ((own, 1.0), (section, _IN_SECTION), (key.description, _IN_DESCRIPTION)):
                 words = _words(text)
                 for word in (*words, *map(" ".join, pairwise(words))):
                     weights.setdefault(word, weight)
@@ -150,14 +157,16 @@ def _words(text: str) -> list[str]:
     return [word if len(word) == 1 else word.lower() for word in words if word.lower() not in _FILLERS]
 
 
-def _alike(word: str, known: Collection[str]) -> list[str]:
-    """Return the known words that a word is, abbreviates or misspells."""
-    if same := [each for each in known if each.replace(" ", "") == word]:
+def _alike(word: str, known: Iterable[str]) -> dict[str, float]:
+    """Return the known words that a word is, abbreviates or misspells, with their likeness up to 1."""
+    if same := {each: 1.0 for each in known if each.replace(" ", "") == word}:
         return same
-    if len(word) < 3:
-        return []
-    longer = [each for each in known if each.startswith(word) and " " not in each]
-    return [*get_close_matches(word, known, len(known), _ALIKE), *longer]
+    alike = {
+        each: 0.9 if each.startswith(word) else SequenceMatcher(None, word, each).ratio()
+        for each in known
+        if len(word) > 2 and " " not in each
+    }
+    return {each: likeness for each, likeness in alike.items() if likeness >= _ALIKE}
 
 
 # ---- overrides, what follows from them, and errors of validation
