@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import comparison
-from comparison.accuracy.measured import SETTINGS, at, physics
+from comparison.accuracy.levels import SETTINGS, at, physics
 from comparison.execution.run import RunError, run_one
 from comparison.execution.store import append_row, cache_folder, read_rows
 from comparison.files import replacing

@@ -12,7 +12,7 @@ import time
 import numpy as np
 from kept_accuracy import population
 
-from comparison.accuracy.measured import at
+from comparison.accuracy.levels import at
 from comparison.accuracy.refine import CHANNEL
 from comparison.accuracy.work_precision import DECADES, WorkPrecision, work_precision
 from comparison.execution.run import Job, run_all

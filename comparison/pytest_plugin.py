@@ -59,7 +59,7 @@ def _assert_agree(
     from comparison.scene import load_scene
     from comparison.tables.mapping import load_mapping
     from comparison.tables.table import TableError
-    from comparison.verdict.tables import compare
+    from comparison.verdict.recorded import compare
     from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's

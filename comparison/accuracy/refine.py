@@ -10,14 +10,15 @@ from typing import NamedTuple
 from comparison.accuracy.levels import (
     NAMES,
     coarser,
+    expected,
     finer,
+    front,
     metres,
     refinement,
     solver_values,
     thresholds,
     with_declared,
 )
-from comparison.accuracy.measured import expected, front
 from comparison.accuracy.uncertainty import (
     Runs,
     covered,

@@ -15,8 +15,7 @@ from math import inf, isnan, nan
 
 import numpy as np
 
-from comparison.accuracy.levels import TIERS, thresholds
-from comparison.accuracy.measured import SETTINGS, at, expected
+from comparison.accuracy.levels import SETTINGS, TIERS, at, expected, thresholds
 from comparison.accuracy.refine import CHANNEL, FLOOR
 from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
@@ -43,7 +42,7 @@ _warm: set[str] = set()
 
 @dataclass(frozen=True)
 class Candidate:
-    """A scene at a setting of a formulation, by the names of `comparison.accuracy.measured.SETTINGS`."""
+    """A scene at a setting of a formulation, by the names of `comparison.accuracy.levels.SETTINGS`."""
 
     scene: Scene
     formulation: str

@@ -1,4 +1,9 @@
-"""``sixbar compare``: any two tables, or folders of them, and further runs that give their uncertainty."""
+"""``sixbar compare``, ``validate`` and ``reliability``: what two tables, or two models, agree in.
+
+``compare`` takes any two tables, or folders of them, with further runs that give their uncertainty;
+``validate`` runs two models, or more in pairs, on scenes; ``reliability`` tells how well the slider of one
+table or two follows the ideal mechanism.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +13,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli import options
-from comparison.cli.console import print_json, say, warn, wrapped
+from comparison.cli import console
+from comparison.cli.console import columns, print_json, say, say_wrapped, warn, wrapped
 
 if TYPE_CHECKING:
     from comparison.verdict.results import SceneComparison
 
 _NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # of what was asked: it changes no number
 _File = Annotated[Path, typer.Argument(hidden=True)]
-_Coarser = Annotated[Path | None, options.option("FILE", "The run at a coarser setting.")]
+_Coarser = Annotated[Path | None, console.option("FILE", "The run at a coarser setting.")]
 _Starts = Annotated[
-    list[Path] | None, options.option("FILE", "A run from a moved start; repeat for several.")
+    list[Path] | None, console.option("FILE", "A run from a moved start; repeat for several.")
 ]
 _Refinement = Annotated[
     str | None,
-    options.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2."),
+    console.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2."),
 ]
 
 
@@ -30,37 +35,37 @@ def compare(
     context: typer.Context,
     a: _File,
     b: _File,
-    scene: options.OfScene = None,
+    scene: console.OfScene = None,
     tolerance: Annotated[
-        float | None, options.option("X", "Allowed difference, as a share of each channel's scale.")
+        float | None, console.option("X", "Allowed difference, as a share of each channel's scale.")
     ] = None,
     absolute: Annotated[
-        bool, options.option(None, "The tolerance is in each channel's unit instead.", "--absolute")
+        bool, console.option(None, "The tolerance is in each channel's unit instead.", "--absolute")
     ] = False,
     share: Annotated[
-        float, options.option("X", "Share of the samples that must be within the tolerance.")
+        float, console.option("X", "Share of the samples that must be within the tolerance.")
     ] = 1.0,
     time_tolerance: Annotated[
-        float | None, options.option("SECONDS", "By which either table may be early or late; default 0.")
+        float | None, console.option("SECONDS", "By which either table may be early or late; default 0.")
     ] = None,
-    channels: Annotated[str | None, options.option("NAME[,...]", "Compare these channels alone.")] = None,
-    mapping: options.MappingFile = None,
+    channels: Annotated[str | None, console.option("NAME[,...]", "Compare these channels alone.")] = None,
+    mapping: console.MappingFile = None,
     suggest_mapping: Annotated[
         bool,
-        options.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
+        console.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
     ] = False,
     abscissa: Annotated[
-        str, options.option("time|crank_angle", "What the samples of both tables are aligned by.")
+        str, console.option("time|crank_angle", "What the samples of both tables are aligned by.")
     ] = "time",
     common_time: Annotated[
-        bool, options.option(None, "Compare tables of different spans where both have rows.", "--common-time")
+        bool, console.option(None, "Compare tables of different spans where both have rows.", "--common-time")
     ] = False,
     apply_shift: Annotated[
-        bool, options.option(None, "Compare B without its estimated shift in time.", "--apply-shift")
+        bool, console.option(None, "Compare B without its estimated shift in time.", "--apply-shift")
     ] = False,
-    at_events: options.AtEvents = None,
-    finer_a: options.Finer = None,
-    finer_b: options.Finer = None,
+    at_events: console.AtEvents = None,
+    finer_a: console.Finer = None,
+    finer_b: console.Finer = None,
     coarser_a: _Coarser = None,
     coarser_b: _Coarser = None,
     perturbed_a: _Starts = None,
@@ -69,14 +74,14 @@ def compare(
     refinement_b: _Refinement = None,
     period: Annotated[
         float | None,
-        options.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
+        console.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
     ] = None,
     out: Annotated[
         Path | None,
-        options.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
+        console.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
     ] = None,
-    json: options.AsJson = False,
-    allow_indeterminate: options.AllowIndeterminate = False,
+    json: console.AsJson = False,
+    allow_indeterminate: console.AllowIndeterminate = False,
 ) -> int:
     """Compare any two tables, also of other programs, or all tables of one name in two folders.
 
@@ -96,12 +101,12 @@ def compare(
     command = _repeated(context)
     if suggest_mapping:
         return _suggest(a, b, out, json=json)
-    options.check_positive("--tolerance", tolerance)
+    console.check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    options.check_positive("--period", period)
+    console.check_positive("--period", period)
     if abscissa not in ("time", "crank_angle"):
         raise typer.BadParameter(f"--abscissa {abscissa!r} must be one of time, crank_angle")
     only = None if channels is None else [name.strip() for name in channels.split(",")]
@@ -125,7 +130,7 @@ def compare(
         "common_time": common_time,
         "apply_shift": apply_shift,
     }
-    folder = check_folder(out or options.REPORTS / "compare")
+    folder = check_folder(out or console.REPORTS / "compare")
     further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
     further_b = [("finer", finer_b), ("coarser", coarser_b), *(("perturbed", p) for p in perturbed_b or ())]
     if a.is_dir() and b.is_dir():
@@ -159,8 +164,7 @@ def compare(
 def _suggest(a: Path, b: Path, out: Path | None, *, json: bool) -> int:
     """Write a mapping of the columns of two tables, and say what it assigns."""
     from comparison.files import FolderError, check_file, write_text
-    from comparison.tables.suggest import suggest
-    from comparison.words.mapping import mapping_text, summary
+    from comparison.tables.suggest import mapping_text, suggest, summary
 
     path = check_file(out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
@@ -223,3 +227,125 @@ def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None
     if not (1 < factor < float("inf") and 0 < order < float("inf")):
         raise typer.BadParameter(f"{name} {text!r} must be a factor above 1 and an order, as in 2,4")
     return factor, order
+
+
+def validate(
+    scenes: console.SceneNames = None,
+    out: console.OutFolder = None,
+    jobs: console.Jobs = None,
+    accuracy: console.Accuracy = None,
+    models: console.Models = "reference,exudyn",
+    overrides: console.Overrides = None,
+    allow_indeterminate: console.AllowIndeterminate = False,
+    quick: console.Quick = False,
+    verbose: console.Verbose = False,
+    quiet: console.Quiet = False,
+    json: console.AsJson = False,
+) -> int:
+    """Run scenes by two models, compare them, and write a report.
+
+    SCENE: shipped names or TOML files; all shipped scenes by default. Each model runs with refined and
+    perturbed runs, which give its uncertainty. With more than two models each pair is compared, and the
+    report identifies the outlier among them. Stopped by Ctrl-C, it writes the report of the scenes finished
+    by then, marked as incomplete.
+    """
+    from comparison.accuracy.levels import TIERS
+    from comparison.cli.results import Request, validate_pair, validate_pairs
+    from comparison.execution.pool import cpus, kept_workers
+    from comparison.models import named
+    from comparison.scene import name_with, parse_set
+
+    changes, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
+    request = Request(
+        scenes or [], changes, accuracy, tiers, jobs or cpus(), allow_indeterminate, verbose, quiet, json
+    )
+    with kept_workers():
+        first, second, *others = several = named(models)
+        if others:
+            folder = out or console.REPORTS / name_with("pairwise", changes)
+            code, summary = validate_pairs(request, several, folder)
+        else:
+            code, summary = validate_pair(request, (first, second), out)
+    if json and summary:
+        print_json(summary)
+    return code
+
+
+def reliability(
+    a: Annotated[Path, typer.Argument(hidden=True)],
+    b: Annotated[Path | None, typer.Argument(hidden=True)] = None,
+    *,
+    ideal: Annotated[Path, console.option("FILE", "Table of the mechanism without clearance.")],
+    limits: Annotated[
+        list[str] | None,
+        console.option(
+            "QUANTITY=LOWER,UPPER",
+            "Limits of the error of displacement (m), velocity (m/s) or acceleration (m/s^2); by default the "
+            "scene's.",
+        ),
+    ] = None,
+    scene: console.OfScene = None,
+    period: Annotated[
+        float | None, console.option("SECONDS", "Of the crank cycle; by default the scene's.")
+    ] = None,
+    mapping: console.MappingFile = None,
+    at_events: console.AtEvents = None,
+    finer_a: console.Finer = None,
+    finer_b: console.Finer = None,
+    verbose: Annotated[
+        bool, console.option(None, "Also print the reliability by crank angle.", "--verbose", "-v")
+    ] = False,
+    json: console.AsJson = False,
+    allow_indeterminate: console.AllowIndeterminate = False,
+) -> int:
+    """Compute how reliably the slider follows the ideal mechanism.
+
+    A, B: tables of any program, as of `sixbar compare`. Reliability as in Section 3 of the paper
+    (stress-strength interference), of slider_y, slider_vy and slider_ay, with 95 % intervals. The difference
+    of A and B is judged if both have a finer run. `sixbar run ideal` writes a table of the ideal mechanism.
+    """
+    from comparison.reliability.tables import reliability as reliability_of
+    from comparison.scene import load_scene
+    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.words.record import reliability_mapping
+    from comparison.words.reliability import difference_rows, table_notes, table_rows
+
+    console.check_positive("--period", period)
+    result = reliability_of(
+        a,
+        b,
+        ideal=ideal,
+        limits=dict(map(_limits, limits or ())),
+        scene=None if scene is None else load_scene(scene),
+        period=period,
+        mapping=mapping,
+        at_events=at_events,
+        finer_a=finer_a,
+        finer_b=finer_b,
+    )
+    for label, name in zip("ab", result.names, strict=False):
+        say(f"{label}: {name}", err=json)
+    if verbose:
+        say(*columns(table_rows(result, every=True), right=range(1, 7)), "", err=json)
+    say(*columns(table_rows(result, every=False), right=range(1, 7)), err=json)
+    if result.comparison:
+        say(*columns(difference_rows(result.comparison), right=(1, 2)), err=json)
+    say_wrapped(*table_notes(result), err=json)
+    if json:
+        print_json(reliability_mapping(result))
+    warn(result.warnings)
+    if result.comparison is None:
+        return 0
+    verdict = {"undecided": "indeterminate"}.get(result.comparison.verdict, result.comparison.verdict)
+    return exit_code([EXIT_CODES[verdict]], allow_indeterminate=allow_indeterminate)
+
+
+def _limits(text: str) -> tuple[str, tuple[float, float]]:
+    quantity, _, numbers = text.partition("=")
+    try:
+        lower, upper = map(float, numbers.split(","))
+    except ValueError:
+        raise typer.BadParameter(
+            f"--limits {text!r} must be a quantity and two numbers, as in --limits velocity=0,0.02"
+        ) from None
+    return quantity.strip(), (lower, upper)

@@ -1,4 +1,4 @@
-"""Console output: lines that fit the terminal, warnings, one-line errors."""
+"""What all commands share: lines that fit the terminal, warnings and errors in a line, progress, options."""
 
 import json
 import logging
@@ -6,11 +6,13 @@ import os
 import shutil
 import sys
 import textwrap
+import time
 import unicodedata
 import warnings
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -167,3 +169,159 @@ def is_refusal(error: Exception) -> bool:
     from comparison.execution.run import RunError
 
     return type(error).__module__.startswith("comparison.") and not isinstance(error, RunError)
+
+
+# ---- progress: a bar on a terminal, plain lines in a log
+
+BETWEEN_LINES = 10.0
+"""s; at least so long between two lines of progress in a log."""
+SILENCE = 60.0
+"""s; a line after this time even if little has changed."""
+Reporter = Callable[..., None]
+"""What a command tells its finished share, 0 to 1, and what has just been finished ("" where nothing)."""
+
+
+@contextmanager
+def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
+    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
+    warn_about_the_cache()
+    if quiet:
+        yield _silence
+    elif not sys.stderr.isatty():
+        yield Lines(text)
+    else:
+        from rich.console import Console
+        from rich.progress import Progress
+
+        # Results are printed to stdout, which must not go where the bar goes.
+        with Progress(console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
+            task = bar.add_task(text, total=1.0)
+
+            def show(share: float, finished: str = "") -> None:
+                bar.update(task, completed=share, description=f"{text}, {finished}" if finished else None)
+
+            yield show
+
+
+def _silence(share: float, finished: str = "") -> None:
+    pass
+
+
+class Lines:
+    """Progress as plain lines on stderr, for a file or a pipe, of what is under way by a clock in s.
+
+    A line for what was finished, or for another tenth of the work, at most one in `BETWEEN_LINES`; and one
+    after a `SILENCE`. Nothing at the end: then the result follows.
+    """
+
+    def __init__(self, text: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self._text, self._clock = text, clock
+        self._printed, self._shown, self._finished = clock(), 0.0, ""
+        self._first: tuple[float, float] | None = None  # time and share of the first report
+
+    def __call__(self, share: float, finished: str = "") -> None:
+        """Report the finished share; where it is too early for a line, the next one has what was finished."""
+        now = self._clock()
+        self._first = start, before = self._first or (now, share)
+        self._finished = finished or self._finished
+        # The small addend undoes the rounding of the difference alone.
+        changed = self._finished or share - self._shown >= 0.1 - 1e-9
+        if share >= 1.0 or now - self._printed < (BETWEEN_LINES if changed else SILENCE):
+            return
+        line = f"{share:.0%}"
+        if share > before:  # cached runs are there at once, and tell nothing about the others
+            rest = (now - start) * (1.0 - share) / (share - before)
+            line += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
+        if self._finished:
+            line += f"; {self._finished}"
+        self._printed, self._shown, self._finished = now, share, ""
+        say(f"sixbar: {self._text}: {line}", err=True)
+
+
+# ---- arguments and options that several commands have
+
+REPORTS = Path("reports/out")
+"""Default parent folder of reports."""
+MAIN = "150rpm-0.2mm"
+"""The paper's central case."""
+
+
+def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:
+    """Return an option by what its value is called, its help, and its names where they are not its own."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
+
+def scene_names() -> list[str]:
+    """Return the names of the shipped scenes, for the shell's completion."""
+    from comparison.scene import shipped_scenes
+
+    return shipped_scenes()
+
+
+def check_positive(name: str, value: float | None) -> None:
+    """Refuse a number that is not positive and finite."""
+    if value is not None and not 0 < value < float("inf"):
+        raise typer.BadParameter(f"{name} {value:g} must be a positive number")
+
+
+def to_write(path: Path, ends: str) -> Path:
+    """Return the path of a file that can be written; refuse another ending than these, ".svg or .png"."""
+    from comparison.files import check_file
+
+    if path.suffix.lower() not in ends.replace(" or", ",").split(", "):
+        raise typer.BadParameter(f"{path}: the name must end in {ends}")
+    return check_file(path)
+
+
+def check_unique(names: list[str], where: str) -> None:
+    """Refuse two scenes of one name."""
+    from comparison.scene import SceneError
+
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a {where} must be unique")
+
+
+# Hidden: typer shows its type beside it. What it is stands in the text of each command.
+_SCENE = typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names)
+SceneName = Annotated[str, _SCENE]
+SceneNames = Annotated[list[str] | None, _SCENE]
+OfScene = Annotated[
+    str | None,
+    option(
+        "SCENE", "Scene of the tables; by default the one recorded beside them.", autocompletion=scene_names
+    ),
+]
+Model = Annotated[
+    str,
+    option(
+        "NAME",
+        "Model: reference, exudyn, or one of another package.",
+        autocompletion=lambda: ["reference", "exudyn"],
+    ),
+]
+Models = Annotated[
+    str, option("NAME,NAME[,...]", "Two or more models: reference, exudyn, or those of installed packages.")
+]
+Overrides = Annotated[
+    list[str] | None, option("KEY=VALUE", "Change a scene key, e.g. drive.speed_rpm=210.", "--set")
+]
+MappingFile = Annotated[
+    Path | None, option("FILE", "TOML file that assigns another program's columns to channels.")
+]
+AtEvents = Annotated[str | None, option("left|right|both", "Which rows of a repeated time count.")]
+Finer = Annotated[Path | None, option("FILE", "The run at a finer setting.")]
+Accuracy = Annotated[
+    str | None, option("NAME|METRES", "draft, standard, strict, or the wanted error of slider_x in metres.")
+]
+AllowIndeterminate = Annotated[
+    bool, option(None, "Exit with 0 where the verdict is indeterminate.", "--allow-indeterminate")
+]
+Jobs = Annotated[int | None, option("N", "Number of parallel runs; one per processor by default.", min=1)]
+OutFolder = Annotated[Path | None, option("FOLDER", "Folder of the report; below reports/out by default.")]
+Verbose = Annotated[bool, option(None, "Also print the reason of every verdict.", "--verbose", "-v")]
+Quick = Annotated[
+    bool, option(None, f"Standard tier only; of the shipped scenes only the main one, {MAIN}.", "--quick")
+]
+Quiet = Annotated[bool, option(None, "No progress; only the last lines of the result.", "--quiet", "-q")]
+NoProgress = Annotated[bool, option(None, "No progress.", "--quiet", "-q")]
+AsJson = Annotated[bool, option(None, "Print all numbers as JSON instead of lines.", "--json")]

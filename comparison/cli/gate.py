@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli import options
-from comparison.cli.console import print_json, say, say_wrapped, warn
-from comparison.cli.progress import progress
+from comparison.cli import console
+from comparison.cli.console import print_json, progress, say, say_wrapped, warn
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
@@ -23,20 +22,20 @@ SHOWN = 20  # lines of regressions on a terminal; the files hold all
 
 def gate(
     scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE", hidden=True)] = None,
-    baseline: Annotated[Path, options.option("FILE", "The baseline.")] = BASELINE,
+    baseline: Annotated[Path, console.option("FILE", "The baseline.")] = BASELINE,
     update: Annotated[
         bool,
-        options.option(
+        console.option(
             None,
             "Recreate the baseline for its scenes and those named; "
             "a new baseline without names: the shipped scenes.",
             "--update",
         ),
     ] = False,
-    out: options.OutFolder = None,
-    jobs: options.Jobs = None,
-    quiet: options.Quiet = False,
-    json: options.AsJson = False,
+    out: console.OutFolder = None,
+    jobs: console.Jobs = None,
+    quiet: console.Quiet = False,
+    json: console.AsJson = False,
 ) -> int:
     """Compare each model with its baseline: a regression gate for CI.
 
@@ -48,26 +47,26 @@ def gate(
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
     from comparison.scene import load_scene
-    from comparison.words.regression import cases, message, notes, summary
+    from comparison.words.record import check_message, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
-    options.check_unique([scene.name for scene in asked], "baseline")
+    console.check_unique([scene.name for scene in asked], "baseline")
     if update and json:
         raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
         return _update(asked, baseline, jobs or cpus(), quiet=quiet)
-    folder = check_folder(out or options.REPORTS / "gate")
+    folder = check_folder(out or console.REPORTS / "gate")
     record = read(baseline)
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
-    checks, remarks, regressions = cases(result), notes(result), result.regressions
+    checks, remarks, regressions = of_gate(result), gate_notes(result), result.regressions
     lines = [f"note: {note}" for note in remarks]
-    lines += [f"REGRESSION {message(check)}" for check in regressions[:SHOWN]]
+    lines += [f"REGRESSION {check_message(check)}" for check in regressions[:SHOWN]]
     if len(regressions) > SHOWN:
         lines.append(f"... and {len(regressions) - SHOWN} more")
-    say_wrapped(*([] if quiet else lines), summary(result), rest="    ", err=json)
+    say_wrapped(*([] if quiet else lines), gate_summary(result), rest="    ", err=json)
     numbers: dict[str, Any] = {
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
         "exit_code": result.exit_code,
@@ -79,7 +78,7 @@ def gate(
     counts: dict[tuple[str, str], Counter[str]] = {}
     for case in checks:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
-    sentences = [f"{summary(result)}.", *(f"Note: {note}." for note in remarks)]
+    sentences = [f"{gate_summary(result)}.", *(f"Note: {note}." for note in remarks)]
     with replacing_in(folder) as part:
         write_junit(checks, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")

@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from comparison.cli import options
+from comparison.cli import console
 from comparison.cli.console import columns, print_json, say, say_wrapped, warn, wrapped
 
 
-def scenes(json: options.AsJson = False) -> int:
+def scenes(json: console.AsJson = False) -> int:
     """List the shipped scenes."""
     from comparison.scene import load_scene, shipped_scenes
 
@@ -42,9 +42,9 @@ def scenes(json: options.AsJson = False) -> int:
 
 def channels(
     scene: Annotated[
-        str | None, typer.Argument(metavar="SCENE", hidden=True, autocompletion=options.scene_names)
+        str | None, typer.Argument(metavar="SCENE", hidden=True, autocompletion=console.scene_names)
     ] = None,
-    json: options.AsJson = False,
+    json: console.AsJson = False,
 ) -> int:
     """List the channels of a table with unit and group.
 
@@ -63,12 +63,12 @@ def channels(
     return 0
 
 
-def plan(scene: options.SceneName, overrides: options.Overrides = None, json: options.AsJson = False) -> int:
+def plan(scene: console.SceneName, overrides: console.Overrides = None, json: console.AsJson = False) -> int:
     """Show what each model integrates for a scene, and the cost.
 
     Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.
     """
-    from comparison.accuracy.plan import plan as plan_run
+    from comparison.accuracy.levels import plan as plan_run
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import channels_line, plan_lines
@@ -85,7 +85,7 @@ def plan(scene: options.SceneName, overrides: options.Overrides = None, json: op
 
 def keys(
     pattern: Annotated[str | None, typer.Argument(metavar="PATTERN", hidden=True)] = None,
-    json: options.AsJson = False,
+    json: console.AsJson = False,
 ) -> int:
     """List the keys of a scene: default, unit, description, bounds, source.
 
@@ -94,8 +94,7 @@ def keys(
     prints, "chosen" is its own.
     """
     from comparison.scene import SceneError
-    from comparison.scene.keys import did_you_mean, scene_keys
-    from comparison.scene.overrides import readable
+    from comparison.scene.keys import did_you_mean, readable, scene_keys
 
     wanted = (pattern or "").lower()
     listed = [key for key in scene_keys() if wanted in f"{key.name}\n{key.description}".lower()]
@@ -117,22 +116,22 @@ def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", hidden=True)],
     scene: Annotated[
         str,
-        options.option(
+        console.option(
             "SCENE",
             "Shipped scene or path of a TOML file whose values it starts with.",
             "--from",
-            autocompletion=options.scene_names,
+            autocompletion=console.scene_names,
         ),
-    ] = options.MAIN,
+    ] = console.MAIN,
 ) -> int:
     """Write a scene file with the keys that are changed most, each explained.
 
     FILE: its path, ending in .toml; a file that exists is never overwritten. Until a value is changed it is
     the scene that it was made from.
     """
-    from comparison.scene.writing import new_scene
+    from comparison.scene.loading import new_scene
 
-    path = options.to_write(file, ".toml")
+    path = console.to_write(file, ".toml")
     text = new_scene(path, scene)
     if path.exists():
         raise typer.BadParameter(f"{path}: exists, and is not overwritten")

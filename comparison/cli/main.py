@@ -7,16 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from comparison.cli.compare import compare
-from comparison.cli.console import INTERRUPTED, complain, described, say, session
+from comparison.cli.compare import compare, reliability, validate
+from comparison.cli.console import INTERRUPTED, complain, described, option, say, session
 from comparison.cli.gate import gate
 from comparison.cli.listing import channels, keys, new, plan, scenes
-from comparison.cli.options import option
 from comparison.cli.plot import animate, plot
-from comparison.cli.reliability import reliability
 from comparison.cli.run import run, settings
 from comparison.cli.study import studies
-from comparison.cli.validate import validate
 
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli import options
+from comparison.cli import console
 from comparison.cli.console import say
 
 if TYPE_CHECKING:
@@ -22,16 +22,16 @@ _Tables = Annotated[list[Path], typer.Argument(metavar="TABLE", hidden=True)]
 def plot(
     tables: _Tables,
     channels: Annotated[
-        str, options.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
+        str, console.option("NAME,NAME", "Channels, a panel each; see `sixbar channels`.")
     ] = "slider_x",
-    out: Annotated[Path | None, options.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
-    start: Annotated[float | None, options.option("SECONDS", "Start of the time shown.", "--from")] = None,
-    end: Annotated[float | None, options.option("SECONDS", "End of the time shown.", "--to")] = None,
+    out: Annotated[Path | None, console.option("FILE", "The picture: .svg (default), .png or .pdf.")] = None,
+    start: Annotated[float | None, console.option("SECONDS", "Start of the time shown.", "--from")] = None,
+    end: Annotated[float | None, console.option("SECONDS", "End of the time shown.", "--to")] = None,
 ) -> int:
     """Draw channels of one table, or of two over each other."""
     from comparison.report.figures import picture, write_picture
 
-    path = options.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
+    path = console.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
@@ -44,20 +44,20 @@ def plot(
 
 def animate(
     tables: _Tables,
-    out: Annotated[Path | None, options.option("FILE", "The animation: .html.")] = None,
-    scene: options.OfScene = None,
+    out: Annotated[Path | None, console.option("FILE", "The animation: .html.")] = None,
+    scene: console.OfScene = None,
 ) -> int:
     """Animate the press, and the slider in its guide magnified.
 
     The HTML file shows the forces at the slider's corners and needs nothing else. Two tables are shown over
     each other.
     """
-    from comparison.report.other_pages import write_animation
+    from comparison.report.page import write_animation
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
     from comparison.tables.table import TableError
 
-    path = options.to_write(out or _usual(tables, ".html"), ".html")
+    path = console.to_write(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
     command = shlex.join(["sixbar", "animate", *map(str, tables), *(["--scene", scene] if scene else [])])
     label, first = next(iter(read.items()))

@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from comparison.cli.progress import progress
+from comparison.cli.console import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
 from comparison.studies import NAMES, write_study

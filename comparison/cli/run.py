@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli import options
+from comparison.cli import console
 from comparison.cli.console import (
     INTERRUPTED,
     columns,
     complain,
     print_json,
+    progress,
     say,
     say_wrapped,
     warn,
 )
-from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.execution.run import RunError
@@ -28,13 +28,13 @@ NOT_REACHED = 3
 
 
 def run(
-    scene: options.SceneName,
-    model: options.Model,
-    out: Annotated[Path, options.option("FILE", "The table to write: .csv or .parquet.")],
-    accuracy: options.Accuracy = None,
+    scene: console.SceneName,
+    model: console.Model,
+    out: Annotated[Path, console.option("FILE", "The table to write: .csv or .parquet.")],
+    accuracy: console.Accuracy = None,
     check: Annotated[
         bool | None,
-        options.option(
+        console.option(
             None,
             "Estimate the error by further runs of this scene; by default for an accuracy in metres, "
             "where no measurement of this scene is at hand.",
@@ -43,13 +43,13 @@ def run(
     ] = None,
     uncertainty: Annotated[
         bool,
-        options.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty"),
+        console.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty"),
     ] = False,
     formulation: Annotated[
-        str | None, options.option("NAME", "Formulation of the equations; by default the scene's.")
+        str | None, console.option("NAME", "Formulation of the equations; by default the scene's.")
     ] = None,
-    overrides: options.Overrides = None,
-    quiet: options.NoProgress = False,
+    overrides: console.Overrides = None,
+    quiet: console.NoProgress = False,
 ) -> int:
     """Run one scene by one model and write its table.
 
@@ -63,11 +63,17 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, metres, solver_values, with_declared
-    from comparison.accuracy.measured import expected, is_measured, measured_record
+    from comparison.accuracy.levels import (
+        NAMES,
+        expected,
+        is_measured,
+        measured_record,
+        metres,
+        solver_values,
+        with_declared,
+    )
     from comparison.execution.pool import cpus
-    from comparison.execution.quality import quality_warnings
-    from comparison.execution.run import Job, RunError, run_uncached, successful
+    from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
     from comparison.files import check_file
     from comparison.models import find
     from comparison.scene import load_scene, parse_set
@@ -141,12 +147,12 @@ def _kept(error: RunError, out: Path) -> RunError:
 
 
 def settings(
-    scene: options.SceneName,
-    seconds: Annotated[float, options.option("SECONDS", "Wall time for all runs.")] = 60.0,
-    out: Annotated[Path | None, options.option("FILE", "The work-precision plot to write: .svg.")] = None,
-    overrides: options.Overrides = None,
-    quiet: options.NoProgress = False,
-    json: options.AsJson = False,
+    scene: console.SceneName,
+    seconds: Annotated[float, console.option("SECONDS", "Wall time for all runs.")] = 60.0,
+    out: Annotated[Path | None, console.option("FILE", "The work-precision plot to write: .svg.")] = None,
+    overrides: console.Overrides = None,
+    quiet: console.NoProgress = False,
+    json: console.AsJson = False,
 ) -> int:
     """Find the cheapest settings of both models on a scene.
 
@@ -160,9 +166,9 @@ def settings(
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
-    options.check_positive("--seconds", seconds)
+    console.check_positive("--seconds", seconds)
     if out is not None:
-        out = options.to_write(out, ".svg")
+        out = console.to_write(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:

@@ -6,14 +6,13 @@ from typing import Annotated
 
 import typer
 
-from comparison.cli import options
-from comparison.cli.console import columns, say, warn
-from comparison.cli.progress import progress
+from comparison.cli import console
+from comparison.cli.console import columns, progress, say, warn
 from comparison.studies import STUDIES
 
 _SHOWN = 5  # rows of a sweep on the terminal
 _OutStudy = Annotated[
-    Path | None, options.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
+    Path | None, console.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
 ]
 
 studies = typer.Typer(help="Run a multi-run study. Cached runs are used.")
@@ -28,15 +27,15 @@ def _root(context: typer.Context) -> None:
 def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
-        jobs: options.Jobs = None,
-        small: Annotated[bool, options.option(None, "Few and short runs, for a trial.", "--small")] = False,
-        quiet: options.NoProgress = False,
+        jobs: console.Jobs = None,
+        small: Annotated[bool, console.option(None, "Few and short runs, for a trial.", "--small")] = False,
+        quiet: console.NoProgress = False,
     ) -> int:
         from comparison.execution.pool import cpus
         from comparison.files import check_folder
         from comparison.studies import write_study
 
-        folder = check_folder(out or options.REPORTS / name)
+        folder = check_folder(out or console.REPORTS / name)
         with progress(name, quiet=quiet) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
         say(str(path))
@@ -53,38 +52,38 @@ for _name, _about in STUDIES.items():
 
 @studies.command()
 def sweep(
-    scene: options.SceneName,
+    scene: console.SceneName,
     grid: Annotated[
         list[str] | None,
-        options.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations."),
+        console.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations."),
     ] = None,
     listed: Annotated[
-        Path | None, options.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
+        Path | None, console.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
     ] = None,
     latin: Annotated[
         list[str] | None,
-        options.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more."),
+        console.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more."),
     ] = None,
-    points: Annotated[int, options.option("N", "Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, options.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
+    points: Annotated[int, console.option("N", "Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, console.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
     model: Annotated[
-        str, options.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
+        str, console.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
     ] = "reference",
     output: Annotated[
         list[str] | None,
-        options.option(
+        console.option(
             "QUANTITY",
             "min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, largest:peak_force, "
             "steps ...; repeat for more. By default peak errors, contacts, impulse and largest force.",
         ),
     ] = None,
-    overrides: options.Overrides = None,
+    overrides: console.Overrides = None,
     out: _OutStudy = None,
-    jobs: options.Jobs = None,
+    jobs: console.Jobs = None,
     scheduler: Annotated[
-        str | None, options.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
+        str | None, console.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
     ] = None,
-    quiet: options.NoProgress = False,
+    quiet: console.NoProgress = False,
 ) -> int:
     """Run a scene over values of its keys: one row per run.
 
@@ -105,7 +104,7 @@ def sweep(
     try:
         chosen = chosen_points(grid, listed, latin, points, seed)
         base = load_scene(scene, parse_set(overrides or []))
-        folder = check_folder(out or options.REPORTS / f"sweep-{base.name}")
+        folder = check_folder(out or console.REPORTS / f"sweep-{base.name}")
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=quiet) as report:
             path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)

@@ -1,11 +1,12 @@
-"""Contacts of results, from their event tables: matched one by one, their situations, their forces in time.
+"""Contacts of results, from their event tables: matched, their situations and forces, which parts two groups.
 
 Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Times are in s.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ IntArray = NDArray[np.intp]
 # contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is unique during chatter;
 # where runs are predictable their starts agree to 1e-4 of a cycle.
 WINDOW = 1 / 5000
+PARTED = 0.9  # by how much the shares of two groups that have a contact must differ for it to part them
 
 SITUATIONS = {
     "free": "free",
@@ -206,6 +208,44 @@ def noted(table: Table) -> list[Pulse]:
             time, force = closer, PchipInterpolator(time, force)(closer)
         pulses.append(Pulse(row, time, force))
     return pulses
+
+
+class Parting(NamedTuple):
+    """A contact that the runs of one group have and those of another lack: so many runs of so many each."""
+
+    corner: str
+    start: float
+    having: tuple[int, int]
+    sizes: tuple[int, int]
+
+
+def parting_contact(
+    groups: tuple[Sequence[pd.DataFrame], Sequence[pd.DataFrame]], *, period: float, until: float
+) -> Parting | None:
+    """Find the first contact that parts two groups of runs, of their event tables; None where none does.
+
+    A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
+    consequences.
+    """
+    partings = []
+    window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
+
+    def near(instants: Array, starts: Array) -> BoolArray:
+        return np.searchsorted(starts, instants + window) > np.searchsorted(starts, instants - window)
+
+    for corner in CONTACTS:
+        starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
+        candidates = np.concatenate([own for group in starts for own in group])
+        candidates = candidates[candidates <= until]
+        one, other = (np.sum([near(candidates, own) for own in group], axis=0) for group in starts)
+        apart = np.abs(one / sizes[0] - other / sizes[1])
+        if np.any(apart >= PARTED):
+            # Of the starts of this contact in all runs that by which most of them are told apart.
+            earliest = candidates[apart >= PARTED].min()
+            nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
+            k = nearby[apart[nearby].argmax()]
+            partings.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
+    return min(partings, key=lambda parting: parting.start, default=None)
 
 
 def starts_at(events: pd.DataFrame, place: str) -> tuple[IntArray, Array]:

@@ -4,7 +4,7 @@ Three runs per scene: the reference at the tight tier, Exudyn's five bodies with
 tree at the tight tier. Of each: settings, counters, and some samples, the checkpoints, where the model's own
 uncertainty is small.
 
-A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.channel` but by the
+A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.compare` but by the
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
 zero most of the time, whatever the model does.
 
@@ -27,15 +27,22 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
 from comparison.accuracy.refine import family, table_of_family
-from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
+from comparison.accuracy.uncertainty import (
+    Runs,
+    model_uncertainty,
+    movable,
+    moved,
+    perturbation,
+    spread,
+    window_samples,
+)
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
-from comparison.scene.overrides import explain, toml
+from comparison.scene.keys import explain, toml
 from comparison.tables.channels import Array, BoolArray, channels, expected
 from comparison.tables.table import Table
-from comparison.verdict.compare import Runs, model_uncertainty
 
 Model = TypeVar("Model", bound=BaseModel)
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]

@@ -1,13 +1,19 @@
-"""Errors of the slider's motion: a result less the ideal mechanism's at equal time, Eq. 35 of the paper."""
+"""Errors of the slider's motion, and their averages over parts of the crank cycle with what is open of them.
+
+An error is a result less the ideal mechanism's at equal time, Eq. 35 of the paper.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betaincinv, ndtri, stdtrit
 
-from comparison.tables.channels import Array, channels
+from comparison.tables.align import SAME_GRID, hermite
+from comparison.tables.channels import Array, BoolArray, channels
 from comparison.tables.table import Table, TableError
-from comparison.tables.times import SAME_GRID, hermite
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
@@ -102,3 +108,157 @@ def _extrema(table: Table, name: str) -> Array:
         return np.empty((2, 0))
     points = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)
     return points[:, np.isfinite(points).all(axis=0)]
+
+
+# ---- time averages over parts of the crank cycle, and what samples and cycles leave open of them
+#
+# Between samples a signal is linear. What that misses is estimated by every second sample, and, where the
+# signal's integral is sampled too, by its change over an interval, which tells of pulses that samples miss.
+# Both are as often positive as negative: they are taken by blocks of each part of each cycle, and squares
+# add up. The errors of a run are locked to the crank: what is drawn are cycles, and only what differs
+# between cycles at equal angle makes an average uncertain. The 95 % intervals hold the truth in 93 to 100 %
+# of trials from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
+
+BLOCKS = 8  # of a part in one cycle
+SAFETY = 2.0  # of a normal error's deviation, 95 %
+LEVEL = 0.95
+ENOUGH = 30  # cycles, from which on their averages are the sample
+ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: an average and a subtraction
+
+
+def part_edges(end: float, period: float, count: int) -> Array:
+    """Return the edges (s) of the parts, ``count`` a cycle, whole ones but for a run shorter than a cycle."""
+    width = period / count
+    whole = int(end / width + 1e-9)
+    edges = width * np.arange(whole + 1)
+    return np.append(edges, [end] if whole < count and end > edges[-1] + 1e-9 * width else [])
+
+
+def integrals(time: Array, values: Array, edges: Array) -> Array:
+    """Return the integrals between m + 1 edges of what is linear between samples, shape (..., m).
+
+    Times increase, shape (n,), n >= 2, and span the edges but for rounding; values have shape (..., n).
+    """
+    step = np.diff(time)
+    total = np.zeros(values.shape)
+    np.cumsum(0.5 * step * (values[..., 1:] + values[..., :-1]), axis=-1, out=total[..., 1:])
+    left = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, step.size - 1)
+    into = edges - time[left]
+    slope = (values[..., left + 1] - values[..., left]) / step[left]
+    return np.asarray(np.diff(total[..., left] + into * (values[..., left] + 0.5 * slope * into)))
+
+
+def halved(time: Array, values: Array, edges: Array) -> Array:
+    """Return by how much integrals over blocks change with either half of the samples, (k, n, 2 BLOCKS)."""
+    changes = []
+    for half in (slice(None, None, 2), slice(1, None, 2)):
+        coarse = np.array([np.interp(time, time[half], row[half]) for row in values])
+        change = integrals(time, values - coarse, _blocks(edges))
+        changes.append(change.reshape(len(values), -1, BLOCKS))
+    return np.concatenate(changes, axis=-1)
+
+
+def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Array:
+    """Return by how much a primitive changes more than by the integral of the size of its rate, by blocks."""
+    sizes = np.abs(values)
+    excess = np.abs(np.diff(primitive)) - 0.5 * np.diff(time) * (sizes[1:] + sizes[:-1])
+    total = np.concatenate([[0.0], np.cumsum(excess)])
+    return np.asarray(np.diff(np.interp(_blocks(edges), time, total))).reshape(-1, BLOCKS)
+
+
+def quadrature_error(halves: Array, excess: Array) -> float:
+    """Return the error (95 %) that samples leave of an average, from (N, ...) of `halved` and `mismatch`."""
+    # Either half of the samples tells the same, so that of 2 BLOCKS squares half the sum counts.
+    root = np.sqrt(0.5 * np.sum(halves**2)) + np.sqrt(np.sum(excess**2))
+    return SAFETY * float(root) / len(excess)
+
+
+class StandardError(NamedTuple):
+    """Of an average, with its degrees of freedom, and how many independent values the average is worth."""
+
+    error: Array
+    freedom: Array
+    independent: Array
+
+
+def standard_error(values: Array) -> StandardError:
+    """Estimate the standard error of the average of a part's samples, cycle by cycle, shape (..., N, J).
+
+    From the autocovariances of what differs from the cycles' mean at equal angle, in a flat-top window after
+    D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), twice as wide as the correlation is significant.
+    Where it never ends, all lags count in full and the sum is the variance of the cycles' averages; from
+    `ENOUGH` cycles on these are the sample. Of one cycle the mean of the part is subtracted: what is locked
+    to the crank counts as scatter.
+    """
+    drawn = values.shape[-2]
+    if drawn >= ENOUGH:
+        values = values.mean(-1)[..., None, :]
+    cycles, length = values.shape[-2:]
+    count = cycles * length
+    several = cycles > 1
+    residuals = values - values.mean(-2 if several else -1, keepdims=True)
+    # What repeats exactly leaves the rounding of its average, which would pass for noise.
+    largest = np.abs(values).max((-2, -1), keepdims=True)
+    residuals = np.where(np.abs(residuals) <= ROUND_OFF * largest, 0.0, residuals)
+    groups = max(cycles - 1, 1)
+    # Sums of products at lags 0 .. J - 1 within each cycle, over all cycles, shape (..., J).
+    spectrum = (np.abs(np.fft.rfft(residuals, 2 * length, axis=-1)) ** 2).sum(-2)
+    products: Array = np.fft.irfft(spectrum, 2 * length, axis=-1)[..., :length]
+    covariance = products * (cycles / groups / count)
+    variance = np.maximum(covariance[..., 0], 0.0)
+    width = np.clip(2 * _memory(covariance, count), 1, length)[..., None]
+    window = np.clip(2.0 * (1.0 - np.arange(1, length) / width), 0.0, 1.0)
+    if several:  # of one cycle the covariances of all lags add up to zero, since the mean is its own
+        window = np.where(width == length, 1.0, window)
+    total = variance + 2.0 * (window * covariance[..., 1:]).sum(-1)
+    # Anticorrelation that would make the average better than that of independent values is not relied upon.
+    total = np.maximum(total, variance)
+    freedom = np.maximum(groups * length / width[..., 0] - (not several), 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        independent = np.where(total > 0.0, count * variance / total, float(drawn))
+    return StandardError(np.sqrt(total / count), freedom, independent)
+
+
+def half_width(estimate: StandardError) -> Array:
+    """Return the half-width of the interval around the average, by Student's distribution."""
+    return np.asarray(stdtrit(estimate.freedom, 0.5 + LEVEL / 2.0) * estimate.error)
+
+
+def proportion(within: BoolArray, errors: Array) -> tuple[Array, Array]:
+    """Return the interval of the share of the samples that are within a limit, shape (..., N, J).
+
+    That of Clopper and Pearson at the effective number of samples share (1 - share) / se^2, less for the few
+    degrees of freedom of se: E. L. Korn and B. I. Graubard (Surv. Methodol. 24, 1998, 193-201). Where all
+    samples are on one side, the ``errors`` that the limit is set to tell how many independent ones these are.
+    """
+    estimate = standard_error(within.astype(np.float64))
+    share, tail = within.mean((-2, -1)), (1.0 - LEVEL) / 2.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        effective = share * (1.0 - share) / estimate.error**2
+    effective *= (ndtri(1.0 - tail) / stdtrit(estimate.freedom, 1.0 - tail)) ** 2
+    effective = np.where(estimate.error > 0.0, effective, standard_error(errors).independent)
+    effective = np.minimum(effective, float(within.shape[-1] * within.shape[-2]))
+    inside = share * effective
+    outside = effective - inside
+    low = np.where(inside > 0.0, betaincinv(np.maximum(inside, 1e-300), outside + 1.0, tail), 0.0)
+    high = np.where(outside > 0.0, betaincinv(inside + 1.0, np.maximum(outside, 1e-300), 1.0 - tail), 1.0)
+    return low, high
+
+
+def _blocks(edges: Array) -> Array:
+    return np.interp(np.arange((edges.size - 1) * BLOCKS + 1) / BLOCKS, np.arange(edges.size), edges)
+
+
+def _memory(covariance: Array, count: int) -> NDArray[np.intp]:
+    """Return the lag after which the autocorrelation is insignificant; where it never is, their number."""
+    length, scale = covariance.shape[-1], np.log10(max(count, 2))
+    seldom = length / (length - np.arange(length))  # a lag has the fewer pairs, the longer it is
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = covariance * seldom / covariance[..., :1]
+    # Comparisons with nan are false: a constant has no measurable memory.
+    large = ~(np.abs(correlation) < 2.0 * np.sqrt(scale / count))
+    run = max(5, int(np.ceil(np.sqrt(scale))))
+    if length <= run:
+        return np.full(covariance.shape[:-1], length)
+    quiet = ~np.lib.stride_tricks.sliding_window_view(large[..., 1:], run, axis=-1).any(-1)
+    return np.asarray(np.where(quiet.any(-1), quiet.argmax(-1), length))

@@ -10,15 +10,20 @@ import pandas as pd
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.reliability.assessment import Assessment, assess
-from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
+from comparison.reliability.assessment import (
+    MARGIN,
+    Assessment,
+    ReliabilityComparison,
+    assess,
+    compare_reliability,
+)
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, load_scene
 from comparison.scene.loading import BASE
-from comparison.tables.foreign import as_tables
+from comparison.tables.align import SAME_GRID
+from comparison.tables.foreign import as_source, read_tables
 from comparison.tables.mapping import Mapping, load_mapping
 from comparison.tables.table import Table, TableError, check
-from comparison.tables.times import SAME_GRID
 
 CHANNELS = tuple(QUANTITIES.values())
 _LEAST_CHANGE = 0.1 * MARGIN
@@ -126,7 +131,8 @@ def reliability(
     given = {part: one for part, one in every.items() if one is not None}
     names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
     sides = [part.removeprefix("finer ") for part in given]
-    read, warnings = as_tables(list(given.values()), sides, rules, at_events, CHANNELS)
+    sources = [as_source(one, names[part]) for part, one in given.items()]
+    read, warnings = read_tables(sources, sides, rules, at_events, only=CHANNELS)
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])

@@ -15,7 +15,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from comparison.files import replacing
 from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
-from comparison.reliability.difference import Difference
+from comparison.reliability.assessment import Difference
 from comparison.report import svg
 from comparison.tables.channels import UNCERTAINTY, Array, channels
 from comparison.tables.table import Table, TableError

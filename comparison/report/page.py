@@ -1,20 +1,194 @@
-"""The report: one self-contained HTML file of the verdict, the worst channel, an overview and the scenes."""
+"""Pages, each one self-contained HTML file: the report, several models together, the press in motion.
 
+The report has the verdict, the worst channel, an overview and the scenes.
+"""
+
+import base64
+import hashlib
+import subprocess
+from cmath import rect
 from collections.abc import Mapping, Sequence
-from math import isnan
-from typing import Any
+from contextlib import suppress
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from math import isnan, radians, sqrt
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from comparison.formatting import number, percent
-from comparison.metrics.contacts import WINDOW
-from comparison.reliability.difference import MARGIN
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from comparison.files import write_text
+from comparison.formatting import NO_BREAK, number, percent, quantity
+from comparison.metrics.contacts import WINDOW, noted
+from comparison.models import platform_name
+from comparison.reliability.assessment import MARGIN
 from comparison.report import tables
 from comparison.report.figures import channel_figure
-from comparison.report.plots import independent, scene_plots, shown
-from comparison.report.schematic import schematic
-from comparison.report.templates import interactive_page
+from comparison.report.plots import FORCES, MOTION, independent, scene_plots, shown, table_plots
+from comparison.tables.channels import channels
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
-from comparison.words import cards, differences, verdicts
+from comparison.verdict.validate import Pair, Standing
+from comparison.words import differences, verdicts
 from comparison.words.reliability import notes
+from comparison.words.verdicts import SYMBOLS, standing, standings
+
+# ---- what all pages share: jinja's settings, style sheet and script, and where a page comes from
+
+ASSETS = Path(__file__).with_name("assets")
+TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(ASSETS),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+"""HTML is escaped, and a name without a value is an error."""
+TEMPLATES.globals |= {"symbols": SYMBOLS, "number": number, "percent": percent, "quantity": quantity}
+
+
+def style() -> Markup:
+    """Return the style sheet of all pages."""
+    return Markup((ASSETS / "report.css").read_text("utf-8"))
+
+
+def interactive_page(template: str, **values: Any) -> str:
+    """Return a page with the script of the interactive plots, and nothing else that may run."""
+    names = ("uplot/LICENSE", "uplot/uPlot.iife.min.js", "animation.js", "plots.js", "uplot/uPlot.min.css")
+    licence, library, animation, plots, css = ((ASSETS / name).read_text("utf-8") for name in names)
+    script = "\n".join([f"/* uPlot\n{licence}*/", library, animation, plots])
+    return TEMPLATES.get_template(template).render(
+        css=Markup(css + "\n") + style(),
+        script=Markup(script),
+        # The page's Content-Security-Policy admits the script by its hash.
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        **values,
+    )
+
+
+def origin() -> dict[str, str]:
+    """Return when, from what and where a report is made now."""
+    made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    return {"time": made, "code": code_version(Path(__file__)), "machine": platform_name()}
+
+
+def code_version(file: Path) -> str:
+    """Return version and, where this file is tracked in a checkout, the commit; "modified" if it differs."""
+    try:
+        release = f"sixbar-crossval {version('sixbar-crossval')}"
+    except PackageNotFoundError:
+        release = "sixbar-crossval"
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(file.parent), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+
+    try:
+        # An installed package may lie inside another project's checkout, whose commit says nothing about it.
+        git("ls-files", "--error-unmatch", file.name)
+        commit = git("rev-parse", "--short=10", "HEAD")
+        changed = git("status", "--porcelain", "--untracked-files=no", ":/")
+    except (OSError, subprocess.SubprocessError):  # there is no git, or it fails
+        return release
+    return f"{release}, commit {commit}{' with modifications' if changed else ''}"
+
+
+# ---- drawing of the press and of the slider in its guide, as SVG with the scene's dimensions
+#
+# The pages' script moves the same drawing through the run: it addresses the parts by their classes.
+
+_SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre, width and height of the enlarged slider
+_GAP = 18.0  # of the drawing is the clearance
+_LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # of the press
+
+
+def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, complex] | None:
+    """Return positions (m): the crank's O and A, the rocker's B, pivot H and tip C, the slider's F.
+
+    None where the mechanism cannot be assembled. The models compute their own; a drawing needs a tenth of a
+    millimetre and neglects the clearances.
+    """
+    crank, rod2, rocker, rod4 = (mechanism[name] for name in ("crank", "rod2", "rocker", "rod4"))
+    A, H = rect(crank["length"], radians(crank_angle_deg)), complex(*mechanism["rocker_pivot"])
+    # B is where circles about A and H cross.
+    distance = abs(H - A)
+    along = (distance**2 + rod2["length"] ** 2 - rocker["centroid"] ** 2) / (2 * distance)
+    across = rod2["length"] ** 2 - along**2
+    if across < 0.0:
+        return None
+    B = A + (H - A) / distance * complex(along, mechanism["rocker_branch"] * sqrt(across))
+    C = H + rocker["length"] / rocker["centroid"] * (B - H)
+    below = rod4["length"] ** 2 - (mechanism["guide_x"] - C.real) ** 2
+    if below < 0.0:
+        return None
+    F = complex(mechanism["guide_x"], C.imag + mechanism["slider_branch"] * sqrt(below))
+    return {"O": 0j, "A": A, "B": B, "H": H, "C": C, "F": F}
+
+
+def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Draw the press of a scene at its start, with texts and what the script needs to move it.
+
+    None without a scene, or where the press cannot be assembled.
+    """
+    if scene is None:
+        return None
+    mechanism, drive = scene["mechanism"], scene["drive"]
+    start = joints(mechanism, mechanism["crank_angle_deg"])
+    if start is None:
+        return None
+    clearance, pin = (
+        float(scene["clearance"][joint]) if scene["joints"][joint] == "clearance" else 0.0
+        for joint in ("slider", "crank_pin")
+    )
+    # The stroke is some four cranks long; the slider starts near its top.
+    crank, width, length = (
+        mechanism[part][key] for part, key in (("crank", "length"), ("slider", "width"), ("slider", "length"))
+    )
+    xs = [point.real for point in start.values()] + [-crank, crank]
+    ys = [point.imag for point in start.values()] + [-crank, start["F"].imag - 5.5 * crank - length]
+    scale = min(_WIDTH / (max(xs) - min(xs)), _HEIGHT / (max(ys) - min(ys)))
+    origin = complex(_LEFT + 14 - scale * min(xs), _TOP + scale * max(ys))
+    drawing = TEMPLATES.get_template("schematic.svg.j2").render(
+        at={name: origin + scale * point.conjugate() for name, point in start.items()},
+        half=0.5 * scale * width,
+        tall=scale * length,
+        top=_TOP,
+        height=_HEIGHT,
+        slider=_SLIDER,
+        gap=_GAP,
+        mechanism=mechanism,
+        clearance=clearance,
+        pin=pin,
+        mm=_mm,
+    )
+    held = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
+    caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
+    caption += f"slider {_mm(width)} wide and {_mm(length)} long, {held}"
+    caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
+    about = "Schematic of the six-bar press at the start, and its slider in the guide enlarged."
+    return {
+        "svg": Markup(drawing.replace("\n", "")),
+        "caption": caption,
+        "alt": f"{about} {caption}",
+        "geometry": {
+            "mechanism": mechanism,
+            "speed": drive["speed_rpm"] * 6.0,
+            "view": [scale, origin.real, origin.imag],
+            # Pixels of the enlarged drawing per metre of clearance; 0 where the guide holds the slider.
+            "magnified": _GAP / clearance if clearance else 0.0,
+            "slider": list(_SLIDER),
+        },
+    }
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.6g}{NO_BREAK}mm"
+
+
+# ---- the report
 
 _BUILT_IN = {
     "reference": "a hand-written solver of the paper's equations",
@@ -60,7 +234,7 @@ def render(
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
-        ratio=cards.ratio_name(comparisons),
+        ratio=verdicts.ratio_name(comparisons),
         threshold="uncertainty" if limits else threshold,
         limit=limits[0] if limits else "",
         of_tables=of_tables,
@@ -70,10 +244,10 @@ def render(
         reliability=any(tier.reliability for tier in judged),
         margin=MARGIN,
         impact_window=WINDOW,
-        definition=cards.definition(comparisons),
+        definition=verdicts.definition(comparisons),
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
-        card_of=cards.card,
+        card_of=verdicts.card,
         channel_figure=channel_figure,
         schematic=schematic,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
@@ -122,3 +296,88 @@ def _models(tiers: Sequence[SceneComparison]) -> dict[str, str]:
         parts = [_BUILT_IN.get(label, ""), "; ".join(formulations), ", ".join(own)]
         models[label] = "; ".join(part for part in parts if part)
     return {label: words for label, words in models.items() if words}
+
+
+# ---- several models against each other, and the press in motion
+
+_DRAWN = 3
+"""Models on common plots at most: of more lines over each other none can be followed."""
+
+
+class Row(NamedTuple):
+    """A scene at the standard tier, with its entry in the ``summary.json`` of every pair."""
+
+    name: str
+    title: str
+    standing: Standing
+    results: dict[Pair, dict[str, Any]]
+
+
+def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], command: str) -> Path:
+    """Write ``report.html`` of several models beside the pairs' reports, whose tables it draws."""
+    html = interactive_page(
+        "pairwise.html.j2",
+        title=f"{len(models)} models against each other",
+        models=models,
+        rows=rows,
+        lead=standings([row.standing for row in rows]),
+        sentence=standing,
+        plots=[_plots(row, folder, models) for row in rows],
+        command=command,
+    )
+    write_text(html, folder / "report.html")
+    return folder / "report.html"
+
+
+def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
+    """Return the plots of a scene's base runs, of the models that have one; empty without two."""
+    tables: dict[str, Table] = {}
+    for model, pair in ((model, pair) for model in models for pair in row.results if model in pair):
+        if model not in tables and len(tables) < _DRAWN:
+            with suppress(TableError):  # a run that did not succeed has no complete table
+                tables[model] = read(folder / "-".join(pair) / "tables" / f"{row.name}-{model}.csv")
+    if len(tables) < 2 or any(table.time.size < 2 for table in tables.values()):
+        return ""
+    scene: Mapping[str, Any] = next(iter(tables.values())).provenance.get("scene") or {}
+    return table_plots(
+        tables,
+        [name for name in channels() if not name.startswith("corner_") or name.endswith("_normal")],
+        period=60.0 / abs(float(scene["drive"]["speed_rpm"])) if scene else None,
+        guide=float(scene["mechanism"]["guide_x"]) if scene else 0.0,
+    )
+
+
+def write_animation(
+    tables: Mapping[str, Table], scene: Mapping[str, Any], path: Path, *, title: str, command: str
+) -> Path:
+    """Write the animation of one table, or two over each other at the times of the first, into a file."""
+    for label, table in tables.items():
+        if missing := [name for name in MOTION if name not in table.channels]:
+            needs = f"an animation needs {', '.join(MOTION)}"
+            raise TableError(f"{label}: channel {missing[0]!r} is missing; {needs}")
+        if table.time.size < 2:
+            raise TableError(f"{label}: an animation needs two samples at least")
+    mechanism, speed = scene["mechanism"], float(scene["drive"]["speed_rpm"])
+    time = next(iter(tables.values())).time
+    seconds = float(time[-1] - time[0])
+    turned = np.sign(speed) * np.linspace(0, min(360.0, 6.0 * abs(speed) * seconds), 360)
+    if any(joints(mechanism, mechanism["crank_angle_deg"] + angle) is None for angle in turned):
+        raise TableError("the mechanism of this scene cannot be assembled at every crank angle")
+    html = interactive_page(
+        "animation.html.j2",
+        title=title,
+        labels=list(tables),
+        seconds=seconds,
+        cycles=seconds * abs(speed) / 60.0,
+        schematic=schematic(scene),
+        plots=table_plots(
+            tables,
+            (*MOTION, *FORCES),
+            period=60.0 / abs(speed),
+            guide=float(mechanism["guide_x"]),
+            pulses=[noted(table) for table in tables.values()],
+        ),
+        command=command,
+    )
+    write_text(html, path)
+    return path

@@ -9,10 +9,10 @@ from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics.contacts import SITUATIONS
-from comparison.reliability.difference import Difference
+from comparison.reliability.assessment import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
-from comparison.scene.overrides import flat
+from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded

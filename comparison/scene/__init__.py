@@ -1,5 +1,6 @@
 """Scenes: read from TOML, validated, and converted to the mapping that a model takes."""
 
+from comparison.scene.keys import command_line, name_with
 from comparison.scene.loading import (
     Scene,
     SceneError,
@@ -9,7 +10,6 @@ from comparison.scene.loading import (
     scene_from_mapping,
     shipped_scenes,
 )
-from comparison.scene.overrides import command_line, name_with
 from comparison.scene.schema import RandomInput, Reliability
 
 __all__ = [

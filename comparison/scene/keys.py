@@ -1,19 +1,25 @@
-"""All keys of a scene as the schema has them, and those that an unknown one may mean."""
+"""Dotted keys of a scene: all that there are, those that an unknown one may mean, overrides.
 
+From overrides follow name, title and command of a scene; errors of validation name keys as users write them.
+"""
+
+import hashlib
+import json
 import re
+import shlex
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher, get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from comparison.scene.schema import SceneKeys, Source, Unit
+from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _IN_SECTION, _IN_DESCRIPTION = 0.8, 0.6
 """How much a word counts that is not of a key's own name."""
@@ -161,3 +167,222 @@ def _alike(word: str, known: Iterable[str]) -> dict[str, float]:
         if len(word) > 2 and " " not in each
     }
     return {each: likeness for each, likeness in alike.items() if likeness >= _ALIKE}
+
+
+# ---- overrides, what follows from them, and errors of validation
+
+LONGEST = 54
+"""Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
+_FORMULATION = "solver.exudyn.formulation"
+_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
+_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
+_BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
+_PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
+_RULES = {
+    "rule": "{text}",
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
+    "finite_number": "must be finite",
+    "float_type": "must be a number",
+    "int_type": "must be an integer",
+    "int_from_float": "must be an integer",
+    "bool_type": "must be true or false",
+    "int_parsing_size": "is too large",
+    "string_type": "must be a string",
+    "list_type": "must be a list",
+    "dict_type": "must be a section with keys of its own",
+    "model_type": "must be a section with keys of its own",
+    "model_attributes_type": "must be a section with keys of its own",
+    "literal_error": "must be {expected}",
+    "too_short": "must hold {min_length} values, not {actual_length}",
+    "too_long": "must hold {max_length} values, not {actual_length}",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must be letters, digits and . _ + = - only: it names files",
+    "missing": "is missing",
+    "extra_forbidden": "is not a known key",
+    "not_installed": "is not a known key: no model of this name is installed",
+}
+"""Type of a pydantic error -> what is said of the value."""
+
+
+def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return the values of all single keys below by their dotted keys; an empty section is a value itself."""
+    keys: dict[str, Any] = {}
+    for key, value in section.items():
+        is_section = isinstance(value, Mapping) and value
+        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": value}
+    return keys
+
+
+def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the sections of `flat` keys; of a value and a section in one place the later stays."""
+    result: dict[str, Any] = {}
+    for key, value in keys.items():
+        *sections, last = key.split(".")
+        below = result
+        for section in sections:
+            if not isinstance(below.get(section), dict):
+                below[section] = {}
+            below = below[section]
+        if value != {}:
+            below[last] = value
+        elif not isinstance(below.get(last), dict):
+            below[last] = {}
+    return result
+
+
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Change keys: one partner's number over that of both leaves the other's, that of both replaces each."""
+    result = dict(base)
+    for key, value in changes.items():
+        for material in MATERIALS:
+            if key.startswith(f"{material}.") and material in result:
+                both = result.pop(material)
+                result |= {f"{material}.{partner}": both for partner in PARTNERS}
+            elif key == material and value != {}:
+                result = {name: kept for name, kept in result.items() if not name.startswith(f"{material}.")}
+        result[key] = value
+    return result
+
+
+def apply(files: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of a scene's files with overrides."""
+    written = files.get(_FORMULATION, "auto")
+    # A step for the five bodies makes the tree take a hundred times its steps.
+    if overrides.get(_FORMULATION, written) not in (None, written):
+        files = {key: value for key, value in files.items() if key not in _SETTINGS}
+    return merged(files, overrides)
+
+
+def combine(
+    files: Mapping[str, Any], overrides: Mapping[str, Any], values: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the overrides of a scene when keys are changed once more: those that differ from its files."""
+    values = flat(values)
+    formulation = overrides.get(_FORMULATION, files.get(_FORMULATION, "auto"))
+    if values.get(_FORMULATION, formulation) != formulation:
+        overrides = {key: value for key, value in overrides.items() if key not in _SETTINGS}
+    changes = merged(overrides, values)
+    base = apply(files, {key: changes[key] for key in (_FORMULATION,) if key in changes})
+    base[_FORMULATION] = files.get(_FORMULATION)
+    return {key: value for key, value in changes.items() if not _same(value, _at(base, key))}
+
+
+def _at(keys: Mapping[str, Any], key: str) -> object:
+    """Return the value of a key, of a partner's that of both, {} for a section; None where there is none."""
+    both, _, partner = key.rpartition(".")
+    if both in MATERIALS and partner in PARTNERS:
+        return keys.get(key, keys.get(both))
+    return keys.get(key, {} if any(other.startswith(f"{key}.") for other in keys) else None)
+
+
+def _same(value: object, before: object) -> bool:
+    """Return whether a value would change nothing; true is not 1, nor is 1.0 where an integer has to be."""
+    integer = type(value) is int and isinstance(before, float) and value == before
+    return integer or toml(value) == toml(before)
+
+
+def name_with(name: str, overrides: Mapping[str, object]) -> str:
+    """Return a name for files: ``"ideal+drive.cycles=1"``, with a hash where that is too long or no name."""
+    whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in overrides.items())])
+    if re.match(NAME, whole) and len(whole) <= LONGEST:
+        return whole
+    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+
+
+def title_with(name: str, overrides: Mapping[str, object]) -> str:
+    """Return a title: ``"150rpm-0.2mm with clearance.slider = 0.4 mm"``."""
+    changes = []
+    for key, value in overrides.items():
+        text, unit = _text(value), _unit(key.split("."))
+        if isinstance(value, float):
+            factor, unit = _SHOWN.get(unit, (1.0, unit))
+            text = f"{factor * value:.12g}"
+        changes.append(f"{key} = {text} {unit}".rstrip())
+    return f"{name} with {', '.join(changes)}"
+
+
+def command_line(
+    verb: str, sources: Sequence[str], overrides: Mapping[str, object], options: Sequence[str] = ()
+) -> str:
+    """Return the command ``sixbar`` that does something to scenes, quoted for a POSIX shell."""
+    changes = [word for key, value in overrides.items() for word in ("--set", f"{key}={_text(value)}")]
+    return shlex.join(["sixbar", verb, *sources, *changes, *options])
+
+
+def _text(value: object) -> str:
+    """Return a value as --set takes it."""
+    return value if isinstance(value, str) and _BARE.fullmatch(value) else toml(value)
+
+
+def toml(value: object) -> str:
+    """Return a value as TOML in one line, floats exactly."""
+    if isinstance(value, Mapping):
+        keys = [key if _PLAIN.fullmatch(key) else toml(key) for key in map(str, value)]
+        parts = [f"{key} = {toml(part)}" for key, part in zip(keys, value.values(), strict=True)]
+        return f"{{ {', '.join(parts)} }}" if parts else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
+    if isinstance(value, float):
+        return repr(float(value))  # numpy's are floats too, and say so
+    if type(value) is int:
+        return hex(value) if abs(value) > 10**100 else str(value)  # Python does not print thousands of digits
+    # A string of JSON is one of TOML too, but for one character.
+    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
+
+
+def readable(value: object) -> str:
+    """Return a value as TOML, large and small numbers with an exponent."""
+    brief = f"{value:g}" if isinstance(value, float) else ""
+    return brief if "e" in brief and float(brief) == value else toml(value)
+
+
+def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
+    """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
+
+    For an unknown key the nearest of its section, or of a scene those that it may mean are suggested.
+    """
+    first = error.errors()[0]
+    kind, value, context = first["type"], first["input"], first.get("ctx", {})
+    steps = [str(step) for step in first["loc"]]
+    if ".".join(steps[:2]) in MATERIALS:
+        steps[2:3] = []  # the branch of the union, "number" or "partners"
+    if "key" in context:  # of a rule of the schema
+        steps, value = [*steps, *context["key"].split(".")], context.get("value")
+    key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
+    text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
+    unit = _unit(steps) if schema is SceneKeys else ""
+    if kind == "missing":
+        hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
+        return f"{key} {text}{hint}"
+    if kind in ("extra_forbidden", "not_installed"):
+        if schema is SceneKeys:
+            wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
+            known = [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
+            known += [each.name for each in scene_keys() if each.name != wrong]  # extends, only of a file
+            return f"{key} {text}{did_you_mean(wrong, known)}"
+        close = get_close_matches(".".join(steps), schema.model_fields, n=1)
+        return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
+    if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
+        text += did_you_mean(steps[-1])
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
+
+
+def short(value: object) -> str:
+    """Return a value as it was given, the middle left out where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to print integers of thousands of digits
+        return "an integer of thousands of digits"
+    return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
+
+
+def _unit(steps: Sequence[str]) -> str:
+    """Return the unit of a scene's key, also of one partner's or of a value in a list; "" without one."""
+    units = {key.name: key.unit for key in scene_keys()}
+    names = (".".join(steps[:count]) for count in range(len(steps), 0, -1))
+    return next((units[name] for name in names if name in units), "")

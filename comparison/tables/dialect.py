@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array
-from comparison.tables.table import TableError
-from comparison.tables.units import parse, same_dimension
+from comparison.tables.mapping import parse_unit, same_dimension
+from comparison.tables.table import Columns, TableError
 
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
 _LONGEST_LINE = 100_000
@@ -65,6 +65,7 @@ class Source:
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
     events: pd.DataFrame | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
+    cycle_extrema: Columns | None = None
     record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin
 
     @property
@@ -111,7 +112,7 @@ def parse_text(
     frame = _frame(text, first + 1, separator, decimal, len(row))
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(row)):
-        made = column(name or position(len(columns)), unit, frame[n], decimal)
+        made = read_column(name or position(len(columns)), unit, frame[n], decimal)
         counted = (np.arange(made.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
         if name or not (is_index or frame[n].isna().all()):
@@ -124,7 +125,7 @@ def parse_text(
     return Source(path, columns, nameless=nameless, plain="time" in names and above == [",".join(names)])
 
 
-def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
+def read_column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
     """Return a column as pandas has read it; numbers that it has read as text have this decimal sign."""
     if entries.dtype.kind in "fiu":
         return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
@@ -189,7 +190,7 @@ def _is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> 
     Text may stand for the time as well, such as that of a clock.
     """
     return any(
-        _names_time([name]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
+        _names_time([name]) and (NUMBER.fullmatch(field) or parse_unit(_bare(field) or "1") is None)
         for line in above
         for names in _fitting([_words(line, separator)], row)
         for name, field in zip(names, row, strict=True)
@@ -219,7 +220,7 @@ def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int,
     is_size = below and columns == len(fields)
     if not is_size or rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
         return 0
-    if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
+    if columns == 2 and not read_column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
         either = "a row, or the size of the table: write a line of names above it"
         raise TableError(f"line {first + 1} may be {either}")
     return below
@@ -294,7 +295,7 @@ def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str
     """
     ways = _fitting([_split(_without_comment_sign(line), separator), *_ways(line, separator, row)], row)
     for way in ways:
-        if _are_units(way) or same_dimension(parse(_bare(way[time]) or ""), parse("s")):
+        if _are_units(way) or same_dimension(parse_unit(_bare(way[time]) or ""), parse_unit("s")):
             return way
     return [] if _is_comment(line) or not ways or NUMBER.fullmatch(ways[0][time]) else ways[0]
 
@@ -327,7 +328,7 @@ def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
     parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
     for n, (name, unit) in enumerate(parts):
-        if bare.count(name) > 1 and unit is not None and (parse(unit) is None or unit.isdigit()):
+        if bare.count(name) > 1 and unit is not None and (parse_unit(unit) is None or unit.isdigit()):
             parts[n] = names[n].strip('"'), None
     final = [name for name, _ in parts]
     if twice := next((name for name in final if name and final.count(name) > 1), None):
@@ -350,7 +351,7 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
         return field.strip('"'), None
     text = (parts["square"] or parts["round"] or "").strip()
     index = text.isdigit() or parts["name"].endswith("der")
-    if not parts["space"] and (index or parse(text) is None):
+    if not parts["space"] and (index or parse_unit(text) is None):
         return field.strip('"'), None
     return parts["name"].strip('"'), text or None
 
@@ -358,7 +359,7 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 def _are_units(fields: Sequence[str]) -> bool:
     """Whether all fields are units, or in brackets."""
     written = [field for field in fields if field]
-    return bool(written) and all(parse(field) is not None or _bare(field) != field for field in written)
+    return bool(written) and all(parse_unit(field) is not None or _bare(field) != field for field in written)
 
 
 # The rows of numbers

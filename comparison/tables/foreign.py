@@ -3,21 +3,27 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
+import csv
 import difflib
+import io
+import re
+import subprocess
+import sys
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Pairs
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
 
+from comparison.files import check_size
 from comparison.tables.align import continuous
-from comparison.tables.channels import Array, Channel, channels
-from comparison.tables.dialect import Column, Source, position
-from comparison.tables.dialect import column as source_column
-from comparison.tables.formats import open_source
+from comparison.tables.channels import Array, Channel, channels, is_uncertainty
+from comparison.tables.dialect import NUMBER, Column, Source, decoded, parse_text, position, read_column
 from comparison.tables.mapping import (
     TIME,
     Mapping,
@@ -27,9 +33,133 @@ from comparison.tables.mapping import (
     check_rates,
     is_prose,
     own_channel,
+    parse_unit,
+    same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.units import parse, same_dimension
+from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
+
+# ---- files, whose first bytes tell what they are, not their ending
+
+_HEAD = 1024  # bytes in which text has no zero byte
+_REFUSED = {
+    b"MATLAB 7.3 MAT-file": "is of MATLAB's version 7.3 (HDF5): save it with the option -v7",
+    b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007, or one with a password: save its sheet as .csv",
+    b"\x89HDF": "is an HDF5 file: export its columns as CSV, with their names in the first line",
+}
+_BINARY = "is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)"
+_EXPORT = "save its sheet as CSV"
+_LONGEST = 600.0  # s to read a MATLAB file
+
+
+def open_source(path: Path) -> Source:
+    """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
+    with readable(path):
+        check_size(path, LARGEST)
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+        source = _source(path, head)
+    columns = [each for each in source.columns if not is_uncertainty(each.name)]
+    source = replace(source, columns=columns, events=read_beside(path, "events"))
+    if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
+        extrema, record = read_record(path)
+        source = replace(source, extrema=extrema, record=record)
+    return source
+
+
+def _source(path: Path, head: bytes) -> Source:
+    if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
+        raise TableError(rule)
+    if head.startswith(b"PAR1"):
+        frame = read_parquet(path)
+        return Source(
+            path, [read_column(str(name), None, frame[name]) for name in frame], plain="time" in frame
+        )
+    if head.startswith(b"PK\x03\x04"):
+        return parse_text(path, _sheet(path), ("\t",), ".")
+    # Of MATLAB's files version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
+    if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head):
+        return Source(path, *_vectors(path))
+    if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise TableError(_BINARY)
+    return parse_text(path, decoded(path.read_bytes()))
+
+
+def _sheet(path: Path) -> str:
+    """Return the one sheet of a workbook that holds a table as text: of a formula its stored value counts."""
+    sheets = _sheets(path)
+    # A table may have columns of text; a sheet of notes has numbers beside text.
+    holding = [name for name, rows in sheets.items() if any(map(_are_numbers, rows))] or [
+        name for name, rows in sheets.items() if any(sum(map(_is_number, row)) > 1 for row in rows)
+    ]
+    if not holding:
+        raise TableError("no sheet contains a row of two or more numbers")
+    if len(holding) > 1:
+        raise TableError(f"sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
+    text = io.StringIO()
+    lines = csv.writer(text, delimiter="\t", lineterminator="\n")
+    lines.writerows(map(_written, row) for row in sheets[holding[0]])
+    return text.getvalue()
+
+
+def _sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+    try:
+        from openpyxl import load_workbook
+    except ImportError as error:
+        extra = "pip install 'sixbar-crossval[excel]'"
+        raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
+    try:
+        with ZipFile(path) as file:
+            unpacked = sum(part.file_size for part in file.infolist())
+        if unpacked <= LARGEST:
+            with path.open("rb") as file, warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
+                book = load_workbook(file, read_only=True, data_only=True)
+                for sheet in book.worksheets:
+                    sheet.reset_dimensions()  # some programs state wrong ones
+                return {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}
+    # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
+    except Exception as error:
+        raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
+    raise TableError(f"holds more than {LARGEST} bytes once it is unpacked")
+
+
+def _are_numbers(row: Iterable[Any]) -> bool:
+    cells = [cell for cell in row if cell is not None]
+    return len(cells) > 1 and all(map(_is_number, cells))
+
+
+def _is_number(cell: object) -> bool:
+    return isinstance(cell, int | float) and not isinstance(cell, bool)
+
+
+def _written(cell: object) -> str:
+    """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
+    if isinstance(cell, str) and NUMBER.fullmatch(cell.strip()):
+        return f"'{cell}"
+    return "" if cell is None else re.sub(r"[\r\n\0]+", " ", str(cell))
+
+
+def _vectors(path: Path) -> tuple[list[Column], list[str]]:
+    """Return the real vectors of a MATLAB file, and descriptions of its other contents."""
+    # -P: do not import a module of the same name from the working directory.
+    reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * LARGEST)]
+    try:
+        done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
+    except subprocess.TimeoutExpired as error:
+        raise TableError(f"cannot be read within {_LONGEST:g} s") from error
+    if done.returncode != 0:
+        raise TableError("is not a readable .mat file")
+    names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
+    if other := next((n for n, vector in enumerate(vectors) if vector.size != vectors[0].size), None):
+        raise TableError(
+            f"{names[0]} holds {vectors[0].size} numbers and {names[other]} {vectors[other].size}"
+        )
+    columns = [Column(str(name), None, vector) for name, vector in zip(names, vectors, strict=True)]
+    return columns, others.tolist()
+
+
+# ---- their columns as channels
 
 AT_EVENTS = ("left", "right", "both")
 """Which rows of one time are compared: the first, the last, or these two."""
@@ -40,32 +170,21 @@ Assigned = dict[str, tuple[Column, Rule]]
 """Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
 
 
-def as_tables(
-    given: Sequence[Table | pd.DataFrame | str | Path],
-    sides: Sequence[str],
-    mapping: Mapping | None = None,
-    at_events: str | None = None,
-    only: Sequence[str] | None = None,
-) -> tuple[list[Table], tuple[str, ...]]:
-    """Return tables, data frames and the tables of files, these as `read_tables` does, as tables."""
-    files = [(Path(one), side) for one, side in zip(given, sides, strict=True) if isinstance(one, str | Path)]
-    paths, of_files = [path for path, _ in files], [side for _, side in files]
-    read, warnings = read_tables(paths, of_files, mapping, at_events, only=only) if files else ([], ())
-    rest = iter(read)
-    return [
-        one if isinstance(one, Table) else Table(one) if isinstance(one, pd.DataFrame) else next(rest)
-        for one in given
-    ], warnings
-
-
 def as_source(results: Table | pd.DataFrame | str | Path, label: str) -> Path | Source:
     """Return what `read_tables` takes: of a table or a data frame in SI units its columns, else the path."""
     if isinstance(results, str | Path):
         return Path(results)
     table = results if isinstance(results, Table) else Table(results)
     units = {name: channel.unit or None for name, channel in table.own.items()}
-    columns = [source_column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
-    return Source(Path(label), columns, events=table.events, extrema=table.extrema, record=table.provenance)
+    columns = [read_column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
+    return Source(
+        Path(label),
+        columns,
+        events=table.events,
+        extrema=table.extrema,
+        cycle_extrema=table.cycle_extrema,
+        record=table.provenance,
+    )
 
 
 def read_tables(
@@ -123,7 +242,8 @@ def read_tables(
             provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
         own = {name: channel for name, channel in known.items() if name in columns}
         rows = _resolved(frame, at_events, str(source.path))
-        tables.append(Table(rows, source.events, source.extrema, provenance, own))
+        made = Table(rows, source.events, source.extrema, provenance, own)
+        tables.append(replace(made, cycle_extrema=source.cycle_extrema))
     return tables, tuple(warnings)
 
 
@@ -299,7 +419,7 @@ def _converted(
     stated = _unit(column, rule)
     if stated is None and rule is not _NONE and not own:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
-    if stated is None or (own and parse(stated) is None):
+    if stated is None or (own and parse_unit(stated) is None):
         stated = wanted
     values = column.numbers if rule.sign == 1 else -column.numbers
     description = ("-" if rule.sign < 0 else "") + (f"{column.name} in {stated}" if stated else column.name)
@@ -309,9 +429,9 @@ def _converted(
         values, description = values * factor, f"{factor:g} {description}"
     if rule.offset:
         values, description = values + rule.offset, description + f" {rule.offset:+g}"
-    unit, to = parse(stated), parse(wanted)
-    in_table = parse(column.unit) if column.unit is not None else None
-    if factor != 1 and unit == parse("1"):
+    unit, to = parse_unit(stated), parse_unit(wanted)
+    in_table = parse_unit(column.unit) if column.unit is not None else None
+    if factor != 1 and unit == parse_unit("1"):
         in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
     if unit is None and (stated != wanted or not own):
         raise TableError(f"{where}: unit {stated!r} is not known")

@@ -4,7 +4,9 @@ Evidence are the names of the columns, the units that the tables state, and the 
 and held against each column of the other table, on a grid of times that both span.
 """
 
+import json
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,11 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from comparison.formatting import number
+from comparison.scene import command_line
 from comparison.tables.channels import JOINTS, Array, channels
 from comparison.tables.dialect import Column
-from comparison.tables.formats import open_source
-from comparison.tables.mapping import TIME
-from comparison.tables.units import parse, same_dimension
+from comparison.tables.foreign import open_source
+from comparison.tables.mapping import TIME, parse_unit, same_dimension
 
 SURE, LIKELY, DOUBTFUL = "sure", "likely", "doubtful"
 _GRID = 2000  # times at which columns are held against each other
@@ -213,7 +216,7 @@ def _times(first: _Side, second: _Side) -> _Fit | None:
 
 
 def _factor(unit: str) -> float:
-    known = parse(unit)
+    known = parse_unit(unit)
     return nan if known is None else float(known.factor)
 
 
@@ -246,7 +249,7 @@ def _fit(
             continue
         si = channels()[channel].unit
         for units in product(sides[0].units(pair[0], si), sides[1].units(pair[1], si)):
-            if all(same_dimension(parse(unit), parse(si)) for unit in units):
+            if all(same_dimension(parse_unit(unit), parse_unit(si)) for unit in units):
                 fits += [_Fit(channel, units), *(() if data is None else _conversions(channel, units, data))]
     return min(fits, key=_order, default=None)
 
@@ -312,3 +315,82 @@ def _correlating(values: Array, other: _Side, data: Sequence[Array]) -> list[tup
         shares = [abs(float(np.corrcoef(values, each)[0, 1])) for each in data]
     named = zip((column.name for column in other.columns), shares, strict=True)
     return sorted((one for one in named if one[1] >= _CORRELATES), key=lambda one: -one[1])[:3]
+
+
+# ---- the mapping as a file to edit, with what each guess rests on, and as lines for the console
+
+
+def mapping_text(suggestion: Suggestion, path: Path) -> str:
+    """Return the mapping that is written to a path; doubtful rules are comments."""
+    names = [str(each) for each in suggestion.paths]
+    options = ["--mapping", str(path), "--tolerance", "0.01"]
+    lines = [
+        "# A suggestion: check what it rests on, edit it, then",
+        f"#   {command_line('compare', names, {}, options)}",
+        f'# "a" is {names[0]}, "b" is {names[1]}. A channel is (sign * column + offset) * unit.',
+        "# What is doubtful is commented out: uncomment what is right, in `compare` as well.",
+        "",
+    ]
+    assigned, doubtful = (suggestion.channels(doubtful=doubt) for doubt in (False, True))
+    if assigned:
+        lines += ["compare = [", *(f"    {json.dumps(name)}," for name in assigned)]
+        lines += [*(f"    # {json.dumps(name)}," for name in doubtful), "]"]
+    elif doubtful:
+        lines.append(f"# compare = {json.dumps(doubtful)}")
+    for guess in suggestion.guesses:
+        mark = "# " if guess.sureness == DOUBTFUL else ""
+        lines += ["", f"# {guess.sureness}: {_grounds(guess)}", *(mark + line for line in _rule(guess))]
+    for side in "ab":
+        rest = {column: similar for letter, column, similar in suggestion.left if letter == side}
+        if rest:
+            lines += ["", f'# Not assigned of "{side}":']
+        lines += textwrap.wrap(
+            "; ".join(f"{column}{_similar(similar)}" for column, similar in rest.items()),
+            100,
+            initial_indent="#   ",
+            subsequent_indent="#   ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    # A name may hold what TOML does not allow in a comment.
+    return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)
+
+
+def _similar(columns: Sequence[tuple[str, float]]) -> str:
+    known = ", ".join(f"{name} ({share:.3f})" for name, share in columns)
+    return f" (correlates with {known})" if columns else ""
+
+
+def summary(suggestion: Suggestion) -> Iterator[str]:
+    """Yield a line for each guess, and how many columns are left."""
+    for guess in suggestion.guesses:
+        yield f"{guess.sureness:<8}  {guess.side}: {guess.column} is {guess.channel} ({guess.unit})"
+    for side in "ab":
+        if count := sum(which == side for which, *_ in suggestion.left):
+            yield f"{side}: {count} {'column is' if count == 1 else 'columns are'} not assigned"
+
+
+def _grounds(guess: Guess) -> str:
+    """Return what a guess rests on."""
+    grounds = ["by its name" if guess.named else "not by its name"]
+    if guess.channel != TIME and isnan(guess.distance):
+        grounds.append("the data do not tell")
+    elif guess.channel != TIME:
+        grounds.append(f"{number(100 * guess.distance, 2)} % (RMS) away from {guess.partner}")
+    if guess.stated is None:
+        grounds.append("no unit is stated in either table")
+    else:
+        unit = "is stated" if guess.stated else f"by comparison with {guess.partner}"
+        grounds.append(f"the unit {unit}")
+    return "; ".join(grounds)
+
+
+def _rule(guess: Guess) -> Iterator[str]:
+    """Yield the lines of a rule."""
+    yield f"[{guess.side}.{json.dumps(guess.column, ensure_ascii=False)}]"
+    yield f'channel = "{guess.channel}"'
+    yield f'unit = "{guess.unit}"'
+    if guess.sign != 1:
+        yield f"sign = {guess.sign}"
+    if guess.offset:
+        yield f"offset = {guess.offset!r}"

@@ -1,14 +1,13 @@
-"""Comparison of two programs by runs that exist as tables, for programs that cannot be started here."""
-
-from __future__ import annotations
+"""Comparison of two tables in one call, and of two programs by runs that exist as tables."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 
 from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
@@ -16,12 +15,81 @@ from comparison.scene import Scene
 from comparison.scene.schema import Compare
 from comparison.tables.align import over_angle, unwound
 from comparison.tables.dialect import Source
-from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import TIME, Mapping
+from comparison.tables.foreign import as_source, read_tables
+from comparison.tables.mapping import TIME, Mapping, load_mapping
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import compare, recorded_scene
+from comparison.verdict.compare import compare as compare_runs
+from comparison.verdict.compare import recorded_scene
 from comparison.verdict.confirmation import decided, unconfirmed
 from comparison.verdict.results import Doubt, SceneComparison
+
+
+def compare(
+    a: Table | pd.DataFrame | str | Path,
+    b: Table | pd.DataFrame | str | Path,
+    *,
+    scene: Scene | None = None,
+    tolerance: float | None = None,
+    share: float = 1.0,
+    mapping: Mapping | str | Path | None = None,
+    labels: Sequence[str] = ("a", "b"),
+    **options: Any,
+) -> SceneComparison:
+    """Compare two tables, channel by channel, with a tolerance.
+
+    Parameters
+    ----------
+    a, b
+        Tables such as `sixbar.simulate` returns, data frames with a column ``time`` (s), or paths, also of
+        other programs' files.
+    scene
+        Gives the scales of the channels; None: the scene recorded in both tables, else scales are ranges.
+    tolerance
+        Largest difference, as a share of each channel's scale; None: that of the scene. With neither the
+        verdict is "indeterminate".
+    share
+        Of the samples, that must be within the tolerance.
+    mapping
+        Of the columns of files to channels, or the path of a mapping file.
+    labels
+        What messages call the two.
+    options
+        Others of `comparison.verdict.recorded.compare_files`: ``channels``, ``tolerances``, ``absolute``,
+        ``time_tolerance``, ``abscissa``, ``common_time``, ``apply_shift``.
+
+    Returns
+    -------
+    SceneComparison
+        ``verdict``: "agree", "differ" or "indeterminate"; ``channels``: name -> its own verdict, largest and
+        RMS difference, metrics; ``warnings``.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be read or compared.
+
+    Examples
+    --------
+    >>> import sixbar
+    >>> scene = sixbar.load_scene("150rpm-0.2mm", {"drive.cycles": 0.02})
+    >>> run = sixbar.simulate(scene)
+    >>> moved = run.frame.assign(slider_x=run.frame["slider_x"] + 1e-6)  # 0.5 % of the clearance
+    >>> comparison = sixbar.compare(run, moved, scene=scene, tolerance=1e-3)
+    >>> comparison.verdict, [name for name, one in comparison.channels.items() if one.verdict == "differ"]
+    ('differ', ['slider_x'])
+    """
+    rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
+    first, second = ([("base", as_source(table, label))] for table, label in zip((a, b), labels, strict=True))
+    return compare_files(
+        first,
+        second,
+        labels=(labels[0], labels[1]),
+        scene=scene,
+        mapping=rules,
+        tolerance=tolerance,
+        share=share,
+        **options,
+    )
 
 
 @dataclass(frozen=True)
@@ -56,7 +124,7 @@ class Recorded:
         known = self.known_refinement
         return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
 
-    def each(self, change: Callable[[Table], Table]) -> Recorded:
+    def each(self, change: Callable[[Table], Table]) -> Self:
         """Return the program with all its runs changed."""
         finer, coarser = (run and change(run) for run in (self.finer, self.coarser))
         perturbed = [change(run) for run in self.perturbed]
@@ -176,7 +244,7 @@ def compare_recorded(
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumed(label, program)
     runs = a.runs, b.runs
-    judge = partial(compare, *runs, scene=scene, labels=labels, warnings=warnings, **options)
+    judge = partial(compare_runs, *runs, scene=scene, labels=labels, warnings=warnings, **options)
     result = judge()
     if a.finer is None or result.verdict != "differ":
         return result

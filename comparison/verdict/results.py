@@ -15,13 +15,12 @@ import pandas as pd
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
-from comparison.metrics.contacts import Impacts, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.outliers import Parting
+from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
 from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
-from comparison.reliability.difference import ReliabilityComparison
+from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
+from comparison.tables.align import Shift
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
-from comparison.tables.times import Shift
 
 T = TypeVar("T")
 
@@ -355,7 +354,7 @@ class SceneComparison:
     error: str = ""  # why nothing could be compared: one line, without the scene
     failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
-    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
+    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.confirmation`
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)

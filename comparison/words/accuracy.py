@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING
 
-from comparison.accuracy.measured import SETTINGS, Caution, Expected
-from comparison.accuracy.plan import Plan
+from comparison.accuracy.levels import SETTINGS, Caution, Expected, Plan
 from comparison.execution.run import Outcome
 from comparison.models import key_of
 from comparison.scene import Scene

@@ -5,10 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from comparison.execution.run import RunError
-from comparison.reliability.assessment import ROUNDING, Assessment
-from comparison.reliability.averages import ENOUGH
-from comparison.reliability.difference import MARGIN, Difference, ReliabilityComparison
-from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.reliability.assessment import MARGIN, ROUNDING, Assessment, Difference, ReliabilityComparison
+from comparison.reliability.errors import ENOUGH, QUANTITIES, unit_of
 from comparison.reliability.tables import TableReliability
 from comparison.scene import Reliability
 

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.report.other_pages import Row, write_animation, write_pairwise
+from comparison.report.page import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
-from comparison.verdict.several import pairs, standing
+from comparison.verdict.validate import pairs, standing
 
 pytestmark = pytest.mark.browser
 

@@ -8,7 +8,7 @@ import fake_model as model
 import pandas as pd
 import pytest
 
-from comparison.cli.progress import Lines
+from comparison.cli.console import Lines
 from comparison.models import GROUP
 from comparison.scene import load_scene
 from comparison.tables.table import Table

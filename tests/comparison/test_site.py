@@ -10,7 +10,7 @@ import pytest
 
 import sixbar
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.overrides import flat
+from comparison.scene.keys import flat
 
 ROOT = Path(__file__).parents[2]
 

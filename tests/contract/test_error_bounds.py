@@ -11,8 +11,7 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy.levels import NAMES, solver_values
-from comparison.accuracy.measured import expected
+from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.models import joints_with_clearance
 from comparison.scene import load_scene, shipped_scenes
 

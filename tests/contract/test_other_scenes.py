@@ -7,9 +7,10 @@ import exudyn_model
 import reference_model
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.refine import levels
+from comparison.accuracy.uncertainty import Runs
 from comparison.scene import load_scene
 from comparison.tables.table import Table
-from comparison.verdict.compare import Runs, compare
+from comparison.verdict.compare import compare
 from comparison.words.verdicts import scene_reason
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}

@@ -6,7 +6,7 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy.plan import plan
+from comparison.accuracy.levels import plan
 from comparison.scene import load_scene
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}

@@ -9,8 +9,7 @@ import pandas as pd
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.channel import compare_channel
-from comparison.verdict.compare import scene_verdict
+from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.results import Attribution, SceneComparison
 
 PERIOD = 0.4  # s

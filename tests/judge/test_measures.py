@@ -7,8 +7,7 @@ import second_measures
 from scipy.interpolate import CubicHermiteSpline
 
 from comparison.metrics.signals import rms, sprague_geers, tube_share
-from comparison.tables.align import resample
-from comparison.tables.times import estimate
+from comparison.tables.align import estimate, resample
 
 
 def noise(seed, size=60):

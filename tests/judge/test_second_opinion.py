@@ -12,8 +12,7 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
-from comparison.verdict.channel import compare_channel
-from comparison.verdict.compare import compare, scene_verdict
+from comparison.verdict.compare import compare, compare_channel, scene_verdict
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.

@@ -13,6 +13,7 @@ import numpy as np
 
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
+from comparison.accuracy.uncertainty import Runs, model_uncertainty
 from comparison.execution.run import VIOLATED, Job, Progress
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
@@ -23,7 +24,7 @@ from comparison.studies.campaign.population import Case, loose_joints
 from comparison.studies.detection.pairs import summary
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import Runs, compare, model_uncertainty
+from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
 from comparison.words.record import confirmation_record
 

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparison.accuracy.uncertainty import Runs
 from comparison.models import GROUP, OWN, load
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.scenes import at_tier, leaves
 from comparison.tables.table import Table
-from comparison.verdict.compare import Runs
 
 _FOLDER = files("comparison.studies.detection")
 RECORDS: dict[str, Any] = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.refine import levels, table_of_family
+from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Progress, RunError, run_one
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
@@ -18,8 +19,8 @@ from comparison.scene import Scene, SceneError
 from comparison.studies.detection.faults import load_copy, spoiled
 from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import Runs, compare
-from comparison.verdict.refinement import settle, without_violation
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import settle, without_violation
 from comparison.verdict.results import SceneComparison
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason

@@ -19,12 +19,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from comparison.accuracy.levels import finer, refinement, solver_values
-from comparison.accuracy.measured import expected
+from comparison.accuracy.levels import expected, finer, refinement, solver_values
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Levels, uncertainty, window_samples
-from comparison.execution.quality import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY
-from comparison.execution.run import Progress
+from comparison.execution.run import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY, Progress
 from comparison.execution.store import Row
 from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.extremes.runs import BASE, LIMIT, CellRun, run_tasks
@@ -229,7 +227,7 @@ def _spoiled(row: Row) -> bool:
 
 
 def warned(row: Row) -> bool:
-    """Return whether `sixbar run` warns of a run by itself (`comparison.execution.quality`)."""
+    """Return whether `sixbar run` warns of a run by itself (`comparison.execution.run`)."""
     steps = row.get("steps_per_contact")
     return (steps is not None and steps < FEW_STEPS) or _spoiled(row)
 

@@ -11,8 +11,7 @@ from functools import cache
 from math import isnan
 from typing import TypeVar
 
-from comparison.execution.quality import energy_share, steps_per_contact
-from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.run import Progress, RunError, energy_share, run_one, steps_per_contact
 from comparison.execution.store import Row
 from comparison.execution.tasks import LATE, Task, measure_all, on_processes
 from comparison.scene import Scene, load_scene
@@ -91,7 +90,7 @@ def measure(table: Table, scene: Scene) -> Row:
     """Return what is kept of a run, also of one that ended early.
 
     ``x``: slider_x from the guide's centre line at the samples of the first cycle, m; ``share``: of the time
-    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.quality`;
+    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.run`;
     ``constraint_m``: largest violation of a constraint, m; ``contacts``: their number, and
     ``largest_force_N``; ``steps``; ``work``: right-hand sides, or Newton iterations. None for what was not
     asked for or does not apply.

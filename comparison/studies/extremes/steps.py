@@ -17,8 +17,7 @@ import pandas as pd
 from numpy.polynomial import Polynomial
 from scipy.integrate import DOP853
 
-from comparison.execution.quality import energy_share
-from comparison.execution.run import Job, Progress, run_all
+from comparison.execution.run import Job, Progress, energy_share, run_all
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits import duration, effective_mass

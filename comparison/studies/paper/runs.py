@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.models import MODELS
-from comparison.reliability.assessment import Assessment, assess, cap, reliability
-from comparison.reliability.difference import ideal_scenes
+from comparison.reliability.assessment import Assessment, assess, cap, ideal_scenes, reliability
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits

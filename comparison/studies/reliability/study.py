@@ -14,16 +14,16 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import quantity
 from comparison.models import MODELS
-from comparison.reliability.assessment import ROUNDING, cap
-from comparison.reliability.averages import integrals
-from comparison.reliability.difference import (
+from comparison.reliability.assessment import (
     MARGIN,
+    ROUNDING,
     Difference,
+    cap,
     compare_reliability,
     dense_scene,
     ideal_scenes,
 )
-from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
+from comparison.reliability.errors import QUANTITIES, integrals, slider_errors, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene

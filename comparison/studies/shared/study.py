@@ -14,7 +14,7 @@ from markupsafe import Markup
 from comparison.execution.run import Progress
 from comparison.files import replacing_in, write_json, write_text
 from comparison.formatting import number, percent, quantity
-from comparison.report.templates import TEMPLATES, style
+from comparison.report.page import TEMPLATES, style
 from comparison.studies.shared.frames import markdown
 
 C = TypeVar("C")

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.levels import NAMES, solver_values
-from comparison.accuracy.measured import expected
+from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.accuracy.work_precision import pareto
 from comparison.execution.run import Progress
 from comparison.execution.store import Row

@@ -19,14 +19,13 @@ from comparison.scene import load_scene, shipped_scenes
 from comparison.studies.shared.frames import markdown, write_csv
 from comparison.studies.shared.study import Study
 from comparison.verdict.results import SceneComparison
-from comparison.verdict.shipped import as_toml
-from comparison.verdict.validate import validate
+from comparison.verdict.validate import as_toml, validate
 from comparison.words.verdicts import headline, mark
 
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
 ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
-"""What `comparison.verdict.shipped` reads, in the study's folder; ``make reports`` packages it."""
+"""What `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
 X_TIGHT = "largest difference of x, tight, predictable samples"
 SHOWN = [
     "scene", "standard tier", "samples predictable", "largest difference of x, first cycle",

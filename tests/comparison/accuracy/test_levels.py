@@ -2,8 +2,17 @@
 
 import pytest
 
-from comparison.accuracy.levels import NAMES, AccuracyError, coarser, finer, refinement, solver_values, tight
-from comparison.accuracy.measured import expected, front
+from comparison.accuracy.levels import (
+    NAMES,
+    AccuracyError,
+    coarser,
+    expected,
+    finer,
+    front,
+    refinement,
+    solver_values,
+    tight,
+)
 from comparison.scene import load_scene, shipped_scenes
 
 FULL, TREE, ROWS = ({"solver.exudyn.formulation": name} for name in ("full", "tree", "rows"))

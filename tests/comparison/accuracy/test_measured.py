@@ -6,8 +6,8 @@ from math import isnan, nan
 
 import pytest
 
-from comparison.accuracy.levels import solver_values
-from comparison.accuracy.measured import (
+from comparison.accuracy import levels
+from comparison.accuracy.levels import (
     SETTINGS,
     Caution,
     expected,
@@ -15,8 +15,9 @@ from comparison.accuracy.measured import (
     is_measured,
     measured_record,
     physics,
+    plan,
+    solver_values,
 )
-from comparison.accuracy.plan import plan
 from comparison.scene import load_scene, shipped_scenes
 from comparison.words.accuracy import plan_lines
 
@@ -135,7 +136,8 @@ def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
     gone = [{"setting": setting, "failed": "step-too-small"} for setting in (8e-6, 2e-6)]
     rows = [*gone, *(row for row in table["rows"] if row["setting"] not in (8e-6, 2e-6))]
     broken = FILE | {"wedge": FILE["wedge"] | {"exudyn": {"full": table | {"rows": rows}}}}
-    monkeypatch.setattr("comparison.accuracy.measured._file", lambda: broken)
+    read = levels._read
+    monkeypatch.setattr(levels, "_read", lambda name: broken if name == "measured.toml" else read(name))
     for step in (8e-6, 2e-6):
         bound = expected(load_scene("wedge", {"solver.exudyn.step": step}), "exudyn")
         assert isnan(bound.error)

@@ -20,8 +20,7 @@ from comparison.scene import load_scene, parse_set
 from comparison.verdict import confirmation
 from comparison.verdict import validate as judge
 from comparison.verdict.results import no_comparison
-from comparison.verdict.shipped import Departure
-from comparison.verdict.validate import Validation
+from comparison.verdict.validate import Departure, Validation
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 
@@ -139,7 +138,7 @@ def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gra
 def test_it_says_last_where_a_verdict_is_not_the_one_on_record(options, said, capsys, monkeypatch):
     """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
     departed = Departure("ideal", "tight", "agree", "differ")
-    monkeypatch.setattr("comparison.verdict.shipped.departures", lambda *_: [departed])
+    monkeypatch.setattr("comparison.verdict.validate.departures", lambda *_: [departed])
     assert validate("ideal", "--out", "v", *options) == 0
     *_, before, page = capsys.readouterr().out.splitlines()
     assert Path(page).is_file()
@@ -178,7 +177,7 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
         ]
 
     monkeypatch.setattr(judge, "validate", judged)
-    monkeypatch.setattr("comparison.cli.progress._silence", lambda share, _="": shares.append(share))
+    monkeypatch.setattr("comparison.cli.console._silence", lambda share, _="": shares.append(share))
     assert validate(*names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v") == 2
     assert sizes == [(1, 1), (2, 2), (2, 2), (1, 2)]  # a first verdict at one tier
     assert [scene["name"] for scene in summary()] == [f"{name}+drive.cycles=1" for name in names]

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from comparison.cli import console, main
-from comparison.cli.progress import SILENCE, Lines, progress
+from comparison.cli.console import SILENCE, Lines, progress
 from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
 from comparison.execution.store import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
@@ -184,7 +184,7 @@ def test_help_imports_nothing_heavy():
     """And so is quick: 0.15 s where it was written."""
     ended = sixbar("--help", code="import atexit, sys\natexit.register(lambda: print(*sys.modules))")
     loaded = set(ended.stdout.splitlines()[-1].split())
-    assert "comparison.cli.validate" in loaded
+    assert "comparison.cli.compare" in loaded
     assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from comparison.cli import main
 from comparison.execution.store import fetch, keep
-from comparison.report.templates import origin
+from comparison.report.page import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]

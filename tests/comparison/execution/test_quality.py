@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 
 from comparison.cli import main
-from comparison.execution.quality import energy_share, quality_warnings, steps_per_contact
-from comparison.execution.run import run_one
+from comparison.execution.run import energy_share, quality_warnings, run_one, steps_per_contact
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 

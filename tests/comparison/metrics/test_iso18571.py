@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from objective_rating_metrics.rating import ISO18571
 
-from comparison.metrics import iso18571
-from comparison.metrics.iso18571 import MOST_POINTS, best_shift, rating, warped_difference
+from comparison.metrics import signals
+from comparison.metrics.signals import MOST_POINTS, best_shift, rating, warped_difference
 
 SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
 
@@ -88,11 +88,11 @@ def test_a_damaged_file_of_compiled_code_is_not_needed(suffix, tmp_path, monkeyp
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     reference, other = np.sin(np.linspace(0, 6, 50)), np.sin(np.linspace(0.1, 6.1, 50))
     try:
-        iso18571._warp.cache_clear()
+        signals._warp.cache_clear()
         first = warped_difference(reference, other)
         (path,) = tmp_path.rglob(f"*.{suffix}")
         path.write_bytes(path.read_bytes()[:100])
-        iso18571._warp.cache_clear()
+        signals._warp.cache_clear()
         assert warped_difference(reference, other) == first
     finally:
-        iso18571._warp.cache_clear()
+        signals._warp.cache_clear()

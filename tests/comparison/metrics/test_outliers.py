@@ -9,8 +9,8 @@ from scipy.stats import binomtest
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
-from comparison.metrics.contacts import WINDOW
-from comparison.metrics.outliers import clustered, distances, parting_contact, split
+from comparison.metrics.contacts import WINDOW, parting_contact
+from comparison.metrics.signals import clustered, distances, split
 
 
 def heavy_tailed(rng, count):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from comparison.metrics.iso18571 import MOST_POINTS
 from comparison.metrics.signals import (
+    MOST_POINTS,
     correlation,
     information,
     peaks,

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import Runs, model_uncertainty
 from comparison.execution.run import Job
 from comparison.models import _processor, platform_name, versions
 from comparison.regression.record import (
@@ -24,7 +25,6 @@ from comparison.regression.record import (
     record,
     write,
 )
-from comparison.verdict.compare import Runs, model_uncertainty
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)

@@ -7,7 +7,7 @@ import pytest
 from comparison.regression.check import gate
 from comparison.regression.record import renewed
 from comparison.scene import load_scene
-from comparison.words.regression import cases, notes
+from comparison.words.record import gate_notes, of_gate
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_cache")]
 RUNS = ("reference tight", "exudyn standard", "exudyn tight")
@@ -29,8 +29,8 @@ def baseline(scene, tmp_path_factory):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_unchanged_tree_passes_to_the_last_counter(baseline, scene, jobs):
     result = gate(baseline, [scene], n_jobs=jobs)
-    assert (result.regressions, notes(result), result.exit_code) == ([], [], 0)
-    checked = [case for case in cases(result) if case.status == "passed"]
+    assert (result.regressions, gate_notes(result), result.exit_code) == ([], [], 0)
+    checked = [case for case in of_gate(result) if case.status == "passed"]
     assert {case.group for case in checked} >= set(RUNS)
 
 
@@ -43,7 +43,7 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
     changed = scene.variant({key: scene.data[section][name] * factor})  # under the baseline's name
     result = gate(baseline, [changed], n_jobs=2)
     assert result.exit_code == 1
-    computed = [case for case in cases(result) if "checkpoints" in case.message]
+    computed = [case for case in of_gate(result) if "checkpoints" in case.message]
     for run in RUNS:
         # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
         # five bodies at their usual step in a few.

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from comparison.reliability.averages import (
+from comparison.reliability.errors import (
     BLOCKS,
     ENOUGH,
     SAFETY,

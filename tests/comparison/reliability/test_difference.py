@@ -9,10 +9,10 @@ from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, RunError, run_all, run_key, run_one
 from comparison.models import MODELS
-from comparison.reliability.assessment import assess
-from comparison.reliability.difference import (
+from comparison.reliability.assessment import (
     MARGIN,
     ReliabilityComparison,
+    assess,
     at_own_samples,
     compare_reliability,
     dense_scene,

@@ -6,7 +6,7 @@ import pytest
 import sixbar
 from comparison.execution.run import Job, run_all
 from comparison.models import MODELS
-from comparison.reliability.difference import dense_scene
+from comparison.reliability.assessment import dense_scene
 
 SCENE = sixbar.load_scene(
     "150rpm-0.2mm",

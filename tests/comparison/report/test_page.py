@@ -15,17 +15,14 @@ from outline import Outline, page, words
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import number, percent, quantity
-from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.report import templates
-from comparison.report.page import render
+from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
+from comparison.report.page import code_version, origin, render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
-from comparison.verdict.channel import compare_channel
-from comparison.verdict.compare import scene_verdict
+from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.results import Attribution, Refinement
-from comparison.words.cards import card, definition
 from comparison.words.differences import attribution_lines
-from comparison.words.verdicts import reason
+from comparison.words.verdicts import card, definition, reason
 
 
 def part(html, start, end):
@@ -83,13 +80,13 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
 
 
 def test_what_the_models_are_and_where_the_page_comes_from(scene):
-    origin = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
-    shown = words(render([scene], title="Press", command="x", origin=origin))
+    made = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
+    shown = words(render([scene], title="Press", command="x", origin=made))
     assert "reference a hand-written solver of the paper's equations; two degrees of freedom" in shown
     assert "2026-01-02 03:04 UTC, commit <abc>" in shown
     assert "a machine" in shown
     assert "UTC" not in words(page(scene))
-    assert templates.origin()["time"].endswith(" UTC")
+    assert origin()["time"].endswith(" UTC")
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
@@ -102,16 +99,16 @@ def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path
     other.parent.mkdir()
     for path in (file, other):
         path.write_text("x = 1\n")
-    assert "commit" not in templates.code_version(file)
+    assert "commit" not in code_version(file)
     git("init", "-q")
     git("add", "module.py")
     git("commit", "-qm", "first")
     commit = git("rev-parse", "--short=10", "HEAD")
-    assert templates.code_version(file).endswith(f"commit {commit}")
+    assert code_version(file).endswith(f"commit {commit}")
     # A package installed inside another project's checkout.
-    assert "commit" not in templates.code_version(other)
+    assert "commit" not in code_version(other)
     file.write_text("x = 2\n")
-    assert templates.code_version(file).endswith(f"commit {commit} with modifications")
+    assert code_version(file).endswith(f"commit {commit} with modifications")
 
 
 # ---- the whole page

@@ -15,9 +15,8 @@ import pytest
 from comparison.cli import main
 from comparison.report import svg
 from comparison.report.figures import picture
-from comparison.report.other_pages import write_animation
+from comparison.report.page import joints, schematic, write_animation
 from comparison.report.pictures.notebook import tabulated
-from comparison.report.schematic import joints, schematic
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
 

@@ -5,8 +5,7 @@ import re
 import pytest
 
 from comparison.scene import SceneError, load_scene
-from comparison.scene.keys import did_you_mean, scene_keys
-from comparison.scene.overrides import flat
+from comparison.scene.keys import did_you_mean, flat, scene_keys
 
 SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
 RULE = re.compile(r"(>=?|<=?) (\S+)")

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.scene import SceneError, load_scene, parse_set
-from comparison.scene.overrides import toml
+from comparison.scene.keys import toml
 
 PAPER = "150rpm-0.2mm"
 SCALAR = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5))

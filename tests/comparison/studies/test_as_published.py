@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.accuracy.plan import plan
+from comparison.accuracy.levels import plan
 from comparison.execution.run import VIOLATED, Outcome, run_one
 from comparison.studies.as_published import runs, study
 from comparison.studies.as_published.study import SETTING, Cause

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main, reports
 from comparison.execution.pool import kept_workers
 from comparison.models import platform_name
@@ -16,7 +17,7 @@ from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.verdicts import study as verdicts
-from comparison.verdict.compare import Runs, compare
+from comparison.verdict.compare import compare
 
 OTHER_FILES = {
     "as-published": "figures.csv converged.csv causes.csv runs.csv settings.csv",

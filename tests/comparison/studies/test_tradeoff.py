@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.accuracy.plan import plan
+from comparison.accuracy.levels import plan
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.studies.shared.formulations import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
 from comparison.studies.tradeoff import study

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from comparison.tables.align import align, resample
+from comparison.tables.align import SAME_GRID, align, resample
 from comparison.tables.table import Table, TableError
-from comparison.tables.times import SAME_GRID
 
 NAMES = ["slider_x", "slider_vx", "slider_angle"]
 FORCE = "corner_ll_normal"

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.tables.times import SAME_GRID, Hole, estimate, holes, isolated
+from comparison.tables.align import SAME_GRID, Hole, estimate, holes, isolated
 from comparison.words.verdicts import shift as shift_sentence
 
 EVEN = np.arange(201) * 0.01

@@ -11,8 +11,7 @@ from judged_runs import decided
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.channel import compare_channel
-from comparison.verdict.compare import scene_verdict
+from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.results import scene_coverage
 
 N = 1000

@@ -7,11 +7,12 @@ from contact_tables import contacts_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.contacts import SITUATIONS
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import Runs, compare, recorded_scene
+from comparison.verdict.compare import compare, recorded_scene
 from comparison.words.record import as_mapping
 from comparison.words.verdicts import scene_reason
 

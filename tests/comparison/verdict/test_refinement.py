@@ -8,7 +8,7 @@ from fake_ensemble import COARSE, MODELS, Fake, narrow
 
 from comparison.scene import load_scene
 from comparison.verdict.compare import compare
-from comparison.verdict.refinement import ENOUGH, MOST, settle
+from comparison.verdict.confirmation import ENOUGH_LEVELS, MOST_LEVELS, settle
 from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6
@@ -66,15 +66,15 @@ WANDERING = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
         # What vanishes with the step was numerical
         ({1: FAULT, 2: 0.0}, 0.0, "agree", 1, 0),
         # What outlasts two refinements is a difference of models
-        (dict.fromkeys(MEASURED, FAULT), FAULT, "differ", ENOUGH, 1),
+        (dict.fromkeys(MEASURED, FAULT), FAULT, "differ", ENOUGH_LEVELS, 1),
         # Two steps that err alike prove nothing
         (MEASURED, 0.0, "agree", 3, 0),
         # Runs that converge to nothing are indeterminate, unless the tree, which does converge, is apart too
-        (WANDERING, 0.0, "indeterminate", MOST, 1),
-        (WANDERING, FAULT, "differ", MOST, 1),
+        (WANDERING, 0.0, "indeterminate", MOST_LEVELS, 1),
+        (WANDERING, FAULT, "differ", MOST_LEVELS, 1),
         # Against the tree five bodies must stay apart at all levels; where they do not, the tree was right
-        (dict.fromkeys(MEASURED, FAULT), 0.0, "differ", MOST, 1),
-        (dict.fromkeys(MEASURED, FAULT) | {16: 0.0}, 0.0, "agree", MOST, 1),
+        (dict.fromkeys(MEASURED, FAULT), 0.0, "differ", MOST_LEVELS, 1),
+        (dict.fromkeys(MEASURED, FAULT) | {16: 0.0}, 0.0, "agree", MOST_LEVELS, 1),
     ],
 )
 def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, refined, trees):
@@ -108,10 +108,10 @@ def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels, limit,
         return first, replace(second, finer=model.fake.table(0.0, float(far)))
 
     result = model.settled(families).comparison
-    assert (result.verdict, result.refined, len(model.asked)) == (verdict, ENOUGH, 1 + ENOUGH)
+    assert (result.verdict, result.refined, len(model.asked)) == (verdict, ENOUGH_LEVELS, 1 + ENOUGH_LEVELS)
 
 
-@pytest.mark.parametrize(("step", "refined"), [(2e-6, MOST), (8e-7, 2), (1e-7, 2)])
+@pytest.mark.parametrize(("step", "refined"), [(2e-6, MOST_LEVELS), (8e-7, 2), (1e-7, 2)])
 def test_a_small_step_is_not_refined_to_the_end(levels, step, refined):
     model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
     result = model.settled().comparison

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
 from comparison.metrics.signals import tube_distance
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import write
-from comparison.verdict.compare import Runs, compare
+from comparison.verdict.compare import compare
 from comparison.verdict.results import METRICS, Basis
 from comparison.words.verdicts import scene_reason
 

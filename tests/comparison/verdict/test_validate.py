@@ -10,9 +10,7 @@ from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
 from comparison.verdict import validate as judge
 from comparison.verdict.compare import compare
-from comparison.verdict.several import pairs, standing
-from comparison.verdict.shipped import as_toml, departures
-from comparison.verdict.validate import validate
+from comparison.verdict.validate import as_toml, departures, pairs, standing, validate
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
 

@@ -9,16 +9,14 @@ import pandas as pd
 import pytest
 from bouncing_press import make_scene
 
-from comparison.accuracy.measured import expected
-from comparison.accuracy.plan import plan
+from comparison.accuracy.levels import expected, plan
 from comparison.accuracy.refine import Limit, accurate_run, expected_cost
 from comparison.execution.run import Job
 from comparison.scene import load_scene
 from comparison.verdict.results import Confirmation, SceneComparison
 from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
-from comparison.words.cards import card
 from comparison.words.differences import contact, instant_of
-from comparison.words.verdicts import scene_reason
+from comparison.words.verdicts import card, scene_reason
 from tests.helpers.known_error import USUAL, KnownError, growing
 
 PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"

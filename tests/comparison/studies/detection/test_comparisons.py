@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparison.accuracy.uncertainty import moved
+from comparison.accuracy.uncertainty import Runs, moved
 from comparison.execution.run import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import pairs
 from comparison.studies.detection.draws import Trial, controls, searches, trials
 from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
 from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all, refusal, summary
 from comparison.tables.table import TableError
-from comparison.verdict.compare import Runs, compare
-from comparison.verdict.refinement import Settled
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import Settled
 from comparison.verdict.results import Confirmation
 
 FAULTS = catalogue()

@@ -13,9 +13,8 @@ from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 
 from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import Mapping
+from comparison.tables.mapping import Mapping, parse_unit
 from comparison.tables.table import TableError
-from comparison.tables.units import parse
 
 NAMES = [
     "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
@@ -226,7 +225,9 @@ def wanted(names, units, columns, dialect):
         name: (None if units is None else units[n], np.array([meant(value, dialect) for value in column]))
         for n, (name, column) in enumerate(zip(["time", *names[1:]], columns, strict=True))
     }
-    return result | {"time": ("s", parse(units[0] if units else "s").convert(result["time"][1], parse("s")))}
+    return result | {
+        "time": ("s", parse_unit(units[0] if units else "s").convert(result["time"][1], parse_unit("s")))
+    }
 
 
 def same(result, expected):

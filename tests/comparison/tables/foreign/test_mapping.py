@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.tables.mapping import load_mapping
+from comparison.tables.mapping import load_mapping, parse_unit
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
-from comparison.tables.units import parse
 
 OURS = "time,slider_y,slider_angle\nms,mm,deg"
 MM = "time,reach\ns,mm\n0,1\n1,2\n"
@@ -157,20 +156,20 @@ def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
     ],
 )  # fmt: skip
 def test_spellings_and_factors(text, si, factor):
-    unit, wanted = parse(text), parse(si)
+    unit, wanted = parse_unit(text), parse_unit(si)
     assert unit.powers == wanted.powers
     # The factor is one rounding from the written one, as is the test's own.
     assert float(unit.factor / wanted.factor) == pytest.approx(factor, rel=3e-16)
     for none in ("", " ", "furlong", "N/", "/s", "mm^", "mm//s", "x", "12", "MM", "m s oops"):
-        assert parse(none) is None, none
+        assert parse_unit(none) is None, none
     for channel in channels().values():
-        assert parse(channel.unit).factor == 1, channel.name
+        assert parse_unit(channel.unit).factor == 1, channel.name
 
 
 @given(st.integers(-(10**15), 10**15), st.sampled_from([("mm", 3), ("um", 6), ("ms", 3), ("cm", 2)]))
 def test_a_decimal_unit_gives_the_double_next_to_the_exact_value(n, unit):
     text, digits = unit
-    assert parse(text).convert(np.array([float(n)]), parse(text[-1]))[0] == float(f"{n}e-{digits}")
+    assert parse_unit(text).convert(np.array([float(n)]), parse_unit(text[-1]))[0] == float(f"{n}e-{digits}")
 
 
 @pytest.mark.parametrize("recorded", [True, None, 3, {"drive": {"speed_rpm": "fast"}}])
