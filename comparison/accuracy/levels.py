@@ -43,7 +43,9 @@ USUAL = {
     ("crank_pin",): "crank-pin",
     ("crank_pin", "slider"): "both-clearances",
 }
-"""Joints with clearance -> scene whose numbers are used for unmeasured scenes."""
+"""Joints with clearance -> scene whose numbers are used for unmeasured scenes, ..."""
+OTHER_FORCES = ("adams-impact", "workpiece")
+"""... or one of these, where contact law and load are like its own."""
 _PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "load", "environment")
 FAR = 10.0
 """By so many times a length, mass, stiffness, speed ... differs from that of a scene that tells nothing."""
@@ -122,7 +124,8 @@ def front(scene: Scene, model: str) -> Front | None:
     equal = next(
         (shipped for shipped, record in _read("measured.toml").items() if record["physics"] == own), None
     )
-    record = _read("measured.toml")[equal or USUAL[joints]]
+    used = equal or _usual(scene)
+    record = _read("measured.toml")[used]
     table = record.get(model, {}).get(name)
     if table is None:
         return None
@@ -133,7 +136,7 @@ def front(scene: Scene, model: str) -> Front | None:
         Caution.IDEAL_SLIDER: joints == ("crank_pin",),
     }
     return Front(
-        scene=equal or USUAL[joints],
+        scene=used,
         cycles=record["cycles"],
         unit=table["unit"],
         start=table.get("start", nan),
@@ -201,16 +204,29 @@ def physics(scene: Scene) -> str:
     return digest(sections | {"speed_rpm": scene.data["drive"]["speed_rpm"]})
 
 
+def _usual(scene: Scene) -> str:
+    joints, forces = joints_with_clearance(scene.data), _kinds_of_forces(scene)
+    alike = (name for name in OTHER_FORCES if _kinds_of_forces(load_scene(name)) == forces)
+    return next(alike, USUAL[joints]) if joints == ("slider",) else USUAL[joints]
+
+
+def _kinds_of_forces(scene: Scene) -> tuple[str, bool, bool]:
+    load = scene.data["load"]
+    return scene.data["contact"]["law"], bool(load["force"]), bool(load["table"])
+
+
 def _far(scene: Scene, other: Scene) -> tuple[tuple[str, float], ...]:
     """Return the keys that differ by more than `FAR` from another scene, and by how many times."""
     positive = {
         key.name for key in scene_keys() if key.bounds.startswith(">") and key.name.startswith(_PHYSICS)
     }
     there, keys = flat(other.data), []
+    if _kinds_of_forces(scene)[1:] != _kinds_of_forces(other)[1:]:
+        keys.append(("load", nan))
     for name, value in flat(scene.data).items():
         both = name.rpartition(".")[0]  # of one partner of a contact
         before = there.get(name, there.get(both))
-        if name == "contact.law":
+        if name == "contact.law" or (name == "contact.stiffness" and None in (value, before)):
             keys += [(name, nan)] if value != before else []
         elif positive & {name, both} or name == "drive.speed_rpm":
             times = abs(value / before) if value and before else 1.0
@@ -391,6 +407,7 @@ class Plan:
     coordinates: int
     constraints: int
     contacts: tuple[str, ...]  # possible ones
+    load: str  # empty without one
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
     expected: Expected
     instead: tuple[tuple[str, str, float], ...]  # other formulations: setting, words, ratio of their time
@@ -435,6 +452,7 @@ def plan(scene: Scene, model: str) -> Plan:
         coordinates=coordinates,
         constraints=constraints,
         contacts=_contacts(scene, joints),
+        load=_load(scene.data["load"]),
         left_out=_left_out(scene, joints),
         expected=replace(known, error=nan) if known.far else known,
         instead=((f"{key} = {instead!r}", words, seconds / known.seconds),) if instead else (),
@@ -449,11 +467,26 @@ def _contacts(scene: Scene, joints: tuple[str, ...]) -> tuple[str, ...]:
         return " on ".join(f"{factor * value:g}" for value in values)
 
     materials = f"{of_partners('youngs_modulus', 1e-9)} GPa, Poisson's ratio {of_partners('poisson', 1.0)}"
+    law = f"{contact['law']}; {materials}"
+    if contact["law"] == "adams-impact":
+        stiffness = materials if contact["stiffness"] is None else f"k = {contact['stiffness']:g} N/m^n"
+        law = (
+            f"{contact['law']}; {stiffness}; damping up to {contact['damping']:g} N s/m, from "
+            f"{contact['damping_depth']:g} m on"
+        )
     possible = {
-        "slider": f"four corners of the slider ({contact['law']}; {materials})",
+        "slider": f"four corners of the slider ({law})",
         "crank_pin": "journal and bearing at the crank pin",
     }
     return tuple(text for joint, text in possible.items() if joint in joints)
+
+
+def _load(load: Mapping[str, Any]) -> str:
+    below = f"below y = {load['surface']:g} m"
+    if load["table"]:
+        return f"{below}: a table up to {max(force for _, force in load['table']):g} N"
+    power = f"{below}: {load['force']:g} N at a depth of {load['depth']:g} m, exponent {load['exponent']:g}"
+    return power if load["force"] else ""
 
 
 def _left_out(scene: Scene, joints: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
+from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
     Assessment,
@@ -137,6 +138,9 @@ def reliability(
     for part, table in tables.items():
         _check(table, names[part])
     recorded = {part: table.scene for part, table in tables.items()}
+    if (own := recorded["ideal"]) and (joints := joints_with_clearance(own.data)):
+        rule = f"recorded of a scene with clearance ({', '.join(joints)}): the ideal motion has none"
+        raise TableError(f"{names['ideal']}: {rule}")
     periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
     cycle = _common_period(
         periods

@@ -40,7 +40,7 @@ from comparison.scene.keys import (
     title_with,
     toml,
 )
-from comparison.scene.schema import NAME, PARTNERS, Compare, RandomInput, Reliability, SceneKeys
+from comparison.scene.schema import NAME, PARTNERS, Compare, Load, RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
@@ -313,7 +313,11 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
         )
-    for partner in PARTNERS if joints else ():
+    contact = data["contact"]
+    if contact["stiffness"] is not None and contact["law"] != "adams-impact":
+        law = f"contact.law = {contact['law']!r}"
+        yield f"contact.stiffness = {contact['stiffness']:g} N/m^n has no effect under {law}"
+    for partner in PARTNERS if joints and contact["stiffness"] is None else ():
         modulus = _of_partner(data["contact"]["youngs_modulus"], partner)
         if not 1e6 <= modulus <= 1.3e12:
             what = "softer than rubber" if modulus < 1e6 else "stiffer than diamond"
@@ -333,14 +337,16 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
                 f"mechanism.{name}.inertia = {body['inertia']:g} kg m^2 exceeds mass times size squared, "
                 f"{largest:.2g} kg m^2"
             )
+    yield from _at_workpiece(data)
 
 
 def contact_time(data: Mapping[str, Any]) -> float:
     """Return about how long the shortest contacts of a scene last, s; infinite without clearance.
 
     A mass m hits a spring K d^n at the speed v: for n = 1.5 3.2181 (m^2 / (K^2 v))^(1/5), docs/model.md,
-    section 6. m is that of a corner, with rod 4 upright; v = omega sqrt(crank * clearance). In the shipped
-    scenes the time is between the shortest and the median; contacts of a ``foundation`` are shorter.
+    section 6; K may be that of ``adams-impact``. m is that of a corner, with rod 4 upright;
+    v = omega sqrt(crank * clearance). In the shipped scenes the time is between the shortest and the median;
+    contacts of a ``foundation`` are shorter.
     """
     mechanism, contact, clearance = data["mechanism"], data["contact"], data["clearance"]
     slider, rod, n = mechanism["slider"], mechanism["rod4"], contact["exponent"]
@@ -358,11 +364,28 @@ def contact_time(data: Mapping[str, Any]) -> float:
                 (1.0 - _of_partner(poisson, one) ** 2) / _of_partner(modulus, one) for one in partners
             )
             stiffness = 4.0 / (3.0 * compliance) * sqrt(radius)
+            if contact["law"] == "adams-impact" and joint == "slider":
+                stiffness = contact["stiffness"] or stiffness
             speed = pi / 30.0 * abs(data["drive"]["speed_rpm"]) * sqrt(mechanism["crank"]["length"] * gap)
             depth = ((n + 1.0) * mass * speed**2 / (2.0 * stiffness)) ** share
             time = 2.0 * depth / speed * sqrt(pi) * gamma(1.0 + share) / gamma(0.5 + share)
             shortest = min(shortest, time or inf)
     return shortest
+
+
+def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
+    load, bodies = data["load"], data["mechanism"]
+    reach = sum(bodies[name]["length"] for name in ("crank", "rod2", "rocker", "rod4"))
+    unused = [key for key in ("surface", "depth", "exponent") if load[key] != Load.model_fields[key].default]
+    if not load["force"] and not load["table"]:
+        if unused:
+            yield f"load.{unused[0]} = {load[unused[0]]:g} has no effect without load.force or load.table"
+        return
+    if abs(load["surface"]) > reach:
+        yield f"load.surface = {load['surface']:g} m is beyond the linkage, {reach:g} m: its unit is m"
+    depth = load["table"][1][0] if len(load["table"]) > 1 else load["depth"]
+    if depth > reach / 2.0:
+        yield f"load: a depth of {depth:g} m is as large as the linkage, {reach:g} m: its unit is m"
 
 
 def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:

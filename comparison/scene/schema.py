@@ -388,9 +388,7 @@ class SceneKeys(Section):
         if friction.transition_speed <= friction.static_speed:
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
-        contact, rows = self.contact, self.load.table
-        if contact.stiffness is not None and contact.law != "adams-impact":
-            yield "contact.stiffness", contact.stiffness, f"has no part in contact.law = {contact.law!r}"
+        rows = self.load.table
         if rows and self.load.force:
             yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: give one of both"
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):

@@ -70,6 +70,7 @@ def plan_lines(plan: Plan) -> list[str]:
     items = [("integrates", integrated + size)]
     items += [("follows", follows)] if plan.prescribed else []
     items += [("contacts", ", ".join(plan.contacts) or "none")]
+    items += [("load", plan.load)] if plan.load else []
     items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
     if expected.far:
         items.append(("error", "not known"))

@@ -22,9 +22,10 @@ const stroke = side => colour(STYLES[side].name) + STYLES[side].alpha;
 
 // ---- numbers
 
-// Factor and prefix that bring a magnitude to between 1 and 1000; degrees and the like take none.
+// Factor and prefix that bring a magnitude to between 1 and 10000; degrees and the like take none.
 function prefix(magnitude, unit) {
   if (!unit || /^(deg|%|1)/.test(unit)) return [1, ""];
+  if (magnitude >= 1e4) return [1e3, "k"];
   return [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]].find(([least]) => magnitude >= least * 0.9995) || [1, ""];
 }
 

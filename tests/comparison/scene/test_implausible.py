@@ -41,6 +41,16 @@ FORMULATION, STEP = "solver.exudyn.formulation", "solver.exudyn.step"
         # As Table 1 prints it; a counterweight on the other side is none.
         (PAPER, {"mechanism.crank.centroid": 0.225}, "is farther out than the rod's end, 0.045 m"),
         (PAPER, {"mechanism.crank.centroid": -0.01}, ""),
+        (PAPER, {"load.force": 500.0, "load.surface": -31.8}, "-31.8 m is beyond the linkage, 1.365 m"),
+        (PAPER, {"load.depth": 0.01}, "has no effect without load.force or load.table"),
+        ("workpiece", {"load.depth": 3.0}, "3 m is as large as the linkage, 1.365 m"),
+        ("workpiece", {"load.force": 0.0}, ""),
+        (PAPER, {"contact.stiffness": 1e9}, "has no effect under contact.law = 'hertz-corners'"),
+        (
+            "adams-impact",
+            {"contact.stiffness": 1e15, STEP: 1e-6, FORMULATION: "full"},
+            "contacts of 1.2e-06 s",
+        ),
         (PAPER, {"mechanism.slider.inertia": 26.3}, "exceeds mass times size squared, 0.0013 kg m^2"),
     ],
 )
