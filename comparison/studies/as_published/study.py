@@ -21,11 +21,9 @@ from comparison.scene import load_scene
 from comparison.studies.as_published.runs import COORDINATES, MODEL, RATES, Sampling, asked, measure
 from comparison.studies.as_published.runs import figures as printed_figures
 from comparison.studies.paper.runs import CENTRAL, NUDGE, PEAKS, REACH, SLIDER, scene_of
-from comparison.studies.shared.figures import curves
 from comparison.studies.shared.formulations import MULTIPLIERS_BDF
-from comparison.studies.shared.frames import crossed, markdown, rows_table, write_csv
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, crossed, curves, markdown, rows_table, write_csv
 from comparison.tables.channels import Array
 
 CLOSE = 0.05

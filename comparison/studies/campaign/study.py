@@ -17,9 +17,7 @@ from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.report import svg
 from comparison.studies.campaign import adjudication, population, stages
 from comparison.studies.campaign.population import Case
-from comparison.studies.shared.frames import markdown, rows_table, write_csv
-from comparison.studies.shared.rates import share, upper_limit
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, markdown, rows_table, share, upper_limit, write_csv
 from comparison.tables.channels import CONTACTS, channels, has_load
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows

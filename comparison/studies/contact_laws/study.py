@@ -13,8 +13,7 @@ from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.report import svg
 from comparison.report.svg import upper_envelope
 from comparison.scene import load_scene
-from comparison.studies.shared.frames import Quantities, quantities, write_csv
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Quantities, Study, quantities, write_csv
 from comparison.studies.shared.switches import contacts, created, depths, surplus, switches
 from comparison.tables.table import Table
 

@@ -15,9 +15,8 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed, rows_table
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, crossed, rows_table
 from comparison.tables.table import Table
 
 RADIUS, MODULUS, FRICTION = "clearance.journal_radius", "contact.youngs_modulus", "friction.coefficient"

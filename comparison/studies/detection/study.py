@@ -21,9 +21,16 @@ from comparison.studies.detection import draws
 from comparison.studies.detection.draws import Kind, Rounding, Trial
 from comparison.studies.detection.faults import KINDS, RECORDS, catalogue, installed
 from comparison.studies.detection.pairs import HALVINGS, LEAST, MOST, Measured, find_all
-from comparison.studies.shared.frames import crossed, rows_table, write_csv
-from comparison.studies.shared.rates import interval, share, upper_limit
-from comparison.studies.shared.study import Study, part
+from comparison.studies.shared.study import (
+    Study,
+    crossed,
+    interval,
+    part,
+    rows_table,
+    share,
+    upper_limit,
+    write_csv,
+)
 
 _RECORDED = ["fault", "kind", "model", "tier", "verdict", "detected", "confirmation", "first"]
 _KINDS = dict(zip(KINDS, ("parameters", "code", "tables"), strict=True))

@@ -26,8 +26,7 @@ from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.runs import BASE
 from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, motion, table_1
-from comparison.studies.shared.figures import curves
-from comparison.studies.shared.rates import rate
+from comparison.studies.shared.study import curves, rate
 from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.table import Table
 

@@ -23,8 +23,7 @@ from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits import duration, effective_mass
 from comparison.studies.extremes.runs import BASE
-from comparison.studies.shared.figures import curves
-from comparison.studies.shared.study import part
+from comparison.studies.shared.study import curves, part
 from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.channels import Array
 from comparison.tables.table import Table

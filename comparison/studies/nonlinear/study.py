@@ -18,8 +18,7 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear import press
 from comparison.studies.nonlinear.methods import LEAST, LONGEST, Exponent, chaos_indicator, recurrence
 from comparison.studies.nonlinear.press import TRANSIENT
-from comparison.studies.shared.frames import Quantities, quantities, write_csv
-from comparison.studies.shared.study import Study, part
+from comparison.studies.shared.study import Quantities, Study, part, quantities, write_csv
 from comparison.tables.channels import Array
 from comparison.tables.table import Table
 

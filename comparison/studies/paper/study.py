@@ -21,10 +21,8 @@ from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
 from comparison.studies.paper.draws import DATA, INPUTS, VARIANTS
 from comparison.studies.paper.ledger import Entry, Outcome, Size, Use, implied, ledger, one_limit
 from comparison.studies.paper.runs import CAP, CENTRAL, PEAKS, REACH, Config, Runs, simulate
-from comparison.studies.shared.frames import markdown, rows_table, write_csv
 from comparison.studies.shared.published import printed_rows
-from comparison.studies.shared.rates import share
-from comparison.studies.shared.study import Study, part
+from comparison.studies.shared.study import Study, markdown, part, rows_table, share, write_csv
 
 OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
 SIZES = (Size.REPRODUCED, Size.WIDE, Size.OUTSIDE)

@@ -21,8 +21,7 @@ from comparison.studies.random_inputs.second_moment import (
     fit_plane,
     paired_change,
 )
-from comparison.studies.shared.frames import write_csv
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, write_csv
 
 MONTE_CARLO, GRADIENT = 1, 2  # seeds
 LIMITS = {

@@ -27,9 +27,8 @@ from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed, rows_table, write_csv
 from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, crossed, rows_table, write_csv
 from comparison.tables.table import Table
 from comparison.words.reliability import rounded
 

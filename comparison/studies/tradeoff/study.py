@@ -21,9 +21,7 @@ from comparison.models import MODELS, platform_name
 from comparison.report import svg
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method
-from comparison.studies.shared.frames import Columns, markdown
-from comparison.studies.shared.rates import rate
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Columns, Study, markdown, rate
 from comparison.studies.tradeoff.measure import (
     CHIEF,
     LONG,

@@ -49,8 +49,8 @@ from comparison.studies.detection.faults import (
 from comparison.studies.detection.faults import changed as faulty_text
 from comparison.studies.detection.pairs import find_all
 from comparison.studies.detection.study import STUDY, Results, count
-from comparison.studies.shared.rates import interval, upper_limit
 from comparison.studies.shared.scenes import at_tier, leaves
+from comparison.studies.shared.study import interval, upper_limit
 from comparison.tables.channels import expected
 
 FAULTS = catalogue()
