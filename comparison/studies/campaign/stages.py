@@ -20,7 +20,7 @@ from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.campaign import adjudication
 from comparison.studies.campaign.population import Case, loose_joints
-from comparison.studies.detection.pairs import summary
+from comparison.studies.detection.comparisons import summary
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import Runs, compare, model_uncertainty
