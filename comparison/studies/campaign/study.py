@@ -12,16 +12,15 @@ from matplotlib.axis import Axis
 from comparison.accuracy.levels import thresholds
 from comparison.execution.run import VIOLATED, Progress
 from comparison.execution.store import Row
-from comparison.formatting import quantity
 from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.report import svg
-from comparison.studies.campaign import adjudication, population, stages
+from comparison.studies.campaign import population, stages
 from comparison.studies.campaign.population import Case
-from comparison.studies.shared.study import Study, markdown, rows_table, share, upper_limit, write_csv
+from comparison.studies.shared.study import Study, markdown, share, upper_limit, write_csv
 from comparison.tables.channels import CONTACTS, channels, has_load
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows
-NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", adjudication.OPEN: "open"}
+NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", stages.OPEN: "open"}
 # The rare ones last, so that they lie on top.
 _MARKS: dict[str, dict[str, Any]] = {
     stages.AGREE: {"marker": ".", "color": svg.SERIES[0], "ms": 3},
@@ -42,7 +41,7 @@ def measure(count: int, n_jobs: int, on_progress: Progress | None) -> Cases:
     """Examine so many scenes of the population."""
     cases = population.cases(count, population.SEED)
     rows = stages.run_cases(cases, n_jobs, on_progress)
-    return adjudication.with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
+    return stages.with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
 
 
 def record(rows: Cases) -> dict[str, Any]:
@@ -145,7 +144,11 @@ def page(rows: Cases) -> dict[str, object]:
         "counts": counts.sort_values("scenes", ascending=False).reset_index(),
         "compared": (lines["stage"] == stages.COMPARED).sum(),
         "floor": thresholds(stages.TIER).coverage,
-        "differences": differences(rows),
+        "differences": [
+            (case, row["adjudication"], row) for case, row in rows if row["outcome"] == stages.DIFFER
+        ],
+        "corners": CONTACTS,
+        "channels": channels(),
         "breaches": markdown(frames["breaches"].groupby(["model", "name"]).head(1)),
         "failures": markdown(failures.reset_index()),
         "drawn": len(only),
@@ -154,10 +157,10 @@ def page(rows: Cases) -> dict[str, object]:
         "seconds": ", ".join(
             f"{stage} {spent[stage] / 60.0:.1f} min" for stage in stages.STAGES if stage in spent
         ),
-        "population": population,
+        "population": population.DATA,
         "limit": stages.DISTANCE,
-        "fine": adjudication.FINE_SAMPLES,
-        "step": adjudication.SMALL_STEP,
+        "fine": stages.FINE_SAMPLES,
+        "step": stages.SMALL_STEP,
     }
 
 
@@ -167,32 +170,6 @@ def _by_model(counted: Any) -> str:
 
 def _some(scenes: pd.Series) -> str:
     return ", ".join(map(str, scenes[:12])) + (" ..." if len(scenes) > 12 else "")
-
-
-def differences(rows: Cases) -> str:
-    """Return a line for each scene that differs: who errs and why, and the contacts that one model lacks."""
-    lines = []
-    for case, row in rows:
-        if row["outcome"] != stages.DIFFER:
-            continue
-        one = row["adjudication"]
-        missing = "; ".join(
-            f"{CONTACTS[each['corner']]}, {each['start']:.6g} to {each['end']:.6g} s, not in the "
-            f"{each['lacks']} run"
-            for each in sorted(one["missing"], key=lambda each: each["start"])[:2]
-        )
-        lines.append(
-            {
-                "scene": str(case.number),
-                "seen from": f"{one['time']:.6g} s",
-                "contact": missing or "the same in both",
-                "apart by": f"{one['channel']}: {quantity(one['apart'], channels()[one['channel']].unit, 2)}",
-                "claim": (row["confirmation"] or {}).get("outcome", ""),
-                "errs": f"**{one['errs']}**",
-                "why": one["why"],
-            }
-        )
-    return rows_table(lines) or "There was none."
 
 
 def write(rows: Cases, folder: Path) -> None:
