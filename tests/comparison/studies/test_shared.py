@@ -7,6 +7,7 @@ from contact_tables import contacts_of
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
+from comparison.studies.contact_laws.study import created, depths, surplus, switches
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import (
     crossed,
@@ -18,7 +19,6 @@ from comparison.studies.shared.study import (
     single_page,
     upper_limit,
 )
-from comparison.studies.shared.switches import created, depths, surplus, switches
 from comparison.tables.table import Table
 
 SCENE = load_scene("150rpm-0.2mm").data
