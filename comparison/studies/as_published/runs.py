@@ -23,8 +23,7 @@ from comparison.studies.paper.runs import (
     short_scene,
 )
 from comparison.studies.paper.runs import measure as shown
-from comparison.studies.shared.formulations import MULTIPLIERS_BDF
-from comparison.studies.shared.scenes import at_tier
+from comparison.studies.shared.scenes import MULTIPLIERS_BDF, at_tier
 from comparison.tables.table import Table
 
 MODEL = MULTIPLIERS_BDF.model

@@ -22,8 +22,8 @@ from comparison.studies.as_published.runs import COORDINATES, MODEL, RATES, aske
 from comparison.studies.as_published.runs import figures as printed_figures
 from comparison.studies.paper.runs import CENTRAL, NUDGE, PEAKS, REACH, SLIDER, scene_of
 from comparison.studies.paper.runs import Config as Sampling
-from comparison.studies.shared.formulations import MULTIPLIERS_BDF
 from comparison.studies.shared.published import published
+from comparison.studies.shared.scenes import MULTIPLIERS_BDF
 from comparison.studies.shared.study import Study, crossed, curves, markdown, write_csv
 from comparison.tables.channels import Array
 

@@ -19,8 +19,8 @@ from comparison.execution.tasks import SUCCESS, measure_all, on_processes
 from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS, platform_name
 from comparison.report import svg
-from comparison.studies.shared import formulations as catalogue
-from comparison.studies.shared.formulations import Method
+from comparison.studies.shared import scenes as catalogue
+from comparison.studies.shared.scenes import Method
 from comparison.studies.shared.study import Columns, Study, markdown, rate
 from comparison.studies.tradeoff.measure import (
     CHIEF,
