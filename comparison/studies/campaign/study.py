@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axis import Axis
 
 from comparison.accuracy.levels import thresholds
 from comparison.execution.run import VIOLATED, Progress
@@ -16,7 +15,7 @@ from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.report import svg
 from comparison.studies.campaign import population, stages
 from comparison.studies.campaign.population import Case
-from comparison.studies.shared.study import Study, markdown, share, upper_limit, write_csv
+from comparison.studies.shared.study import Study, markdown, plain_ticks, share, upper_limit, write_csv
 from comparison.tables.channels import CONTACTS, channels, has_load
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows
@@ -193,7 +192,7 @@ def write(rows: Cases, folder: Path) -> None:
         left.set(xlabel="largest distance, scaled to x (m)", ylabel="number of scenes (-)")
         left.set(yscale="log", ylim=(0.7, 1.2 * len(lines)))
         right.set_xlabel("share of samples predictable (-)")
-        _plain(left.yaxis, (1, 10, 100, 1000))
+        plain_ticks(left.yaxis, (1, 10, 100, 1000))
         svg.legend_above(left)
     with svg.panels(folder / "places.svg", 1, 2, sharex=True) as (left, right):
         for outcome, mark in _MARKS.items():
@@ -204,21 +203,13 @@ def write(rows: Cases, folder: Path) -> None:
                 right.plot(own["speed_rpm"].abs(), own["restitution"], linestyle="", **mark)
         low, high = (1e3 * end for end in population.RANGES["clearances"][:2])
         left.set(yscale="log", ylim=(0.8 * low, 1.2 * high), ylabel="clearance (mm)")
-        _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
+        plain_ticks(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
         right.set(ylim=(-0.03, 1.03), ylabel="coefficient of restitution (-)")
         for axes in (left, right):
             axes.set(xscale="log", xlim=(9.0, 1100.0))
             axes.set_xlabel("speed of the crank (rpm)")
-            _plain(axes.xaxis, (10, 30, 100, 300, 1000))
+            plain_ticks(axes.xaxis, (10, 30, 100, 300, 1000))
         svg.legend_above(left, columns=3)
-
-
-def _plain(axis: Axis, ticks: Sequence[float]) -> None:
-    """Label a logarithmic axis with plain numbers, those within its limits."""
-    low, high = axis.get_view_interval()
-    shown = [tick for tick in ticks if low <= tick <= high]
-    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
-    axis.set_ticks([], minor=True)
 
 
 STUDY = Study("campaign", small=5, full=1280, measure=measure, page=page, draw=write, data=record)

@@ -16,6 +16,8 @@ from jinja2 import Environment, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 from scipy.stats import binomtest
 
 from comparison.execution.run import Progress
@@ -202,6 +204,13 @@ def curves(
         rows = groups.get(key, frame.iloc[:0])
         axes.plot(rows[x], rows[y], **{"label": str(key), **look})
     axes.set(**settings)
+
+
+def plain_ticks(axis: Axis, ticks: Sequence[float]) -> None:
+    """Label a logarithmic axis with plain numbers, those within its limits."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_locator(NullLocator())
 
 
 def rate(x: Sequence[float], y: Sequence[float]) -> float:
