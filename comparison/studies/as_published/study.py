@@ -350,17 +350,16 @@ def amplification(results: Results) -> pd.DataFrame:
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    config, of, one = results.config, printed_figures(), single(results)
+    config, one = results.config, single(results)
     judged, good = results.judged, results.figures[results.figures["status"] == SUCCESS]
     peaks = good[good["quantity"] == "peak_displacement_error"]
     usual, defaults = peaks[peaks["tolerance"] == USUAL], ode15s(results.scales)
     finest = peaks[peaks["tolerance"] == peaks["tolerance"].min()]
     spread = amplification(results)
-    displaced = judged[of.loc[judged["id"], "quantity"].to_numpy() == "peak_displacement_error"]
-    sizes = np.array([abs(published(name).value) for name in displaced["id"]])
     reached = judged[judged["cause"] == Cause.NUMERICS]
     others = judged[judged["cause"].isin([Cause.NUMERICS, Cause.NONE])]
-    lines = judged.merge(results.converged, on="id").merge(of.drop(columns="value"), on="id")
+    lines = judged.merge(results.converged, on="id").merge(printed_figures().drop(columns="value"), on="id")
+    displaced = lines[lines["quantity"] == "peak_displacement_error"]
     return {
         "which": {str(each): judged[judged["cause"] == each] for each in Cause},
         "by_chance": number(others["chance"].sum(), 2),
@@ -389,7 +388,7 @@ def page(results: Results) -> dict[str, object]:
         "loosest": number(defaults["tolerance"].max(), 1),
         "spread": _spread(spread),
         "chaotic": ", ".join(spread[spread["starts"] >= 0.5 * spread["settings"]]["id"]) or "none",
-        "below": int((sizes < displaced["low"]).sum()),
+        "below": int((displaced["size"] < displaced["low"]).sum()),
         "displaced": len(displaced),
         "by_gains": _by_gains(results),
         "statuses": _statuses(results.runs),

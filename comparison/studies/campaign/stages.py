@@ -25,7 +25,7 @@ from comparison.formatting import quantity
 from comparison.models import MODELS, engine_names
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.population import Case, loose_joints
-from comparison.studies.detection.comparisons import summary
+from comparison.studies.detection.pairs import summary
 from comparison.tables.channels import CONTACTS, CORNERS, Array, channels, touching
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import Runs, compare, model_uncertainty

@@ -17,9 +17,9 @@ from comparison.execution.store import Row
 from comparison.formatting import number, table
 from comparison.models import made_on, platform_name, versions
 from comparison.report import svg
-from comparison.studies.detection import comparisons
-from comparison.studies.detection.comparisons import Kind, Measured, Rounding, Trial, find_all
+from comparison.studies.detection import pairs
 from comparison.studies.detection.faults import KINDS, RECORDS, catalogue, installed
+from comparison.studies.detection.pairs import Kind, Measured, Rounding, Trial, find_all
 from comparison.studies.shared.study import (
     Study,
     crossed,
@@ -33,7 +33,7 @@ from comparison.studies.shared.study import (
 
 _RECORDED = ["fault", "kind", "model", "tier", "verdict", "detected", "confirmation", "first"]
 _KINDS = dict(zip(KINDS, ("parameters", "code", "tables"), strict=True))
-_MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.FIRST))  # of the `comparisons.PLACES`
+_MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.FIRST))  # of the `pairs.PLACES`
 
 
 class Results(NamedTuple):
@@ -41,10 +41,10 @@ class Results(NamedTuple):
 
     both: Sequence[tuple[Kind, Mapping[Rounding, Sequence[Row]]]]
     own: Sequence[tuple[Kind, Sequence[Row]]]
-    bits: Mapping[Rounding, tuple[str, ...]]  # hashes of tables, see `comparisons.hashes`
+    bits: Mapping[Rounding, tuple[str, ...]]  # hashes of tables, see `pairs.hashes`
     healthy: Sequence[Row]  # of the catalogue's scenes without a fault
     faults: Sequence[tuple[Trial, Row]]
-    smallest: Mapping[str, Sequence[Row]]  # of the searches for each number, by `comparisons.PLACES`
+    smallest: Mapping[str, Sequence[Row]]  # of the searches for each number, by `pairs.PLACES`
 
     @property
     def without_fault(self) -> dict[str, list[Row]]:
@@ -64,21 +64,18 @@ class Results(NamedTuple):
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
     """Make all comparisons, or few and none by copies of a model; those made before are not repeated."""
     both_kinds, own_kinds = (
-        [kind if full else replace(kind, draws=2) for kind in all_of]
-        for all_of in (comparisons.BOTH, comparisons.OWN)
+        [kind if full else replace(kind, draws=2) for kind in all_of] for all_of in (pairs.BOTH, pairs.OWN)
     )
-    roundings = comparisons.ROUNDINGS if full else comparisons.ROUNDINGS[:2]
-    faults = comparisons.trials(
-        catalogue() if full else [catalogue(["number"])[0], *catalogue(["table"])[-3:]]
-    )
+    roundings = pairs.ROUNDINGS if full else pairs.ROUNDINGS[:2]
+    faults = pairs.trials(catalogue() if full else [catalogue(["number"])[0], *catalogue(["table"])[-3:]])
     names = list(RECORDS["smallest"])[: None if full else 1]
-    pairs, healthy = [comparisons.own_pairs(kind) for kind in own_kinds], comparisons.controls()
-    tasks: list[Measured] = [pair for drawn in pairs for pair in drawn]
+    alone, healthy = [pairs.own_pairs(kind) for kind in own_kinds], pairs.controls()
+    tasks: list[Measured] = [pair for drawn in alone for pair in drawn]
     tasks += [*healthy, *(trial.pair for trial in faults)]
-    tasks += comparisons.searches(comparisons.HALVINGS if full else 1)[: len(names) * len(comparisons.PLACES)]
+    tasks += pairs.searches(pairs.HALVINGS if full else 1)[: len(names) * len(pairs.PLACES)]
     with installed(catalogue(["code", "rearranged"]) if full else []):
-        hashed = find_all(comparisons.bits(roundings), n_jobs, part(on_progress, 0.0, 0.01))
-        bits = comparisons.hashes(roundings, hashed)
+        hashed = find_all(pairs.bits(roundings), n_jobs, part(on_progress, 0.0, 0.01))
+        bits = pairs.hashes(roundings, hashed)
         rows = iter(find_all(tasks, n_jobs, part(on_progress, 0.01, 0.4)))
 
         def sample(kind: Kind, start: float, end: float) -> dict[Rounding, list[Row]]:
@@ -86,21 +83,19 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
             rounds = iter([part(on_progress, start, end)])
 
             def find(drawn: Sequence[tuple[Rounding, int]]) -> list[Row]:
-                return find_all(
-                    [comparisons.both_pair(kind, *one) for one in drawn], n_jobs, next(rounds, None)
-                )
+                return find_all([pairs.both_pair(kind, *one) for one in drawn], n_jobs, next(rounds, None))
 
-            return comparisons.sample(kind, comparisons.effective(bits, kind.tier), find)
+            return pairs.sample(kind, pairs.effective(bits, kind.tier), find)
 
         ends = pairwise(np.linspace(0.4, 1.0, len(both_kinds) + 1).tolist())
         both = [(kind, sample(kind, *span)) for kind, span in zip(both_kinds, ends, strict=True)]
     return Results(
         both=both,
-        own=[(kind, list(islice(rows, len(drawn)))) for kind, drawn in zip(own_kinds, pairs, strict=True)],
+        own=[(kind, list(islice(rows, len(drawn)))) for kind, drawn in zip(own_kinds, alone, strict=True)],
         bits=bits,
         healthy=list(islice(rows, len(healthy))),
         faults=list(zip(faults, islice(rows, len(faults)), strict=True)),
-        smallest={name: list(islice(rows, len(comparisons.PLACES))) for name in names},
+        smallest={name: list(islice(rows, len(pairs.PLACES))) for name in names},
     )
 
 
@@ -109,7 +104,7 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
 
 def count(rows: Sequence[Row]) -> dict[str, Any]:
     """Count how comparisons without a fault ended; the upper limit of the rate of alarms is one-sided."""
-    decided, agree = comparisons.decided(rows), [row for row in rows if row["verdict"] == "agree"]
+    decided, agree = pairs.decided(rows), [row for row in rows if row["verdict"] == "agree"]
     alarms = decided - len(agree)
     return {
         "draws": len(rows),
@@ -127,7 +122,7 @@ def _said(row: Row, what: str) -> str:
 
 def record(results: Results) -> dict[str, Any]:
     """Return the rates, which `comparison.regression.record` reads, verdicts and changes with two digits."""
-    places = [", ".join(place) for place in comparisons.PLACES]
+    places = [", ".join(place) for place in pairs.PLACES]
     return {
         "machine": platform_name(),
         "versions": versions(),
@@ -144,7 +139,7 @@ def record(results: Results) -> dict[str, Any]:
         "rounding": {
             variant.name: {
                 "environment": dict(variant.environment),
-                "tables": dict(zip(map(", ".join, comparisons.HASHED), texts, strict=True)),
+                "tables": dict(zip(map(", ".join, pairs.HASHED), texts, strict=True)),
             }
             | {kind.label: count(drawn[variant]) for kind, drawn in results.both if variant in drawn}
             for variant, texts in results.bits.items()
@@ -160,7 +155,7 @@ def record(results: Results) -> dict[str, Any]:
     }
 
 
-def comparison_rows(results: Results) -> pd.DataFrame:
+def comparisons(results: Results) -> pd.DataFrame:
     """Return a line for each comparison without a fault; reasons of those that are not plain agreement."""
     groups = [(kind, variant.name, rows) for kind, drawn in results.both for variant, rows in drawn.items()]
     groups += [(kind, "", rows) for kind, rows in results.own]
@@ -208,11 +203,11 @@ def fault_rows(results: Results) -> pd.DataFrame:
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     counts = pd.DataFrame([count(rows) for rows in results.without_fault.values()])
-    tried, lines = fault_rows(results), comparison_rows(results)
+    tried, lines = fault_rows(results), comparisons(results)
     plain = lines["verdict"].isin(["agree", "indeterminate"]) & (lines["ensembles"] == "")
     groups = tried.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
     healthy = Counter(row["verdict"] for row in results.healthy)
-    used = {tier: comparisons.effective(results.bits, tier) for tier in TIERS}
+    used = {tier: pairs.effective(results.bits, tier) for tier in TIERS}
     unused = {variant.name: [t for t in TIERS if variant not in used[t]] for variant in results.bits}
     return {
         "alarms": counts["alarms"].sum(),
@@ -227,11 +222,11 @@ def page(results: Results) -> dict[str, object]:
             {"comparison": label} | _counted(rows) for label, rows in results.without_fault.items()
         ),
         "machine": made_on(),
-        "scenes": comparisons.scenes_with_clearance(),
-        "moved": share(comparisons.SHARE),
+        "scenes": pairs.scenes_with_clearance(),
+        "moved": share(pairs.SHARE),
         "wanted": " and ".join(f"{kind.draws} at the {kind.tier} tier" for kind, _ in results.both),
-        "most": comparisons.MOST_DRAWS,
-        "seed": comparisons.SEED,
+        "most": pairs.MOST_DRAWS,
+        "seed": pairs.SEED,
         "rounding": rows_table(
             {"comparison": kind.label, "rounding": variant.name} | _counted(rows)
             for kind, drawn in results.both
@@ -249,10 +244,10 @@ def page(results: Results) -> dict[str, object]:
         "missed": [
             trial for trial, row in results.faults if trial.tier == "tight" and not trial.detected(row)
         ],
-        "least": comparisons.LEAST,
-        "largest": comparisons.MOST,
+        "least": pairs.LEAST,
+        "largest": pairs.MOST,
         "smallest": table(
-            ("number", *map(_place, comparisons.PLACES)),
+            ("number", *map(_place, pairs.PLACES)),
             [[name, *map(_change, rows)] for name, rows in results.smallest.items()],
         ),
         **{name: f"{low:g} to {high:g}" for name, (low, high) in RECORDS["own_ranges"].items()},
@@ -283,17 +278,15 @@ def _place(place: Sequence[str]) -> str:
 
 def write(results: Results, folder: Path) -> None:
     """Draw the smallest detectable change of each number; write the long tables."""
-    write_csv({"comparisons": comparison_rows(results), "faults": fault_rows(results)}, folder)
+    write_csv({"comparisons": comparisons(results), "faults": fault_rows(results)}, folder)
     names = list(results.smallest)
     smallest = [[row.get("found") for row in rows] for rows in results.smallest.values()]
     with svg.panels(folder / "smallest.svg", height=1.2 + 0.26 * len(names)) as (axes,):
-        axes.set(
-            xscale="log", xlim=(comparisons.LEAST, 2.0 * comparisons.MOST), ylim=(len(names) - 0.5, -0.5)
-        )
+        axes.set(xscale="log", xlim=(pairs.LEAST, 2.0 * pairs.MOST), ylim=(len(names) - 0.5, -0.5))
         axes.set_yticks(range(len(names)), names)
         axes.set_xlabel("smallest detectable relative change (-)")
         changes = np.array(smallest, dtype=np.float64).T
-        for place, (mark, colour), x in zip(comparisons.PLACES, _MARKS, changes, strict=True):
+        for place, (mark, colour), x in zip(pairs.PLACES, _MARKS, changes, strict=True):
             axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=_place(place))
         svg.legend_above(axes)
 

@@ -17,32 +17,10 @@ from comparison.scene import load_scene
 from comparison.studies.as_published import study as as_published
 from comparison.studies.nonlinear import study as nonlinear
 from comparison.studies.nonlinear.methods import verdict
-from comparison.studies.paper import figures, runs
+from comparison.studies.paper import figures, ledger, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
-from comparison.studies.paper.ledger import (
-    Entry,
-    Outcome,
-    Size,
-    Use,
-    causes,
-    draw_all,
-    implied,
-    ledger,
-    missed,
-    one_limit,
-    try_variants,
-)
-from comparison.studies.paper.runs import (
-    CAP,
-    CENTRAL,
-    DATA,
-    INPUTS,
-    PEAKS,
-    REACH,
-    VARIANTS,
-    Runs,
-    simulate,
-)
+from comparison.studies.paper.ledger import Entry, Outcome, Size, Use
+from comparison.studies.paper.runs import CAP, CENTRAL, DATA, INPUTS, PEAKS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import printed_rows
 from comparison.studies.shared.study import Study, markdown, part, rows_table, share, write_csv
 
@@ -77,17 +55,17 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.25)).best
     central = {model: [e for key, e in best.items() if key[:2] == (CENTRAL, model)] for model in MODELS}
     made = replace(
-        simulate(config.runs, n_jobs, part(on_progress, 0.25, 0.5)),
+        runs.simulate(config.runs, n_jobs, part(on_progress, 0.25, 0.5)),
         chaos=verdict(best, CENTRAL),
         exponents={model: [e.value for e in each if e.measured] for model, each in central.items()},
     )
-    limits = {name: one_limit(made, name) for name in QUANTITIES}
-    drawn, alone = draw_all(config.runs, limits, n_jobs, part(on_progress, 0.5, 0.8))
-    entries = ledger(made, drawn, limits)
-    tried = try_variants(entries, drawn, config.runs, n_jobs, part(on_progress, 0.8, 0.9))
+    limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
+    drawn, alone = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.5, 0.8))
+    entries = ledger.ledger(made, drawn, limits)
+    tried = ledger.try_variants(entries, drawn, config.runs, n_jobs, part(on_progress, 0.8, 0.9))
     published = as_published.measured(config.published, n_jobs, part(on_progress, 0.9, 1.0))
-    reached = causes(entries, tried, published.judged)
-    return Results(made, entries, reached, alone, tried, implied(made), judge_all(made))
+    reached = ledger.causes(entries, tried, published.judged)
+    return Results(made, entries, reached, alone, tried, ledger.implied(made), judge_all(made))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -113,7 +91,7 @@ def page(results: Results) -> Mapping[str, object]:
         "otherwise": ", ".join(predicted[other]["ids"].str.split(", ").str[0]) or "none",
         "outcomes": OUTCOMES,
         "table": markdown(_written(entries)),
-        "missed": rows_table(map(_missed, missed(entries).join(results.causes).to_dict("records"))),
+        "missed": rows_table(map(_missed, ledger.missed(entries).join(results.causes).to_dict("records"))),
         "reached": int(results.causes["reached_by"].map(bool).sum()),
         "by_numerics": results.causes["settings"].gt(0).sum(),
         "tried_numerics": results.causes["settings"].count(),

@@ -7,8 +7,9 @@ import pytest
 
 from comparison.accuracy.uncertainty import moved
 from comparison.execution.run import VIOLATED, Job, Outcome, RunError
-from comparison.studies.detection import comparisons
-from comparison.studies.detection.comparisons import (
+from comparison.studies.detection import pairs
+from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
+from comparison.studies.detection.pairs import (
     LEAST,
     MOST,
     Pair,
@@ -22,7 +23,6 @@ from comparison.studies.detection.comparisons import (
     summary,
     trials,
 )
-from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
 from comparison.tables.table import TableError
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.refinement import Settled
@@ -84,10 +84,8 @@ def test_an_ensemble_is_run_as_its_side_was(key, two, monkeypatch):
     """With its wrong number, by its own code, or with its tables spoiled, from the moved start."""
     fault = next(fault for fault in FAULTS if key in (fault.name, fault.spoil))
     table, asked = two[1][1].base, []
-    monkeypatch.setattr(
-        comparisons, "run_one", lambda scene, engine: asked.append((engine, scene.hash)) or table
-    )
-    monkeypatch.setattr(comparisons, "load_copy", lambda _: None)
+    monkeypatch.setattr(pairs, "run_one", lambda scene, engine: asked.append((engine, scene.hash)) or table)
+    monkeypatch.setattr(pairs, "load_copy", lambda _: None)
     pair = Trial(fault, fault.model or "exudyn", "tight").pair
     start = moved(pair.scene, 1e-9, -1e-9)
     both = spoiled(fault.spoil, Runs(table), Runs(table))
@@ -100,7 +98,7 @@ def test_an_ensemble_is_run_as_its_side_was(key, two, monkeypatch):
     def fails(scene, engine):
         raise RunError(Outcome("chatter"), Job(scene, engine))
 
-    monkeypatch.setattr(comparisons, "run_one", fails)
+    monkeypatch.setattr(pairs, "run_one", fails)
     assert pair.ensemble([start], pair.sides[0].model) == []
 
 
@@ -113,7 +111,7 @@ def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
         made = Confirmation("underestimated", members=(99, 30), factor=7.0)
         return Settled(replace(result, verdict="agree", channels=channels, confirmation=made), runs, scene)
 
-    monkeypatch.setattr(comparisons, "settle", settle)
+    monkeypatch.setattr(pairs, "settle", settle)
     row = pair.find()
     assert (row["verdict"], row["confirmation"]["outcome"]) == ("agree", "underestimated")
     assert not trials(FAULTS)[0].detected(row)
@@ -155,8 +153,8 @@ def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monk
         raise TableError("enough")
 
     monkeypatch.setattr(Side, "runs", runs)
-    monkeypatch.setattr(comparisons, "compare", lambda *_, **__: None)
-    monkeypatch.setattr(comparisons, "settle", settle)
+    monkeypatch.setattr(pairs, "compare", lambda *_, **__: None)
+    monkeypatch.setattr(pairs, "settle", settle)
     assert pair.find()["verdict"] == "cannot compare"
     assert judged == ([(step / 2, 1)] if status == VIOLATED else [])
 

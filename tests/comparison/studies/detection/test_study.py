@@ -18,7 +18,16 @@ from scipy.stats import beta
 from comparison.models import MODELS, EngineError, engine_names, find, platform_name
 from comparison.regression import record as update
 from comparison.scene import load_scene
-from comparison.studies.detection.comparisons import (
+from comparison.studies.detection.faults import (
+    RECORDS,
+    SPOILS,
+    CatalogueError,
+    catalogue,
+    installed,
+    scenes,
+)
+from comparison.studies.detection.faults import changed as faulty_text
+from comparison.studies.detection.pairs import (
     BOTH,
     HASHED,
     MOST_DRAWS,
@@ -39,15 +48,6 @@ from comparison.studies.detection.comparisons import (
     scenes_with_clearance,
     trials,
 )
-from comparison.studies.detection.faults import (
-    RECORDS,
-    SPOILS,
-    CatalogueError,
-    catalogue,
-    installed,
-    scenes,
-)
-from comparison.studies.detection.faults import changed as faulty_text
 from comparison.studies.detection.study import STUDY, Results, count
 from comparison.studies.shared.scenes import at_tier, leaves
 from comparison.studies.shared.study import interval, upper_limit
