@@ -96,9 +96,8 @@ def sweep(
     from comparison.execution.tasks import on_processes
     from comparison.files import check_folder
     from comparison.scene import load_scene, parse_set
-    from comparison.studies.sweep.points import SweepError, chosen_points
-    from comparison.studies.sweep.runs import USUAL, on_cluster
-    from comparison.studies.sweep.runs import sweep as run_sweep
+    from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
+    from comparison.studies.sweep import sweep as run_sweep
 
     models = [name.strip() for name in model.split(",")]
     try:

@@ -154,7 +154,6 @@ VALUES = {
     "contact.law=nope": "contact.law = 'nope'|'hertz-corners'|'paper-switching'|'foundation'|'adams-impact'",
     "contact.law=strip": "contact.law = 'strip'|'foundation'",  # a law of earlier versions
     "contact.impact_speed=current": "contact.impact_speed |contact.impact_speed_floor",  # of earlier versions
-    "contact.stiffness=1e9": "contact.stiffness = 1000000000.0|contact.law = 'hertz-corners'",
     "load.table=[[0, 0], [0, 5]]": "load.table|rising depths",
     "load.table=[[1e-3, 5]]": "load.table|begin with [0, 0]",
     "contact.restitution=1.1": "contact.restitution = 1.1|<= 1",

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,6 @@ from comparison.execution.run import VIOLATED, Job, Progress, run_one, run_uncac
 from comparison.execution.store import Row
 from comparison.execution.tasks import Task
 from comparison.scene import Scene
-from comparison.studies.nonlinear.study import STUDY as CHAOS
-from comparison.studies.nonlinear.study import Chaos
 from comparison.studies.paper.runs import (
     CENTRAL,
     PEAKS,
@@ -22,13 +19,11 @@ from comparison.studies.paper.runs import (
     Runs,
     ideal_scene,
     long_scene,
-    scene_of,
+    numbers,
     short_scene,
 )
 from comparison.studies.paper.runs import measure as shown
-from comparison.studies.shared.formulations import MULTIPLIERS_BDF
-from comparison.studies.shared.published import CONDITION, printed_rows
-from comparison.studies.shared.scenes import at_tier
+from comparison.studies.shared.scenes import MULTIPLIERS_BDF, at_tier
 from comparison.tables.table import Table
 
 MODEL = MULTIPLIERS_BDF.model
@@ -38,30 +33,11 @@ RATES = ("slider_vx", "slider_vy", "slider_omega")
 
 @cache
 def figures() -> pd.DataFrame:
-    """Return the printed peaks and ranges with clearance at the slider, by the id that prints one first.
-
-    A figure of equal condition, quantity and size is one, as in the study paper; misprints are left out.
-    """
-    rows = printed_rows()
-    name = rows["quantity"]
+    """Return those of the `numbers` that are peaks or ranges with clearance at the slider, no misprints."""
+    every = numbers()
+    name = every["quantity"]
     kinds = name.isin(PEAKS) | name.str.rpartition("_")[0].isin(RANGES)
-    chosen = rows[kinds & (rows["pair"] == "translational") & (rows["use"] != "misprint")]
-    chosen = chosen.assign(size=chosen["value"].astype(float).abs())
-    first = chosen.drop_duplicates([*CONDITION, "quantity", "size"])
-    return first.assign(scene=[scene_of(str(name)) for name in first.index])
-
-
-class Sampling(NamedTuple):
-    """How runs are recorded."""
-
-    samples: int  # a cycle, of the two that show the peaks
-    long_samples: int  # a cycle, of those that show the ranges; divides the former
-    cycles: int  # of these; the paper has 100
-
-    @property
-    def config(self) -> Config:
-        """The same for the functions of the study paper, of which none here runs the study nonlinear."""
-        return Config(*self, fewer=self.cycles, members=1, draws=0, long_draws=0, chaos=CHAOS.small)
+    return every[kinds & (every["pair"] == "translational") & (every["use"] != "misprint")]
 
 
 @dataclass(frozen=True)
@@ -70,7 +46,7 @@ class Run(Task):
 
     name: str  # of the condition
     scene: Scene
-    sampling: Sampling
+    config: Config
     ranges: bool
 
     @property
@@ -86,16 +62,15 @@ class Run(Task):
 
 
 def asked(
-    sampling: Sampling, name: str, changes: Mapping[str, object], *, ranges: bool, moved: float = 0.0
+    config: Config, name: str, changes: Mapping[str, object], *, ranges: bool, moved: float = 0.0
 ) -> Run:
     """Return a run of a condition at changed settings, or from a start moved by so much, m.
 
     Without changes it counts as converged: minimal formulation, at the tight tier.
     """
-    config = sampling.config
     scene = at_tier(long_scene(config, name), "tight") if ranges else short_scene(config, name)
     start = scene.data["mechanism"]["reference_offset"] + moved
-    return Run(name, scene.variant({**changes, "initial.slider_offset": start}), sampling, ranges)
+    return Run(name, scene.variant({**changes, "initial.slider_offset": start}), config, ranges)
 
 
 def measure(task: Run, progress: Progress) -> Row:
@@ -121,12 +96,12 @@ def measure(task: Run, progress: Progress) -> Row:
 
 def _as_runs(task: Run, table: Table) -> Runs:
     """Return one run as the study paper measures it."""
-    key, ideal = (task.name, MODEL), _ideal(task.sampling, task.name)
+    key, ideal = (task.name, MODEL), _ideal(task.config, task.name)
     short, long = ({}, {key: table}) if task.ranges else ({key: [table]}, {})
     ideals = {key: ideal, (CENTRAL, MODEL): ideal}
-    return Runs(task.sampling.config, short, ideals, long, {}, Chaos.UNDECIDED, {})
+    return Runs(task.config, short, ideals, long)
 
 
 @cache
-def _ideal(sampling: Sampling, name: str) -> Table:
-    return run_one(ideal_scene(sampling.config, name), MODEL)
+def _ideal(config: Config, name: str) -> Table:
+    return run_one(ideal_scene(config, name), MODEL)

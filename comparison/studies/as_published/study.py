@@ -18,14 +18,13 @@ from comparison.formatting import MISSING, number, quantity
 from comparison.models import platform_name
 from comparison.report import svg
 from comparison.scene import load_scene
-from comparison.studies.as_published.runs import COORDINATES, MODEL, RATES, Sampling, asked, measure
+from comparison.studies.as_published.runs import COORDINATES, MODEL, RATES, asked, measure
 from comparison.studies.as_published.runs import figures as printed_figures
 from comparison.studies.paper.runs import CENTRAL, NUDGE, PEAKS, REACH, SLIDER, scene_of
-from comparison.studies.shared.figures import curves
-from comparison.studies.shared.formulations import MULTIPLIERS_BDF
-from comparison.studies.shared.frames import crossed, markdown, rows_table, write_csv
+from comparison.studies.paper.runs import Config as Sampling
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.scenes import MULTIPLIERS_BDF
+from comparison.studies.shared.study import Study, crossed, curves, markdown, write_csv
 from comparison.tables.channels import Array
 
 CLOSE = 0.05
@@ -60,7 +59,7 @@ DRAWS = 2000
 class Config(NamedTuple):
     """How much is run."""
 
-    sampling: Sampling
+    sampling: Sampling  # of the ranges so many cycles; the paper has 100
     tolerances: tuple[float, ...]  # loosest first
     gains: tuple[tuple[float, float], ...]  # alpha, beta, 1/s
     starts: int  # of the converged solution, within `NUDGE`
@@ -251,18 +250,9 @@ def met(figures: pd.DataFrame) -> pd.DataFrame:
 def gains(sizes: Array, converged: Array, targets: Array) -> Array:
     """Return how many more targets each setting meets within `CLOSE` than the converged sizes do.
 
-    Of those for which it has a result: a run that failed neither meets nor misses anything.
-
-    Parameters
-    ----------
-    sizes
-        Of each setting, shape (settings, figures); nan where a run has no success.
-    converged, targets
-        Shape (figures,); of targets (..., figures).
-
-    Returns
-    -------
-    ndarray, shape (..., settings)
+    Of those for which it has a result: a run that failed neither meets nor misses anything. ``sizes`` has
+    shape (settings, figures), nan where a run has no success, ``converged`` (figures,), ``targets``
+    (..., figures), the result (..., settings).
     """
     wanted = targets[..., None, :]
     hits, kept = (np.abs(each - wanted) <= CLOSE * wanted for each in (sizes, converged))
@@ -335,25 +325,6 @@ def single(results: Results) -> Single:
 # ---- page
 
 
-def finding(results: Results) -> str:
-    """Return whether one setting explains more than the converged solution, and what explains each figure."""
-    counts, one = results.judged["cause"].value_counts(), single(results)
-    others = results.judged[results.judged["cause"].isin([Cause.NUMERICS, Cause.NONE])]
-    by = {each: int(counts.get(each, 0)) for each in Cause}
-    good = results.runs[results.runs["status"] == SUCCESS]
-    return (
-        f"{'One' if one.surpasses else 'No single'} setting of the paper's own formulation and solver "
-        "explains more printed figures than the converged solution, beyond chance. "
-        f"The latter meets {one.converged} of {one.of} predictions within {100 * CLOSE:g} %; the best of "
-        f"{one.settings} settings meets {one.best} of the {one.results} that it has results for, of which "
-        f"the converged solution meets {one.best - one.gain}: as much is gained in {_percent(one.chance)} "
-        f"of random cases. Of all {len(results.judged)} figures {by[Cause.CONVERGED]} are met by the "
-        f"converged value, {by[Cause.STARTS]} from starts within {quantity(NUDGE, 'm', 1)}, "
-        f"{by[Cause.NUMERICS]} by some setting alone (by chance: {number(others['chance'].sum(), 2)}), "
-        f"{by[Cause.NONE]} by none. No run ends at tolerances above {good['tolerance'].max():g}."
-    )
-
-
 def _percent(share: float) -> str:
     """Return a share as percent with two digits."""
     return MISSING if np.isnan(share) else f"{number(100 * share, 2)}\u00a0%"
@@ -379,30 +350,24 @@ def amplification(results: Results) -> pd.DataFrame:
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    config, of, one = results.config, printed_figures(), single(results)
-    judged = results.judged.assign(scene=of.loc[results.judged["id"], "scene"].to_numpy())
-    good = results.figures[results.figures["status"] == SUCCESS]
+    config, one = results.config, single(results)
+    judged, good = results.judged, results.figures[results.figures["status"] == SUCCESS]
     peaks = good[good["quantity"] == "peak_displacement_error"]
     usual, defaults = peaks[peaks["tolerance"] == USUAL], ode15s(results.scales)
     finest = peaks[peaks["tolerance"] == peaks["tolerance"].min()]
     spread = amplification(results)
-    displaced = judged[of.loc[judged["id"], "quantity"].to_numpy() == "peak_displacement_error"]
-    sizes = np.array([abs(published(name).value) for name in displaced["id"]])
-    causes = [
-        {
-            "explained by": str(each),
-            "figures": f"{len(rows)}",
-            "which": ", ".join(rows["id"]) or MISSING,
-            "expected by chance": number(rows_open["chance"].sum(), 2) if each is Cause.NUMERICS else "",
-        }
-        for each in Cause
-        for rows in [judged[judged["cause"] == each]]
-        for rows_open in [judged[judged["cause"].isin([Cause.NUMERICS, Cause.NONE])]]
-    ]
     reached = judged[judged["cause"] == Cause.NUMERICS]
+    others = judged[judged["cause"].isin([Cause.NUMERICS, Cause.NONE])]
+    lines = judged.merge(results.converged, on="id").merge(printed_figures().drop(columns="value"), on="id")
+    displaced = lines[lines["quantity"] == "peak_displacement_error"]
     return {
-        "finding": finding(results),
-        "causes": rows_table(causes),
+        "which": {str(each): judged[judged["cause"] == each] for each in Cause},
+        "by_chance": number(others["chance"].sum(), 2),
+        "close": f"{100 * CLOSE:g}",
+        "nudge": quantity(NUDGE, "m", 1),
+        "loosest_ended": f"{good['tolerance'].max():g}",
+        "judged": lines,
+        "percent": _percent,
         "config": config,
         "settings": len(config.tolerances) * len(config.gains),
         "single": one,
@@ -423,17 +388,15 @@ def page(results: Results) -> dict[str, object]:
         "loosest": number(defaults["tolerance"].max(), 1),
         "spread": _spread(spread),
         "chaotic": ", ".join(spread[spread["starts"] >= 0.5 * spread["settings"]]["id"]) or "none",
-        "below": int((sizes < displaced["low"]).sum()),
+        "below": int((displaced["size"] < displaced["low"]).sum()),
         "displaced": len(displaced),
         "by_gains": _by_gains(results),
-        "each": _each(results),
         "statuses": _statuses(results.runs),
         "names": [str(each) for each in Cause],
         "factor": f"{FACTOR:g}",
         "central": CENTRAL,
         "whole": _whole(results),
         "unequal": _unequal(peaks),
-        "single_chance": _percent(one.chance),
         "made": platform_name(),
     }
 
@@ -464,31 +427,6 @@ def _unequal(peaks: pd.DataFrame) -> str:
             change = _percent(float((one / other - 1.0).abs().median()))
             words.append(f"{alpha:g}, {beta:g} against {beta:g}, {beta:g}: {change}")
     return "; ".join(words) or MISSING
-
-
-def _each(results: Results) -> str:
-    """Return the table of all figures."""
-    lines, of, known = [], printed_figures(), results.converged.set_index("id")
-    for row in results.judged.to_dict("records"):
-        name, ours = row["id"], known.loc[row["id"]]
-        print_ = published(name)
-        sizes = [quantity(value, print_.unit) for value in (ours["least"], ours["most"])]
-        ends = [quantity(row[end], print_.unit) for end in ("low", "high")]
-        lines.append(
-            {
-                "printed as": name,
-                "what": f"{of.loc[name, 'scene']}, {of.loc[name, 'quantity'].replace('_', ' ')}",
-                "use": of.loc[name, "use"],
-                "printed": quantity(abs(print_.value), print_.unit, 4),
-                "converged": quantity(abs(ours["value"]), print_.unit, 4),
-                "its starts": " … ".join(sizes),
-                "settings": " … ".join(ends),
-                "explained by": str(row["cause"]),
-                "settings that give it": f"{row['settings']} ({row['agreeing']})",
-                "chance": _percent(row["chance"]),
-            }
-        )
-    return rows_table(lines)
 
 
 def _spread(spread: pd.DataFrame) -> str:

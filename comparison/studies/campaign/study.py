@@ -7,23 +7,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axis import Axis
 
 from comparison.accuracy.levels import thresholds
 from comparison.execution.run import VIOLATED, Progress
 from comparison.execution.store import Row
-from comparison.formatting import quantity
 from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.report import svg
-from comparison.studies.campaign import adjudication, population, stages
+from comparison.studies.campaign import population, stages
 from comparison.studies.campaign.population import Case
-from comparison.studies.shared.frames import markdown, rows_table, write_csv
-from comparison.studies.shared.rates import share, upper_limit
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, markdown, plain_ticks, share, upper_limit, write_csv
 from comparison.tables.channels import CONTACTS, channels, has_load
 
 Cases = Sequence[tuple[Case, Row]]  # scenes with their rows
-NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", adjudication.OPEN: "open"}
+NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", stages.OPEN: "open"}
 # The rare ones last, so that they lie on top.
 _MARKS: dict[str, dict[str, Any]] = {
     stages.AGREE: {"marker": ".", "color": svg.SERIES[0], "ms": 3},
@@ -44,7 +40,7 @@ def measure(count: int, n_jobs: int, on_progress: Progress | None) -> Cases:
     """Examine so many scenes of the population."""
     cases = population.cases(count, population.SEED)
     rows = stages.run_cases(cases, n_jobs, on_progress)
-    return adjudication.with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
+    return stages.with_third_opinions(list(zip(cases, rows, strict=True)), n_jobs)
 
 
 def record(rows: Cases) -> dict[str, Any]:
@@ -147,7 +143,11 @@ def page(rows: Cases) -> dict[str, object]:
         "counts": counts.sort_values("scenes", ascending=False).reset_index(),
         "compared": (lines["stage"] == stages.COMPARED).sum(),
         "floor": thresholds(stages.TIER).coverage,
-        "differences": differences(rows),
+        "differences": [
+            (case, row["adjudication"], row) for case, row in rows if row["outcome"] == stages.DIFFER
+        ],
+        "corners": CONTACTS,
+        "channels": channels(),
         "breaches": markdown(frames["breaches"].groupby(["model", "name"]).head(1)),
         "failures": markdown(failures.reset_index()),
         "drawn": len(only),
@@ -156,10 +156,10 @@ def page(rows: Cases) -> dict[str, object]:
         "seconds": ", ".join(
             f"{stage} {spent[stage] / 60.0:.1f} min" for stage in stages.STAGES if stage in spent
         ),
-        "population": population,
+        "population": population.DATA,
         "limit": stages.DISTANCE,
-        "fine": adjudication.FINE_SAMPLES,
-        "step": adjudication.SMALL_STEP,
+        "fine": stages.FINE_SAMPLES,
+        "step": stages.SMALL_STEP,
     }
 
 
@@ -169,32 +169,6 @@ def _by_model(counted: Any) -> str:
 
 def _some(scenes: pd.Series) -> str:
     return ", ".join(map(str, scenes[:12])) + (" ..." if len(scenes) > 12 else "")
-
-
-def differences(rows: Cases) -> str:
-    """Return a line for each scene that differs: who errs and why, and the contacts that one model lacks."""
-    lines = []
-    for case, row in rows:
-        if row["outcome"] != stages.DIFFER:
-            continue
-        one = row["adjudication"]
-        missing = "; ".join(
-            f"{CONTACTS[each['corner']]}, {each['start']:.6g} to {each['end']:.6g} s, not in the "
-            f"{each['lacks']} run"
-            for each in sorted(one["missing"], key=lambda each: each["start"])[:2]
-        )
-        lines.append(
-            {
-                "scene": str(case.number),
-                "seen from": f"{one['time']:.6g} s",
-                "contact": missing or "the same in both",
-                "apart by": f"{one['channel']}: {quantity(one['apart'], channels()[one['channel']].unit, 2)}",
-                "claim": (row["confirmation"] or {}).get("outcome", ""),
-                "errs": f"**{one['errs']}**",
-                "why": one["why"],
-            }
-        )
-    return rows_table(lines) or "There was none."
 
 
 def write(rows: Cases, folder: Path) -> None:
@@ -218,7 +192,7 @@ def write(rows: Cases, folder: Path) -> None:
         left.set(xlabel="largest distance, scaled to x (m)", ylabel="number of scenes (-)")
         left.set(yscale="log", ylim=(0.7, 1.2 * len(lines)))
         right.set_xlabel("share of samples predictable (-)")
-        _plain(left.yaxis, (1, 10, 100, 1000))
+        plain_ticks(left.yaxis, (1, 10, 100, 1000))
         svg.legend_above(left)
     with svg.panels(folder / "places.svg", 1, 2, sharex=True) as (left, right):
         for outcome, mark in _MARKS.items():
@@ -229,21 +203,13 @@ def write(rows: Cases, folder: Path) -> None:
                 right.plot(own["speed_rpm"].abs(), own["restitution"], linestyle="", **mark)
         low, high = (1e3 * end for end in population.RANGES["clearances"][:2])
         left.set(yscale="log", ylim=(0.8 * low, 1.2 * high), ylabel="clearance (mm)")
-        _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
+        plain_ticks(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
         right.set(ylim=(-0.03, 1.03), ylabel="coefficient of restitution (-)")
         for axes in (left, right):
             axes.set(xscale="log", xlim=(9.0, 1100.0))
             axes.set_xlabel("speed of the crank (rpm)")
-            _plain(axes.xaxis, (10, 30, 100, 300, 1000))
+            plain_ticks(axes.xaxis, (10, 30, 100, 300, 1000))
         svg.legend_above(left, columns=3)
-
-
-def _plain(axis: Axis, ticks: Sequence[float]) -> None:
-    """Label a logarithmic axis with plain numbers, those within its limits."""
-    low, high = axis.get_view_interval()
-    shown = [tick for tick in ticks if low <= tick <= high]
-    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
-    axis.set_ticks([], minor=True)
 
 
 STUDY = Study("campaign", small=5, full=1280, measure=measure, page=page, draw=write, data=record)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from comparison.execution.run import Job, Outcome, Progress, run_all, successful
 from comparison.formatting import number, quantity
@@ -15,9 +14,8 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed, rows_table
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, crossed, plain_ticks, rows_table
 from comparison.tables.table import Table
 
 RADIUS, MODULUS, FRICTION = "clearance.journal_radius", "contact.youngs_modulus", "friction.coefficient"
@@ -174,9 +172,7 @@ def draw(peaks: pd.DataFrame, folder: Path) -> None:
         size = abs(PRINTED["acceleration"].value)
         axes.axhline(size, color=svg.OUTSIDE, lw=1.2, dashes=(3.5, 1.8), label="published")
         axes.margins(x=0.03)
-        axes.yaxis.set_major_locator(FixedLocator([100, 200, 500, 1000, 2000]))
-        axes.yaxis.set_major_formatter(ScalarFormatter())
-        axes.yaxis.set_minor_locator(NullLocator())
+        plain_ticks(axes.yaxis, [100, 200, 500, 1000, 2000])
         svg.legend_above(axes)
 
 

@@ -17,17 +17,23 @@ from comparison.execution.store import Row
 from comparison.formatting import number, table
 from comparison.models import made_on, platform_name, versions
 from comparison.report import svg
-from comparison.studies.detection import draws
-from comparison.studies.detection.draws import Kind, Rounding, Trial
+from comparison.studies.detection import pairs
 from comparison.studies.detection.faults import KINDS, RECORDS, catalogue, installed
-from comparison.studies.detection.pairs import HALVINGS, LEAST, MOST, Measured, find_all
-from comparison.studies.shared.frames import crossed, rows_table, write_csv
-from comparison.studies.shared.rates import interval, share, upper_limit
-from comparison.studies.shared.study import Study, part
+from comparison.studies.detection.pairs import Kind, Measured, Rounding, Trial, find_all
+from comparison.studies.shared.study import (
+    Study,
+    crossed,
+    interval,
+    part,
+    rows_table,
+    share,
+    upper_limit,
+    write_csv,
+)
 
 _RECORDED = ["fault", "kind", "model", "tier", "verdict", "detected", "confirmation", "first"]
 _KINDS = dict(zip(KINDS, ("parameters", "code", "tables"), strict=True))
-_MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.FIRST))  # of the `draws.PLACES`
+_MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.FIRST))  # of the `pairs.PLACES`
 
 
 class Results(NamedTuple):
@@ -35,10 +41,10 @@ class Results(NamedTuple):
 
     both: Sequence[tuple[Kind, Mapping[Rounding, Sequence[Row]]]]
     own: Sequence[tuple[Kind, Sequence[Row]]]
-    bits: Mapping[Rounding, tuple[str, ...]]  # hashes of tables, see `draws.hashes`
+    bits: Mapping[Rounding, tuple[str, ...]]  # hashes of tables, see `pairs.hashes`
     healthy: Sequence[Row]  # of the catalogue's scenes without a fault
     faults: Sequence[tuple[Trial, Row]]
-    smallest: Mapping[str, Sequence[Row]]  # of the searches for each number, by `draws.PLACES`
+    smallest: Mapping[str, Sequence[Row]]  # of the searches for each number, by `pairs.PLACES`
 
     @property
     def without_fault(self) -> dict[str, list[Row]]:
@@ -58,18 +64,18 @@ class Results(NamedTuple):
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
     """Make all comparisons, or few and none by copies of a model; those made before are not repeated."""
     both_kinds, own_kinds = (
-        [kind if full else replace(kind, draws=2) for kind in all_of] for all_of in (draws.BOTH, draws.OWN)
+        [kind if full else replace(kind, draws=2) for kind in all_of] for all_of in (pairs.BOTH, pairs.OWN)
     )
-    roundings = draws.ROUNDINGS if full else draws.ROUNDINGS[:2]
-    faults = draws.trials(catalogue() if full else [catalogue(["number"])[0], *catalogue(["table"])[-3:]])
+    roundings = pairs.ROUNDINGS if full else pairs.ROUNDINGS[:2]
+    faults = pairs.trials(catalogue() if full else [catalogue(["number"])[0], *catalogue(["table"])[-3:]])
     names = list(RECORDS["smallest"])[: None if full else 1]
-    pairs, healthy = [draws.own_pairs(kind) for kind in own_kinds], draws.controls()
-    tasks: list[Measured] = [pair for drawn in pairs for pair in drawn]
+    alone, healthy = [pairs.own_pairs(kind) for kind in own_kinds], pairs.controls()
+    tasks: list[Measured] = [pair for drawn in alone for pair in drawn]
     tasks += [*healthy, *(trial.pair for trial in faults)]
-    tasks += draws.searches(HALVINGS if full else 1)[: len(names) * len(draws.PLACES)]
+    tasks += pairs.searches(pairs.HALVINGS if full else 1)[: len(names) * len(pairs.PLACES)]
     with installed(catalogue(["code", "rearranged"]) if full else []):
-        hashed = find_all(draws.bits(roundings), n_jobs, part(on_progress, 0.0, 0.01))
-        bits = draws.hashes(roundings, hashed)
+        hashed = find_all(pairs.bits(roundings), n_jobs, part(on_progress, 0.0, 0.01))
+        bits = pairs.hashes(roundings, hashed)
         rows = iter(find_all(tasks, n_jobs, part(on_progress, 0.01, 0.4)))
 
         def sample(kind: Kind, start: float, end: float) -> dict[Rounding, list[Row]]:
@@ -77,19 +83,19 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
             rounds = iter([part(on_progress, start, end)])
 
             def find(drawn: Sequence[tuple[Rounding, int]]) -> list[Row]:
-                return find_all([draws.both_pair(kind, *one) for one in drawn], n_jobs, next(rounds, None))
+                return find_all([pairs.both_pair(kind, *one) for one in drawn], n_jobs, next(rounds, None))
 
-            return draws.sample(kind, draws.effective(bits, kind.tier), find)
+            return pairs.sample(kind, pairs.effective(bits, kind.tier), find)
 
         ends = pairwise(np.linspace(0.4, 1.0, len(both_kinds) + 1).tolist())
         both = [(kind, sample(kind, *span)) for kind, span in zip(both_kinds, ends, strict=True)]
     return Results(
         both=both,
-        own=[(kind, list(islice(rows, len(drawn)))) for kind, drawn in zip(own_kinds, pairs, strict=True)],
+        own=[(kind, list(islice(rows, len(drawn)))) for kind, drawn in zip(own_kinds, alone, strict=True)],
         bits=bits,
         healthy=list(islice(rows, len(healthy))),
         faults=list(zip(faults, islice(rows, len(faults)), strict=True)),
-        smallest={name: list(islice(rows, len(draws.PLACES))) for name in names},
+        smallest={name: list(islice(rows, len(pairs.PLACES))) for name in names},
     )
 
 
@@ -98,7 +104,7 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> Results:
 
 def count(rows: Sequence[Row]) -> dict[str, Any]:
     """Count how comparisons without a fault ended; the upper limit of the rate of alarms is one-sided."""
-    decided, agree = draws.decided(rows), [row for row in rows if row["verdict"] == "agree"]
+    decided, agree = pairs.decided(rows), [row for row in rows if row["verdict"] == "agree"]
     alarms = decided - len(agree)
     return {
         "draws": len(rows),
@@ -116,7 +122,7 @@ def _said(row: Row, what: str) -> str:
 
 def record(results: Results) -> dict[str, Any]:
     """Return the rates, which `comparison.regression.record` reads, verdicts and changes with two digits."""
-    places = [", ".join(place) for place in draws.PLACES]
+    places = [", ".join(place) for place in pairs.PLACES]
     return {
         "machine": platform_name(),
         "versions": versions(),
@@ -133,7 +139,7 @@ def record(results: Results) -> dict[str, Any]:
         "rounding": {
             variant.name: {
                 "environment": dict(variant.environment),
-                "tables": dict(zip(map(", ".join, draws.HASHED), texts, strict=True)),
+                "tables": dict(zip(map(", ".join, pairs.HASHED), texts, strict=True)),
             }
             | {kind.label: count(drawn[variant]) for kind, drawn in results.both if variant in drawn}
             for variant, texts in results.bits.items()
@@ -201,7 +207,7 @@ def page(results: Results) -> dict[str, object]:
     plain = lines["verdict"].isin(["agree", "indeterminate"]) & (lines["ensembles"] == "")
     groups = tried.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
     healthy = Counter(row["verdict"] for row in results.healthy)
-    used = {tier: draws.effective(results.bits, tier) for tier in TIERS}
+    used = {tier: pairs.effective(results.bits, tier) for tier in TIERS}
     unused = {variant.name: [t for t in TIERS if variant not in used[t]] for variant in results.bits}
     return {
         "alarms": counts["alarms"].sum(),
@@ -216,11 +222,11 @@ def page(results: Results) -> dict[str, object]:
             {"comparison": label} | _counted(rows) for label, rows in results.without_fault.items()
         ),
         "machine": made_on(),
-        "scenes": draws.scenes_with_clearance(),
-        "moved": share(draws.SHARE),
+        "scenes": pairs.scenes_with_clearance(),
+        "moved": share(pairs.SHARE),
         "wanted": " and ".join(f"{kind.draws} at the {kind.tier} tier" for kind, _ in results.both),
-        "most": draws.MOST,
-        "seed": draws.SEED,
+        "most": pairs.MOST_DRAWS,
+        "seed": pairs.SEED,
         "rounding": rows_table(
             {"comparison": kind.label, "rounding": variant.name} | _counted(rows)
             for kind, drawn in results.both
@@ -238,10 +244,10 @@ def page(results: Results) -> dict[str, object]:
         "missed": [
             trial for trial, row in results.faults if trial.tier == "tight" and not trial.detected(row)
         ],
-        "least": LEAST,
-        "largest": MOST,
+        "least": pairs.LEAST,
+        "largest": pairs.MOST,
         "smallest": table(
-            ("number", *map(_place, draws.PLACES)),
+            ("number", *map(_place, pairs.PLACES)),
             [[name, *map(_change, rows)] for name, rows in results.smallest.items()],
         ),
         **{name: f"{low:g} to {high:g}" for name, (low, high) in RECORDS["own_ranges"].items()},
@@ -276,11 +282,11 @@ def write(results: Results, folder: Path) -> None:
     names = list(results.smallest)
     smallest = [[row.get("found") for row in rows] for rows in results.smallest.values()]
     with svg.panels(folder / "smallest.svg", height=1.2 + 0.26 * len(names)) as (axes,):
-        axes.set(xscale="log", xlim=(LEAST, 2.0 * MOST), ylim=(len(names) - 0.5, -0.5))
+        axes.set(xscale="log", xlim=(pairs.LEAST, 2.0 * pairs.MOST), ylim=(len(names) - 0.5, -0.5))
         axes.set_yticks(range(len(names)), names)
         axes.set_xlabel("smallest detectable relative change (-)")
         changes = np.array(smallest, dtype=np.float64).T
-        for place, (mark, colour), x in zip(draws.PLACES, _MARKS, changes, strict=True):
+        for place, (mark, colour), x in zip(pairs.PLACES, _MARKS, changes, strict=True):
             axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=_place(place))
         svg.legend_above(axes)
 

@@ -26,8 +26,8 @@ from comparison.execution.run import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY, Progres
 from comparison.execution.store import Row
 from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.extremes.runs import BASE, LIMIT, CellRun, run_tasks
-from comparison.studies.shared import formulations as catalogue
-from comparison.studies.shared.formulations import Method
+from comparison.studies.shared import scenes as catalogue
+from comparison.studies.shared.scenes import Method
 from comparison.studies.shared.study import part
 
 

@@ -16,11 +16,8 @@ from comparison.scene import load_scene
 from comparison.studies.extremes import cells as grid
 from comparison.studies.extremes import limits, steps
 from comparison.studies.extremes.cells import AXES, COMPARED, HYPERCUBE, LARGER, LAWS, METHODS, Cause, Class
-from comparison.studies.extremes.runs import LIMIT
-from comparison.studies.shared.benchmark_unit import BENCHMARK
-from comparison.studies.shared.figures import curves
-from comparison.studies.shared.frames import Columns, markdown, write_csv
-from comparison.studies.shared.study import Study, part
+from comparison.studies.extremes.runs import BENCHMARK, LIMIT
+from comparison.studies.shared.study import Columns, Study, curves, markdown, part, write_csv
 
 NAMES = {name: f"{method.model}, {name}" for name, method in METHODS.items()}
 """What a formulation is called where both models are."""

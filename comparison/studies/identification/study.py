@@ -19,10 +19,8 @@ from comparison.report import svg
 from comparison.scene import load_scene
 from comparison.studies.identification import fitting
 from comparison.studies.identification.fitting import BASE, TOPOLOGIES, Fit, Topology
-from comparison.studies.shared.figures import curves
-from comparison.studies.shared.frames import Columns, markdown, write_csv
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study, part
+from comparison.studies.shared.study import Columns, Study, curves, markdown, part, write_csv
 from comparison.tables.table import Table
 
 Values = dict[str, object]

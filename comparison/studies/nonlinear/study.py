@@ -1,7 +1,6 @@
 """Whether the press is chaotic: runs and exponents, the verdict on a scene, page and figures."""
 
 from collections.abc import Mapping, Sequence
-from enum import Enum
 from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,15 +14,20 @@ from comparison.formatting import MISSING, prefix, quantity
 from comparison.models import MODELS
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.nonlinear import press
-from comparison.studies.nonlinear.methods import LEAST, LONGEST, Exponent, chaos_indicator, recurrence
-from comparison.studies.nonlinear.press import TRANSIENT
-from comparison.studies.shared.frames import Quantities, quantities, write_csv
-from comparison.studies.shared.study import Study, part
+from comparison.studies.nonlinear import methods
+from comparison.studies.nonlinear.methods import (
+    LEAST,
+    LONGEST,
+    TRANSIENT,
+    Exponent,
+    Key,
+    chaos_indicator,
+    recurrence,
+    verdict,
+)
+from comparison.studies.shared.study import Quantities, Study, part, quantities, write_csv
 from comparison.tables.channels import Array
 from comparison.tables.table import Table
-
-Key = tuple[str, str, float]  # scene, model, and its tolerance
 
 MAIN = "150rpm-0.2mm"
 FORGETTING = "adams-impact"
@@ -52,14 +56,6 @@ class Config(NamedTuple):
     swept: Mapping[str, tuple[float, ...]]  # key of a scene -> its values in a bifurcation diagram
 
 
-class Chaos(Enum):
-    """What the exponents say of a scene."""
-
-    CHAOTIC = "chaotic"
-    REGULAR = "not chaotic"
-    UNDECIDED = "undecided"
-
-
 class Results(NamedTuple):
     """What was run, and what follows from it at once."""
 
@@ -84,9 +80,9 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     followed += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
     followed += [(FORGETTING, model, USUAL[model]) for model in MODELS]
     chains = [
-        press.Chain(_scene(*key, {}), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
+        methods.Chain(_scene(*key, {}), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
     ]
-    rows = measure_all(press.measure, chains, on_processes(n_jobs), part(on_progress, 0.0, 0.5))
+    rows = measure_all(methods.measure, chains, on_processes(n_jobs), part(on_progress, 0.0, 0.5))
     by_distance = [[Exponent(*each) for each in row.get("exponents", [])] for row in rows]
     measured = dict(zip(followed, by_distance, strict=True))
 
@@ -111,7 +107,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     }
     scatter = {}
     for name in lengths:
-        in_metres = sections[name, MODELS[0]] * press.scale(long[name, MODELS[0]].scene)
+        in_metres = sections[name, MODELS[0]] * methods.scale(long[name, MODELS[0]].scene)
         scatter[name] = np.asarray(np.linalg.norm(in_metres.std(axis=0), axis=1))
     diagrams: dict[str, dict[float, Array]] = {key: {} for key in config.swept}
     for ((key, value), job), outcome in zip(varied.items(), outcomes[len(long) :], strict=True):
@@ -137,10 +133,10 @@ def _sparse(name: str, model: str, tolerance: float, cycles: int, values: Mappin
 
 
 def _cycles(table: Table, scene: Scene) -> Array:
-    return press.by_cycle(press.states(table, scene), scene)
+    return methods.by_cycle(methods.states(table, scene), scene)
 
 
-# ---- verdict
+# ---- exponents to believe
 
 
 def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, float]) -> dict[Key, Exponent]:
@@ -157,19 +153,6 @@ def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, f
             lowest = min(near, key=lambda e: e.value)
             best[name, model, tolerance] = next((e for e in near if e.measured), lowest)
     return best
-
-
-def verdict(best: Mapping[Key, Exponent], name: str) -> Chaos:
-    """Return whether a scene is chaotic, by the exponents to believe of its runs.
-
-    Chaotic: positive in every run that measures it, in both models. Not chaotic: it, or its upper bound,
-    negative in every run.
-    """
-    runs = {key: e for key, e in best.items() if key[0] == name}
-    measured = {key: e for key, e in runs.items() if e.measured}
-    if {e.sign for e in measured.values()} == {1} and {model for _, model, _ in measured} == set(MODELS):
-        return Chaos.CHAOTIC
-    return Chaos.REGULAR if runs and {e.sign for e in runs.values()} == {-1} else Chaos.UNDECIDED
 
 
 # ---- page

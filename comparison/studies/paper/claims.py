@@ -18,7 +18,7 @@ from scipy.signal import find_peaks
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.study import Chaos
+from comparison.studies.nonlinear.methods import Chaos
 from comparison.studies.paper.runs import CHANNELS, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.channels import Array, BoolArray, channels

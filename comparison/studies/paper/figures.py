@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from comparison.formatting import pretty_unit
 from comparison.models import MODELS
@@ -21,6 +21,7 @@ from comparison.scene.schema import Limits
 from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
+from comparison.studies.shared.study import plain_ticks
 from comparison.tables.channels import Array, channels
 
 LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
@@ -124,9 +125,7 @@ def _predictions(entries: pd.DataFrame, path: Path) -> None:
                 ratio = predicted["printed_size"][shown] / ours[shown]
                 panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
-            panel.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4]))
-            panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-            panel.xaxis.set_minor_locator(NullLocator())
+            plain_ticks(panel.xaxis, [0.5, 1, 2, 4])
         axes[0].set_yticks(range(len(lines)), lines)
 
 

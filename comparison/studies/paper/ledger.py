@@ -7,7 +7,7 @@ median of the draws, to each side by itself. Size, sign and instant are judged a
 cycle has the printed size by chance more easily than all three.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from math import exp, hypot, isnan, nan
@@ -17,13 +17,32 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import minimize_scalar
 
+from comparison.execution.run import Progress
 from comparison.models import MODELS
 from comparison.reliability.assessment import implied_limit
 from comparison.reliability.errors import unit_of
 from comparison.scene import load_scene
-from comparison.studies.paper.draws import DATA
-from comparison.studies.paper.runs import CAP, PEAKS, REACH, Runs, lacking, measure, scene_of
-from comparison.studies.shared.published import CONDITION, Published, printed_rows, published
+from comparison.studies.paper.runs import (
+    CAP,
+    CENTRAL,
+    DATA,
+    GROUPS,
+    IDEAL,
+    PEAKS,
+    REACH,
+    VARIANTS,
+    Config,
+    Draw,
+    Ensemble,
+    Runs,
+    lacking,
+    measure,
+    numbers,
+    run_draws,
+    scene_of,
+)
+from comparison.studies.shared.published import Published, printed_rows, published
+from comparison.studies.shared.study import part
 from comparison.tables.channels import Array
 
 Entry = Mapping[Any, Any]  # a row of the ledger
@@ -108,37 +127,25 @@ def size_of(quantity: str, value: Any) -> Any:
     return CAP - value if quantity.startswith("min_") else abs(value)
 
 
-def events() -> Iterable[pd.DataFrame]:
-    """Return the rows that print each number, in the order of the paper.
-
-    A figure is printed again where condition, quantity and size are the same; sign and instant may differ:
-    then the paper contradicts itself.
-    """
-    rows = printed_rows().assign(size=lambda rows: rows["value"].astype(float).abs())
-    return [same for _, same in rows.groupby([*CONDITION, "quantity", "size"], sort=False)]
-
-
 def ledger(runs: Runs, drawn: Mapping[str, pd.DataFrame], limits: Mapping[str, float]) -> pd.DataFrame:
     """Return a row for each printed number, in the order of the paper.
 
-    ``drawn``: by the first id of each number, what `draws.Ensemble` has of it.
+    ``drawn``: by the first id of each number, what `Ensemble` has of it.
 
     ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit`` of
     the permitted error, of a reliability. By model: its value, ``_at`` (s), and ``_ratio``: its size over the
-    printed one (`size_of`). ``printed_size``,
-    ``u_num``, ``u_print``, ``u_input``, ``low`` and ``high``, 95 %, are of that size.
-    ``sign_share``, ``instant_share``, ``both_share``: of the draws.
+    printed one (`size_of`). ``printed_size``, ``u_num``, ``u_print``, ``u_input``, ``low`` and ``high``,
+    95 %, are of that size. ``sign_share``, ``instant_share``, ``both_share``: of the draws.
     """
-    return pd.DataFrame([_entry(same, runs, drawn[str(same.index[0])], limits) for same in events()])
+    rows = numbers().to_dict("index")
+    return pd.DataFrame([_entry(row, runs, drawn[str(name)], limits) for name, row in rows.items()])
 
 
-def _entry(
-    printed: pd.DataFrame, runs: Runs, drawn: pd.DataFrame, limits: Mapping[str, float]
-) -> dict[str, Any]:
-    """Judge one number by the rows that print it."""
-    ids = [str(name) for name in printed.index]
-    prints, row, scene = [published(name) for name in ids], printed.iloc[0], scene_of(ids[0])
-    first, quantity, word = prints[0], str(row["quantity"]), str(row["use"])
+def _entry(row: Entry, runs: Runs, drawn: pd.DataFrame, limits: Mapping[str, float]) -> dict[str, Any]:
+    """Judge one of the `numbers`."""
+    ids, scene, quantity, word = row["ids"].split(", "), row["scene"], row["quantity"], row["use"]
+    prints = [published(name) for name in ids]
+    first = prints[0]
     use, limit = USES.get(word, Use.CALIBRATION), nan
     if quantity.startswith("min_"):
         limit = limits[quantity.split("_")[1]]
@@ -162,9 +169,9 @@ def _entry(
     )
     within = interval(size_of(quantity, drawn["value"]).to_numpy(np.float64), u_num, first.rounding)
     entry: dict[str, Any] = {
-        "ids": ", ".join(ids),
+        "ids": row["ids"],
         "scene": scene,
-        "figure": str(row["figure"]),
+        "figure": row["figure"],
         "quantity": quantity,
         "unit": first.unit,
         "printed": first.value,
@@ -174,7 +181,7 @@ def _entry(
         "use": use,
         "fitted": "" if word in USES else word,
         "limit": limit,
-        "note": "; ".join(filter(None, printed["note"])),
+        "note": "; ".join(filter(None, printed_rows().loc[ids, "note"])),
     }
     for model, each in shown.items():
         ratio = sizes[model] / size if judged else nan
@@ -247,3 +254,145 @@ def implied(runs: Runs) -> pd.DataFrame:
             row[f"{model}_worst"] = implied_limit(printed.value, *moments[worst])
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+# ---- what is drawn, and what is tried for the predictions that are not reproduced
+
+FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
+PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
+COLUMNS = [
+    "ids", "scene", "quantity", "unit", "printed", "variant", "low", "high", "draws", "size", "why",
+]  # fmt: skip
+
+
+def drawn_together(ids: Iterable[str]) -> dict[tuple[str, bool], tuple[str, ...]]:
+    """Return numbers by the scene in which they are drawn, and whether they are ranges of many cycles."""
+    rows = numbers().loc[list(ids)]
+    scene = rows["scene"].replace(IDEAL, CENTRAL)  # the ideal mechanism is that of the central case
+    many = rows["quantity"].str.startswith("range_")
+    groups = rows.groupby([scene, many], sort=False)
+    return {(str(name), bool(long)): tuple(own.index) for (name, long), own in groups}
+
+
+def peaks_of(scene: str) -> tuple[str, ...]:
+    """Return the first id of each largest error that is printed of a scene."""
+    own = numbers()
+    return tuple(own.index[(own["scene"] == scene) & own["quantity"].isin(PEAKS)])
+
+
+def draw_all(
+    config: Config, limits: Mapping[str, float], n_jobs: int, on_progress: Progress | None
+) -> tuple[dict[str, pd.DataFrame], pd.DataFrame]:
+    """Draw all inputs for every printed number, and each group alone for the central largest errors.
+
+    Returns what `Ensemble` shows by id, and `shares` of the inputs.
+    """
+    small = config._replace(samples=2 * config.long_samples)
+    asked = [
+        (Draw(scene, ids, small, limits, many), config.long_draws if many else config.draws)
+        for (scene, many), ids in drawn_together(numbers().index).items()
+    ]
+    count, central = len(asked), peaks_of(CENTRAL)
+    asked += [(Draw(CENTRAL, central, small, {}, only=group), config.draws) for group in GROUPS]
+    ensembles = run_draws(asked, n_jobs, on_progress)
+    for (one, _), each in zip(asked, ensembles, strict=True):
+        if each.shown.empty:
+            raise ValueError(f"no draw of {one.name} succeeded: {each.failures[0]}")
+    drawn = {
+        name: pd.DataFrame(each.shown[name])
+        for (one, _), each in zip(asked[:count], ensembles, strict=False)
+        for name in one.ids
+    }
+    counted = [name for name in central if numbers().loc[name, "use"] != "misprint"]
+    return drawn, shares(dict(zip(GROUPS, ensembles[count:], strict=True)), counted)
+
+
+def shares(alone: Mapping[str, Ensemble], ids: Sequence[str]) -> pd.DataFrame:
+    """Return ``u_input`` of largest errors by each group of inputs alone, and its share of the squares."""
+    rows = [
+        (name, group, interval(each.shown[name]["value"].abs().to_numpy(), 0.0, 0.0).u_input)
+        for name in ids
+        for group, each in alone.items()
+    ]
+    frame = pd.DataFrame(rows, columns=["id", "group", "u_input"])
+    squares = frame["u_input"] ** 2
+    return frame.assign(share=(squares / squares.groupby(frame["id"]).transform("sum")).fillna(0.0))
+
+
+def missed(entries: pd.DataFrame) -> pd.DataFrame:
+    """Return the predictions that are not reproduced."""
+    return entries[(entries["use"] == Use.PREDICTION) & (entries["size"] == Size.OUTSIDE)]
+
+
+def try_variants(
+    entries: pd.DataFrame,
+    drawn: Mapping[str, pd.DataFrame],
+    config: Config,
+    n_jobs: int,
+    on_progress: Progress | None,
+) -> pd.DataFrame:
+    """Return a row of `COLUMNS` for each largest error or range and each variant tried for it.
+
+    Tried for the predictions that are not reproduced, the materials for all of their largest errors. A
+    variant of which one of `PROBED` draws of two cycles fails under a condition is left out, and ``why`` has
+    the status of its run. Ranges are those of fewer cycles.
+    """
+    by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
+    open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
+    peaks = [name for name in open_ids if by_id[name]["quantity"] in PEAKS]
+    wanted = drawn_together(
+        [name for name in open_ids if by_id[name]["quantity"].startswith(("peak_", "range_"))]
+    )
+    small = config._replace(samples=2 * config.long_samples, cycles=config.fewer)
+    asked = [
+        (one["name"], Draw(scene, ids, small, {}, many, changes=one["values"]))
+        for one in VARIANTS
+        if "values" in one
+        for (scene, many), ids in (
+            {(one["scene"], False): peaks_of(one["scene"])} if "scene" in one else wanted
+        ).items()
+    ]
+    probed = [(variant, draw) for variant, draw in asked if not draw.many]
+    probes = run_draws([(draw, PROBED) for _, draw in probed], n_jobs, part(on_progress, 0.0, 0.1))
+    why: dict[str, str] = {}
+    for (variant, _), probe in zip(probed, probes, strict=True):
+        for text in probe.failures:
+            why.setdefault(variant, text)
+    runs = [(draw, config.long_draws) for variant, draw in asked if variant not in why]
+    rest = iter(run_draws(runs, n_jobs, part(on_progress, 0.1, 1.0)))
+    rows = [_row(by_id[name], FIRST_CYCLE, drawn[name]["first"]) for name in peaks]
+    for variant, draw in asked:
+        shown = None if variant in why else next(rest).shown
+        for name in draw.ids:
+            values = pd.Series(dtype=float) if shown is None else shown[name]["value"]
+            rows.append(_row(by_id[name], variant, values, why.get(variant, "")))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _row(entry: Entry, variant: str, values: pd.Series, why: str = "") -> dict[str, Any]:
+    """Judge a printed number by the interval of a variant's draws; numerics and print are the entry's."""
+    sizes = size_of(entry["quantity"], values).to_numpy(np.float64)
+    within = interval(sizes, entry["u_num"], entry["u_print"])
+    size = Size.NONE if why else within.size(abs(entry["printed"]))
+    judged = (variant, within.low, within.high, len(values), size, why)
+    return {name: entry[name] for name in COLUMNS[:5]} | dict(zip(COLUMNS[5:], judged, strict=True))
+
+
+def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.DataFrame:
+    """Return what reaches each prediction that is not reproduced, a row each by the index of ``entries``.
+
+    ``reached_by``: the names of variants; ``variants``: how many were tried; ``settings``: at how many the
+    paper's own formulation and solver gives the printed size, ``chance`` of that: those of ``numerics``, as
+    `comparison.studies.as_published.study.judge` returns it; nan where it was not tried.
+    """
+    by_id = numerics.set_index("id").reindex(columns=["settings", "chance"])
+    rows = {}
+    for key, ids in missed(entries)["ids"].items():
+        mine = tried[(tried["ids"] == ids) & (tried["size"] != Size.NONE)]
+        name = next((each for each in ids.split(", ") if each in by_id.index), None)
+        rows[key] = {
+            "reached_by": list(mine["variant"][mine["size"] != Size.OUTSIDE]),
+            "variants": len(mine),
+            **(by_id.loc[name].to_dict() if name else dict.fromkeys(by_id, nan)),
+        }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["reached_by", "variants", *by_id])

@@ -1,25 +1,35 @@
-"""The paper's conditions by both models: what is run, and what a run shows in place of a printed number."""
+"""The paper's conditions by both models: what is run, and what a run shows in place of a printed number.
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+And what the paper does not print, or rounds, drawn at random and propagated to its numbers by the reference:
+the distributions, with their reasons, are in ``uncertainty.toml``.
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from importlib.resources import files
 from itertools import islice, product
 from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, run_all, run_one, successful
+from comparison.execution.store import Row
+from comparison.execution.tasks import CRASHED, SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
 from comparison.reliability.assessment import Assessment, assess, cap, ideal_scenes, reliability
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.nonlinear import study as nonlinear
+from comparison.studies.identification import fitting
+from comparison.studies.nonlinear.methods import Chaos
 from comparison.studies.shared.published import CONDITION, printed_rows
-from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import part
+from comparison.studies.shared.scenes import at_tier, settable
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
@@ -67,12 +77,10 @@ class Config(NamedTuple):
     """A cycle, of the two: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
     long_samples: int  # a cycle, of many cycles; divides the former
     cycles: int  # of the central case, as in Figs. 14 and 15
-    fewer: int  # of the other cases, which the paper does not follow so long
-    members: int  # runs of two cycles that differ by a nudge
-    draws: int  # of what the paper does not print, or rounds
-    long_draws: int  # of the same, where runs are long: of many cycles, of variants
-    chaos: nonlinear.Config  # what the study nonlinear runs of the central case
-    published: Any = None  # what the study as-published runs
+    fewer: int = 0  # of the other cases, which the paper does not follow so long
+    members: int = 1  # runs of two cycles that differ by a nudge
+    draws: int = 0  # of what the paper does not print, or rounds
+    long_draws: int = 0  # of the same, where runs are long: of many cycles, of variants
 
 
 @dataclass(frozen=True)
@@ -83,16 +91,16 @@ class Runs:
     short: dict[tuple[str, str], list[Table]]  # two cycles of each member
     ideal: dict[tuple[str, str], Table]  # two cycles of the ideal mechanism, at the same times
     long: dict[tuple[str, str], Table]  # many cycles, of the scenes with clearance at the slider
-    pin: dict[str, Table]
+    pin: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles with clearance at the crank pin, with the journal's path and forces."""
-    chaos: nonlinear.Chaos
-    exponents: dict[str, list[float]]
-    """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
     standard: dict[tuple[str, str], Table] = field(default_factory=dict)
     """Two cycles at the settings as a user runs them: of all scenes by the first model, of the central case
     by both."""
     adams: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
+    chaos: Chaos = Chaos.UNDECIDED
+    exponents: dict[str, list[float]] = field(default_factory=dict)
+    """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
         """Return the errors of a run over the two cycles, actual - ideal."""
@@ -193,7 +201,7 @@ def long_scene(config: Config, name: str) -> Scene:
 
 
 def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
-    """Run everything in one go; `RunError` if one of them does not succeed."""
+    """Run all conditions in one go; `RunError` if one of the runs does not succeed."""
     pairs, many = list(product(SCENES, MODELS)), list(product(SLIDER, MODELS))
     # With clearance at the pin Exudyn, full (five bodies), needs the scene's own step: at 1 us it never lifts
     # the pin off its bearing in the second cycle, at 0.25 us it flies for 5 % of the time. That is not
@@ -208,12 +216,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(short_scene(config, ADAMS), model) for model in MODELS),
         *(Job(_two_cycles(config, scene, "accelerations"), model) for scene, model in usual),
     ]
-    best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.5)).best
-    exponents: dict[str, list[float]] = {model: [] for model in MODELS}
-    for (name, model, _), e in best.items():
-        if name == CENTRAL and e.measured:
-            exponents[model].append(e.value)
-    tables = map(successful, run_all(jobs, n_jobs, part(on_progress, 0.5, 1.0)), jobs)
+    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
     return Runs(
         config,
         short={pair: list(islice(tables, config.members)) for pair in pairs},
@@ -222,8 +225,6 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         pin=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
         adams=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
         standard=dict(zip(usual, tables, strict=True)),
-        chaos=nonlinear.verdict(best, CENTRAL),
-        exponents=exponents,
     )
 
 
@@ -240,6 +241,20 @@ def lacking(limit: float, assessed: Assessment) -> float:
 def scene_of(identifier: str) -> str:
     """Return the scene of a published row, such as ``F9-69-d``."""
     return CONDITIONS[tuple(printed_rows().loc[identifier, CONDITION])]
+
+
+@cache
+def numbers() -> pd.DataFrame:
+    """Return the printed numbers by the id that prints each first, in the order of the paper.
+
+    With their ``scene``, and all ``ids``. A number is printed again where condition, quantity and size are
+    the same; sign and instant may differ: then the paper contradicts itself.
+    """
+    same = [*CONDITION, "quantity", "size"]
+    rows = printed_rows().assign(size=printed_rows()["value"].astype(float).abs())
+    ids = rows.reset_index().groupby(same, sort=False)["id"].agg(", ".join)
+    first = rows.drop_duplicates(same)
+    return first.assign(ids=ids.to_numpy(), scene=[scene_of(str(name)) for name in first.index])
 
 
 def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float], cycle: int = 2) -> Peak:
@@ -276,3 +291,141 @@ def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]
             ends = extremes["min"] - zero, extremes["max"] - zero
         value = ends[end == "high"]
     return Peak(value, nan)
+
+
+# ---- what is drawn
+
+DATA = tomllib.loads(files("comparison.studies.paper").joinpath("uncertainty.toml").read_text("utf-8"))
+INPUTS: list[dict[str, Any]] = DATA["input"]
+VARIANTS: list[dict[str, Any]] = DATA["variant"]
+SEED: int = DATA["seed"]
+GEOMETRY: str = DATA["geometry"]["group"]
+GROUPS = tuple(dict.fromkeys([GEOMETRY, *(one["group"] for one in INPUTS)]))
+REFERENCE, ATTEMPTS = "reference", 1000
+WITHOUT_CLEARANCE = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
+FIELDS = ("value", "time", "first")
+RODS = ("crank", "rod2", "rocker", "rod4")
+OFFSET, START, ANGLE = "mechanism.reference_offset", "initial.slider_offset", "mechanism.crank_angle_deg"
+
+
+def value(one: Mapping[str, Any], middle: float, u: float) -> float:
+    """Return the value of an input for a number u between -1 and 1; its middle for 0."""
+    if "other" in one:
+        return float(one["other"]) if u < 0 else middle
+    return float(middle * one["factor"] ** u if "factor" in one else middle + one["half"] * u)
+
+
+@cache
+def drawn(number: int, only: str) -> tuple[tuple[float, ...], fitting.Geometry | None, float]:
+    """Return the numbers u of `INPUTS`, zero outside the group ``only``, geometry and its dead centre (deg).
+
+    Drawn until the geometry meets every printed fact within its allowance; None: that of the scene.
+    """
+    rng, facts = np.random.default_rng([SEED, number]), fitting.printed_facts()
+    allowances, topology = facts["allowance"].to_numpy(), fitting.TOPOLOGIES[0]
+    lengths, keys = fitting.table_1()[0], [one["key"] for one in INPUTS]
+    groups = [*(one["group"] for one in INPUTS), *[GEOMETRY] * len(facts)]
+    counts = np.array([only in ("", group) for group in groups])
+    rods = [keys.index(f"mechanism.{rod}.length") for rod in RODS]
+    for _ in range(ATTEMPTS):
+        u = rng.uniform(-1.0, 1.0, counts.size) * counts
+        own, of_facts = tuple(u[: len(INPUTS)].tolist()), u[len(INPUTS) :]
+        if not of_facts.any() and not u[rods].any():
+            return own, None, 0.0
+        printed = (lengths.crank, lengths.rod2, lengths.rocker, lengths.rod4)
+        crank, rod2, rocker, rod4 = (
+            value(INPUTS[k], length, own[k]) for k, length in zip(rods, printed, strict=True)
+        )
+        changed = fitting.Lengths(crank, rod2, rocker, rocker / 2, rod4)
+        wanted = facts.assign(value=facts["value"] + allowances * of_facts)
+        start, known = fitting.shipped_geometry(), (topology, wanted, allowances, changed)
+        best = least_squares(fitting.residuals, start, args=known, x_scale=0.1)
+        fitted = fitting.Geometry(*best.x.tolist())
+        misses = fitting.residuals(fitted, topology, facts, allowances, changed)
+        if np.abs(misses).max() <= 1.0:
+            return own, fitted, float(fitting.shown(fitted, topology, changed)[1][0])
+    raise ValueError(f"draw {number}: no geometry meets the printed facts")
+
+
+def draw(scene: Scene, number: int, only: str = "") -> dict[str, object]:
+    """Return the keys of a scene with the inputs of one draw, of all groups or of one alone.
+
+    The same number draws the same inputs in every scene. All rods are uniform: centroids are in the middle.
+    """
+    own, geometry, top = drawn(number, only)
+    middle = settable(scene.data)
+    pairs = zip(INPUTS, own, strict=True)
+    values: dict[str, float] = {one["key"]: value(one, middle[one["key"]], u) for one, u in pairs}
+    values |= {f"mechanism.{rod}.centroid": values[f"mechanism.{rod}.length"] / 2 for rod in RODS}
+    values[START] += values[OFFSET] - middle[OFFSET]  # the start is on the ideal slider's line
+    if geometry is None:
+        return dict(values)
+    values[ANGLE] += top - middle[ANGLE]
+    values["mechanism.guide_x"] = geometry.guide - values[OFFSET]
+    return values | {"mechanism.rocker_pivot": [geometry.pivot_x, geometry.pivot_y]}
+
+
+@dataclass(frozen=True)
+class Draw(Task):
+    """A draw of a scene: what it shows in place of published rows."""
+
+    name: str
+    ids: tuple[str, ...]
+    config: Config
+    limits: Mapping[str, float]  # of the permitted error, by quantity
+    many: bool = False  # whether many cycles are run too
+    only: str = ""  # the group of inputs that is drawn; all
+    changes: Mapping[str, object] = field(default_factory=dict)  # of a variant
+    number: int = 0
+    models = (REFERENCE,)
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return 0.1 + 0.01 * self.config.cycles * self.many
+
+
+class Ensemble(NamedTuple):
+    """What came of draws."""
+
+    shown: pd.DataFrame
+    """A row a draw that succeeded, by its number; columns (id, one of `FIELDS`), the last that of the first
+    cycle."""
+    failures: list[str]  # of each that did not its status, or why the model refused it
+
+
+def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progress | None) -> list[Ensemble]:
+    """Run so many draws of each, from the first on; what ran before is not run again."""
+    tasks = [replace(one, number=number) for one, count in draws for number in range(count)]
+    rows = iter(measure_all(measure_draw, tasks, on_processes(n_jobs), on_progress))
+    ensembles = []
+    for one, count in draws:
+        results = list(islice(rows, count))
+        shown = {number: row["shown"] for number, row in enumerate(results) if row["status"] == SUCCESS}
+        columns = pd.MultiIndex.from_product([one.ids, FIELDS])
+        frame = pd.DataFrame.from_dict(shown, orient="index", columns=columns, dtype=np.float64)
+        failed = [row for row in results if row["status"] != SUCCESS]
+        # What is no status of a model is told by its message.
+        reasons = [row["message" if row["status"] in ("bad input", CRASHED) else "status"] for row in failed]
+        ensembles.append(Ensemble(frame, reasons))
+    return ensembles
+
+
+def measure_draw(task: Draw, progress: Progress) -> Row:
+    """Run a draw and return the `FIELDS` of each id, one after the other."""
+    del progress
+    config, name = task.config, task.name
+    base = short_scene(config, name)
+    values = draw(base, task.number, task.only) | dict(task.changes)
+    scene = base.with_values(values)
+    ideal = run_one(scene.with_values(WITHOUT_CLEARANCE), REFERENCE)
+    many = {}
+    if task.many:
+        many[name, REFERENCE] = run_one(long_scene(config, name).with_values(values), REFERENCE)
+    short = {(name, REFERENCE): [run_one(scene, REFERENCE)]}
+    runs = Runs(config, short, {(name, REFERENCE): ideal, (CENTRAL, REFERENCE): ideal}, many)
+    shown: list[float] = []
+    for each in task.ids:
+        peak, first = (measure(each, runs, REFERENCE, task.limits, cycle) for cycle in (2, 1))
+        shown += [peak.value, peak.time, first.value]
+    return {"shown": shown}

@@ -1,6 +1,7 @@
 """The paper against both models: every printed number, every figure, every statement."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from math import isnan
 from pathlib import Path
 from typing import NamedTuple
@@ -13,18 +14,15 @@ from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.as_published.study import STUDY as AS_PUBLISHED
-from comparison.studies.nonlinear.study import STUDY as CHAOS
-from comparison.studies.paper import figures
-from comparison.studies.paper.causes import causes, draw_all, missed, try_variants
+from comparison.studies.as_published import study as as_published
+from comparison.studies.nonlinear import study as nonlinear
+from comparison.studies.nonlinear.methods import verdict
+from comparison.studies.paper import figures, ledger, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
-from comparison.studies.paper.draws import DATA, INPUTS, VARIANTS
-from comparison.studies.paper.ledger import Entry, Outcome, Size, Use, implied, ledger, one_limit
-from comparison.studies.paper.runs import CAP, CENTRAL, PEAKS, REACH, Config, Runs, simulate
-from comparison.studies.shared.frames import markdown, rows_table, write_csv
+from comparison.studies.paper.ledger import Entry, Outcome, Size, Use
+from comparison.studies.paper.runs import CAP, CENTRAL, DATA, INPUTS, PEAKS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import printed_rows
-from comparison.studies.shared.rates import share
-from comparison.studies.shared.study import Study, part
+from comparison.studies.shared.study import Study, markdown, part, rows_table, share, write_csv
 
 OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
 SIZES = (Size.REPRODUCED, Size.WIDE, Size.OUTSIDE)
@@ -32,28 +30,42 @@ BOTH = "both partners"  # what the scenes of other materials have
 MATERIALS = {one["name"] for one in VARIANTS if "scene" in one}
 
 
+class Config(NamedTuple):
+    """What is run: here, and by the studies nonlinear and as-published."""
+
+    runs: runs.Config
+    chaos: nonlinear.Config
+    published: as_published.Config
+
+
 class Results(NamedTuple):
     """What was run, and what follows from it."""
 
     runs: Runs
     entries: pd.DataFrame  # `ledger`
-    causes: pd.DataFrame  # `causes.causes`
-    shares: pd.DataFrame  # `causes.shares`
-    tried: pd.DataFrame  # `causes.try_variants`
+    causes: pd.DataFrame  # `ledger.causes`
+    shares: pd.DataFrame  # `ledger.shares`
+    tried: pd.DataFrame  # `ledger.try_variants`
     limits: pd.DataFrame  # `implied`
     statements: pd.DataFrame  # `judge_all`
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run everything and judge it."""
-    runs = simulate(config, n_jobs, part(on_progress, 0.0, 0.5))
-    limits = {name: one_limit(runs, name) for name in QUANTITIES}
-    drawn, alone = draw_all(config, limits, n_jobs, part(on_progress, 0.5, 0.8))
-    entries = ledger(runs, drawn, limits)
-    tried = try_variants(entries, drawn, config, n_jobs, part(on_progress, 0.8, 0.9))
-    published = AS_PUBLISHED.measure(config.published, n_jobs, part(on_progress, 0.9, 1.0))
-    reached = causes(entries, tried, published.judged)
-    return Results(runs, entries, reached, alone, tried, implied(runs), judge_all(runs))
+    best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.25)).best
+    central = {model: [e for key, e in best.items() if key[:2] == (CENTRAL, model)] for model in MODELS}
+    made = replace(
+        runs.simulate(config.runs, n_jobs, part(on_progress, 0.25, 0.5)),
+        chaos=verdict(best, CENTRAL),
+        exponents={model: [e.value for e in each if e.measured] for model, each in central.items()},
+    )
+    limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
+    drawn, alone = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.5, 0.8))
+    entries = ledger.ledger(made, drawn, limits)
+    tried = ledger.try_variants(entries, drawn, config.runs, n_jobs, part(on_progress, 0.8, 0.9))
+    published = as_published.measured(config.published, n_jobs, part(on_progress, 0.9, 1.0))
+    reached = ledger.causes(entries, tried, published.judged)
+    return Results(made, entries, reached, alone, tried, ledger.implied(made), judge_all(made))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -77,17 +89,20 @@ def page(results: Results) -> Mapping[str, object]:
         "met": ((clear["size"] == Size.REPRODUCED) & (clear["both_share"] >= DATA["level"])).sum(),
         "nominal": nominal.sum(),
         "otherwise": ", ".join(predicted[other]["ids"].str.split(", ").str[0]) or "none",
-        "split": rows_table(_split(predicted, size) for size in SIZES),
+        "outcomes": OUTCOMES,
         "table": markdown(_written(entries)),
-        "missed": rows_table(map(_missed, missed(entries).join(results.causes).to_dict("records"))),
+        "missed": rows_table(map(_missed, ledger.missed(entries).join(results.causes).to_dict("records"))),
         "reached": int(results.causes["reached_by"].map(bool).sum()),
         "by_numerics": results.causes["settings"].gt(0).sum(),
         "tried_numerics": results.causes["settings"].count(),
         "chance": number(results.causes["chance"].sum(), 2),
         "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
-        "left_out": _left_out(results.tried),
-        "codes_and_laws": rows_table(_codes_and_laws(results.runs)),
-        "inputs": rows_table(_inputs()),
+        "left_out": results.tried[results.tried["why"] != ""].drop_duplicates(["variant", "why"]),
+        "quantities": QUANTITIES,
+        "units": {name: unit_of(name) for name in QUANTITIES},
+        "laws_and_codes": results.runs.laws_and_codes,
+        "geometry": DATA["geometry"],
+        "inputs": INPUTS,
         "shares": markdown(_shares(results.shares)),
         "largest": _largest(results.shares),
         "materials": markdown(materials),
@@ -114,17 +129,6 @@ def page(results: Results) -> Mapping[str, object]:
         "config": results.runs.config,
         "central": CENTRAL,
     }
-
-
-def _split(predicted: pd.DataFrame, size: Size) -> dict[str, str]:
-    """Return a line of the predictions of a size: how many, and what their signs and instants are."""
-    rows = predicted[predicted["size"] == size]
-    peaks = (rows["sign"] != Outcome.NONE).sum()
-    line = {"printed size": f"**{size}**", "predictions": f"{len(rows)}", "of these peaks": f"{peaks}"}
-    for what in ("sign", "instant"):
-        counts = (f"{(rows[what] == each).sum()}" for each in OUTCOMES)
-        line[f"{what}: {' / '.join(OUTCOMES)}"] = " / ".join(counts)
-    return line
 
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:
@@ -182,30 +186,6 @@ def _missed(entry: Entry) -> dict[str, str]:
     }
 
 
-def _codes_and_laws(runs: Runs) -> Iterator[dict[str, str]]:
-    """Return the largest differences of Fig. 13: of two codes, of two laws, of both."""
-    for name, by_channel in runs.laws_and_codes.items():
-        sizes = zip(QUANTITIES, by_channel.values(), strict=True)
-        largest = {word: quantity(float(abs(each).max()), unit_of(word), 2) for word, each in sizes}
-        yield {"another": name} | largest
-
-
-def _left_out(tried: pd.DataFrame) -> str:
-    """Say which variants did not run, and why."""
-    rows = tried[tried["why"] != ""]
-    named = zip(rows["variant"], rows["why"], strict=True)
-    return "; ".join(f"{variant} ({why})" for variant, why in dict.fromkeys(named))
-
-
-def _inputs() -> Iterator[dict[str, str]]:
-    """Return a line of each input that is drawn."""
-    yield {"input": "H, guide, start", "drawn": "fitted to drawn facts", "reason": DATA["geometry"]["reason"]}
-    for one in INPUTS:
-        how = f"× or ÷ {one['factor']:g}" if "factor" in one else f"± {one.get('half', 0):g}"
-        drawn = f"or {one['other']:g}" if "other" in one else how
-        yield {"input": f"`{one['key']}`", "drawn": drawn, "reason": one["reason"]}
-
-
 def _shares(shares: pd.DataFrame) -> pd.DataFrame:
     """Return the shares of the inputs in u_input of the central largest errors, a row each."""
     cells = ["< 1 %" if each < 0.01 else f"{100 * each:.0f} %" for each in shares["share"]]
@@ -253,15 +233,19 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "paper",
     small=Config(
-        samples=100, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2,
-        chaos=CHAOS.small._replace(scenes=(CENTRAL,), swept={}), published=AS_PUBLISHED.small,
+        runs.Config(samples=100, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2),
+        nonlinear.STUDY.small._replace(scenes=(CENTRAL,), swept={}),
+        as_published.STUDY.small,
     ),
     full=Config(
-        samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50,
-        chaos=CHAOS.full._replace(scenes=(CENTRAL,), swept={}), published=AS_PUBLISHED.full,
+        runs.Config(
+            samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50
+        ),
+        nonlinear.STUDY.full._replace(scenes=(CENTRAL,), swept={}),
+        as_published.STUDY.full,
     ),
     measure=measure,
     page=page,
     draw=draw,
     one_file=True,
-)  # fmt: skip
+)

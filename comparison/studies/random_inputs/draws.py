@@ -1,11 +1,9 @@
-"""Random inputs, and many runs with drawn ones, in chunks: a chunk is a task of a worker and a stored row."""
+"""Random inputs, and many runs with drawn ones."""
 
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib.resources import files
-from itertools import islice
 from math import exp, log1p, sqrt
 from typing import Any, NamedTuple
 
@@ -13,9 +11,9 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
-from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
-from comparison.execution.tasks import Task, measure_all, on_processes
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Scene, SceneError
 from comparison.scene.keys import did_you_mean
@@ -24,7 +22,6 @@ from comparison.studies.shared.scenes import settable
 from comparison.tables.channels import Array
 from comparison.tables.table import Table
 
-CHUNK = 50
 IDEAL = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
 RESPONSES = {
     "displacement": "m",
@@ -101,23 +98,23 @@ def _middle(scene: Scene, one: RandomInput) -> float:
 
 
 @dataclass(frozen=True)
-class Draws(Task):
-    """So many runs of a scene with drawn inputs from the run ``first`` on; ``factor`` multiplies deviations.
+class Draw(Task):
+    """A run of a scene with drawn inputs; ``factor`` multiplies deviations.
 
-    The same seed draws the same inputs, whatever the solver's settings.
+    The same seed and number draw the same inputs, whatever the solver's settings.
     """
 
     scene: Scene
     inputs: tuple[RandomInput, ...]
-    count: int
     seed: int
     factor: float = 1.0
-    first: int = 0
+    number: int = 0
     models = ("reference",)
 
-    def u(self, number: int) -> Array:
-        """Return the inputs of a run in standard deviations, shape (d,)."""
-        return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
+    @property
+    def u(self) -> Array:
+        """The inputs in standard deviations, shape (d,)."""
+        return self.factor * np.random.default_rng([self.seed, self.number]).normal(size=len(self.inputs))
 
 
 class Drawn(NamedTuple):
@@ -129,48 +126,36 @@ class Drawn(NamedTuple):
     seconds: float  # processor time of a run, the mean, s
 
 
-def run_draws(
-    draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None, chunk: int = CHUNK
-) -> list[Drawn]:
-    """Run all draws by the reference, in chunks of so many; what ran before is not run again."""
-    firsts = [range(0, one.count, chunk) for one in draws]
-    chunks = [
-        replace(one, first=n, count=min(chunk, one.count - n))
-        for one, parts in zip(draws, firsts, strict=True)
-        for n in parts
-    ]
-    rows = iter(measure_all(measure, chunks, on_processes(n_jobs), on_progress))
-    joined = []
-    for one, parts in zip(draws, firsts, strict=True):
-        # The row of a chunk whose process died has a message alone.
-        results = list(islice(rows, len(parts)))
-        numbers = [number for row in results for number in row.get("numbers", [])]
-        responses = [each for row in results for each in row.get("responses", [])]
-        joined.append(
+def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progress | None) -> list[Drawn]:
+    """Run so many of each draw by the reference, from the first on; what ran before is not run again."""
+    tasks = [[replace(one, number=number) for number in range(count)] for one, count in draws]
+    rows = iter(
+        measure_all(measure, [task for some in tasks for task in some], on_processes(n_jobs), on_progress)
+    )
+    drawn = []
+    for some in tasks:
+        results = list(zip(some, rows, strict=False))
+        good = [(task, row["responses"]) for task, row in results if row["status"] == SUCCESS]
+        drawn.append(
             Drawn(
-                np.array([one.u(number) for number in numbers]).reshape(-1, len(one.inputs)),
-                pd.DataFrame(responses, numbers, list(RESPONSES), dtype=np.float64),
-                [reason for row in results for reason in row.get("failures", [row.get("message", "")])],
-                sum(row.get("seconds", 0.0) for row in results) / one.count,
+                np.array([task.u for task, _ in good]).reshape(-1, len(some[0].inputs)),
+                pd.DataFrame(
+                    [each for _, each in good], [task.number for task, _ in good], list(RESPONSES), float
+                ),
+                [f"{row['status']}; {row['message']}" for _, row in results if row["status"] != SUCCESS],
+                sum(row.get("seconds", 0.0) for _, row in results) / len(results),
             )
         )
-    return joined
+    return drawn
 
 
-def measure(draws: Draws, progress: Progress) -> Row:
-    """Run a chunk; a run that fails leaves its reason."""
+def measure(task: Draw, progress: Progress) -> Row:
+    """Run a draw, the ideal mechanism with the same numbers, and that with the scene's own."""
     del progress
-    run = partial(run_one, model="reference")
-    nominal = run(draws.scene.with_values(IDEAL))
-    numbers, responses, failures = [], [], []
-    for number in range(draws.first, draws.first + draws.count):
-        try:
-            scene = draws.scene.with_values(values_at(draws.scene, draws.inputs, draws.u(number)))
-            responses.append(respond(run(scene), run(scene.with_values(IDEAL)), nominal, scene.period))
-            numbers.append(number)
-        except (RunError, SceneError) as error:
-            failures.append(str(error))
-    return {"numbers": numbers, "responses": responses, "failures": failures}
+    scene = task.scene.with_values(values_at(task.scene, task.inputs, task.u))
+    asked = (scene, scene.with_values(IDEAL), task.scene.with_values(IDEAL))
+    run, ideal, nominal = (run_one(each, "reference") for each in asked)
+    return {"responses": respond(run, ideal, nominal, scene.period)}
 
 
 def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:

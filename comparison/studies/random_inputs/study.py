@@ -1,4 +1,18 @@
-"""First-order second moments of the slider's errors over random inputs, checked by Monte Carlo."""
+r"""First-order second moments of the slider's errors over random inputs, checked by Monte Carlo.
+
+With gradients b of a response g(u) about u = 0, where u are independent standard normal numbers,
+
+.. math:: \mu \approx g_0, \quad \sigma^2 \approx \sum b_i^2, \quad \alpha_i^2 = b_i^2 / \sigma^2, \quad
+          P(g > l) \approx \Phi(-\beta), \quad \beta = (l - \mu) / \sigma
+
+(A. H.-S. Ang and W. H. Tang, Probability Concepts in Engineering Planning and Design II, 1984, Ch. 6).
+
+Impacts make a response rough, and a difference over a small step shows the roughness. So the gradient is that
+of a plane fitted to runs that scatter over a chosen scale: the average slope over that scale. Its standard
+error comes from the residuals, whose size may change from place to place: HC3 (J. S. Long and L. H. Ervin,
+The American Statistician 54 (2000) 217-224). What the plane leaves is the roughness, together with the
+curvature.
+"""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -7,22 +21,99 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 
 from comparison.execution.run import Progress
 from comparison.formatting import MISSING, prefix, quantity
 from comparison.report import svg
 from comparison.scene import load_scene
 from comparison.scene.schema import RandomInput
-from comparison.studies.random_inputs.draws import RESPONSES, Drawn, Draws, inputs_of, label, run_draws
-from comparison.studies.random_inputs.second_moment import (
-    Plane,
-    counted_probability,
-    failure_probability,
-    fit_plane,
-    paired_change,
-)
-from comparison.studies.shared.frames import write_csv
-from comparison.studies.shared.study import Study
+from comparison.studies.random_inputs.draws import RESPONSES, Draw, Drawn, inputs_of, label, run_draws
+from comparison.studies.shared.study import Study, interval, write_csv
+from comparison.tables.channels import Array, BoolArray
+
+# ---- first-order second moments
+
+CONFIDENCE = 0.95
+
+
+class Plane(NamedTuple):
+    """A plane fitted to a response."""
+
+    mean: float
+    mean_error: float  # at u = 0, and its standard error
+    gradient: Array
+    errors: Array  # per standard deviation of each input, and their standard errors, shape (d,)
+    rest: float  # standard deviation of what the plane leaves
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the plane over the inputs; the noise of the gradient is taken out."""
+        return float(np.sqrt(max(0.0, float(np.sum(self.gradient**2 - self.errors**2)))))
+
+    @property
+    def importance(self) -> Array:
+        """Share of each input in the plane's variance, shape (d,)."""
+        squares = self.gradient**2
+        return np.asarray(squares / (np.sum(squares) or 1.0))
+
+
+def fit_plane(u: Array, response: Array) -> Plane:
+    """Fit a plane to responses, shape (n,), over inputs in standard deviations, shape (n, d).
+
+    Raises ValueError if there are fewer runs than twice the unknowns.
+    """
+    basis = np.column_stack([np.ones(len(u)), u])
+    if len(u) < 2 * basis.shape[1]:
+        raise ValueError(f"{len(u)} runs are too few for a plane over {u.shape[1]} inputs")
+    inverse = np.linalg.inv(basis.T @ basis)
+    coefficients = inverse @ (basis.T @ response)
+    residuals = response - basis @ coefficients
+    leverage = np.einsum("ij,jk,ik->i", basis, inverse, basis)
+    weighted = basis * (residuals / (1.0 - leverage))[:, None]
+    errors = np.sqrt(np.diag(inverse @ (weighted.T @ weighted) @ inverse))
+    rest = float(np.sqrt(np.sum(residuals**2) / (len(u) - basis.shape[1])))
+    return Plane(float(coefficients[0]), float(errors[0]), coefficients[1:], errors[1:], rest)
+
+
+def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) -> tuple[float, float, float]:
+    """Return P(response > limit) after first order, with the interval that the standard errors leave.
+
+    With the rest: what the plane leaves counts as one more independent normal input.
+    """
+    deviation = float(np.sqrt(plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)))
+    if deviation == 0.0:
+        return (float(plane.mean > limit),) * 3
+    beta = (limit - plane.mean) / deviation
+    # Of the mean and of the deviation: d beta = -d mean / sigma - beta d sigma / sigma.
+    spread = float(np.sqrt(np.sum((plane.gradient * plane.errors) ** 2))) / deviation
+    error = float(np.hypot(plane.mean_error, beta * spread)) / deviation
+    half = float(norm.ppf(0.5 * (1.0 + CONFIDENCE))) * error
+    return float(norm.sf(beta)), float(norm.sf(beta + half)), float(norm.sf(beta - half))
+
+
+def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
+    """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
+    return float(failed.mean()), *interval(int(failed.sum()), failed.size)
+
+
+def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
+    """Return by how much the share of failures differs between runs with the same inputs, with its interval.
+
+    Only runs that fail in one of the two count (Q. McNemar, Psychometrika 12 (1947) 153-157); their share in
+    one direction has the exact interval, given how many they are.
+    """
+    changed = failed != reference
+    if not changed.any():
+        # None of n runs changed: with that confidence no more than this share does, either way.
+        most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
+        return 0.0, -most, most
+    _, low, high = counted_probability(failed[changed])
+    share, change = float(changed.mean()), (int(failed.sum()) - int(reference.sum())) / failed.size
+    return change, share * (2 * low - 1), share * (2 * high - 1)
+
+
+# ---- what is run
 
 MONTE_CARLO, GRADIENT = 1, 2  # seeds
 LIMITS = {
@@ -72,10 +163,10 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     ]
     usual, *same = scenes
     inputs = inputs_of(usual)
-    draws = [Draws(usual, inputs, config.plane, GRADIENT, factor) for factor in config.factors]
+    draws = [(Draw(usual, inputs, GRADIENT, factor), config.plane) for factor in config.factors]
     # At the usual tolerance they are the first of the many.
-    draws += [Draws(each, inputs, config.common, MONTE_CARLO) for each in same]
-    draws.append(Draws(usual, inputs, config.runs, MONTE_CARLO))
+    draws += [(Draw(each, inputs, MONTE_CARLO), config.common) for each in same]
+    draws.append((Draw(usual, inputs, MONTE_CARLO), config.runs))
     *drawn, many = run_draws(draws, n_jobs, on_progress)
     planes = {
         factor: {name: fit_plane(each.u, each.responses[name].to_numpy()) for name in RESPONSES}

@@ -27,9 +27,8 @@ from comparison.reliability.errors import QUANTITIES, integrals, slider_errors, 
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.frames import crossed, rows_table, write_csv
 from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, crossed, write_csv
 from comparison.tables.table import Table
 from comparison.words.reliability import rounded
 
@@ -152,6 +151,8 @@ def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
     long, settings = results.tables["differences"], next(iter(results.scenes.values())).reliability
+    alone = results.tables["one-model"]
+    idle, loaded = (alone[alone["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
     limits = (f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES)
     return {
         "config": results.config,
@@ -164,26 +165,11 @@ def page(results: Results) -> dict[str, object]:
         "margin": f"{MARGIN:g}",
         "smallest": _by_quantity(long),
         "two": _by_quantity(results.tables["two-cycles"]),
-        "alone": results.tables["one-model"],
-        "load": _loaded(results.tables["one-model"]),
+        "alone": alone,
+        "loads": loaded.join(idle, rsuffix="_idle"),
+        "rounded": rounded,
         "figures": {_picture(name): scene.title for name, scene in results.scenes.items()},
     }
-
-
-def _loaded(alone: pd.DataFrame) -> str:
-    """Return what a workpiece changes in the central case, a row a quantity."""
-    idle, loaded = (alone[alone["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
-    rows = [
-        {
-            "quantity": name,
-            "largest mean error, idle": quantity(idle["largest_mean"][name], unit_of(name), 3),
-            "with the workpiece": quantity(loaded["largest_mean"][name], unit_of(name), 3),
-            "smallest R, idle": rounded(idle["smallest_R"][name]),
-            "smallest R, with the workpiece": rounded(loaded["smallest_R"][name]),
-        }
-        for name in loaded.index
-    ]
-    return rows_table(rows)
 
 
 def _picture(scene: str) -> str:

@@ -1,6 +1,7 @@
-"""What several studies do with scenes: values by dotted key, settings of a tier, random starts."""
+"""What several studies do with scenes: keys, settings of a tier, random starts, formulations."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,3 +51,46 @@ def clearance_and_start(
         "initial.slider_offset": float(offset * clearance),
         "initial.slider_angle": float(corner * clearance * 2.0 / length),
     }
+
+
+# ---- the catalogue of formulations and integrators by which either model can run a scene
+
+
+@dataclass(frozen=True)
+class Method:
+    """A formulation of the equations of motion with an integrator."""
+
+    name: str  # both, as reports print them
+    model: str  # "reference" or "exudyn"
+    changes: Mapping[str, object] = field(hash=False)
+    """What selects it: dotted keys of a scene and their values, without tolerances and step sizes."""
+
+    @property
+    def title(self) -> str:
+        """Model and name, which identify it."""
+        return f"{self.model}: {self.name}"
+
+
+def _method(name: str, model: str, **solver: object) -> Method:
+    return Method(name, model, {f"solver.{model}.{key}": value for key, value in solver.items()})
+
+
+def _reference(name: str, formulation: str, method: str = "dop853") -> Method:
+    return _method(name, "reference", formulation=formulation, method=method)
+
+
+MINIMAL = _reference("minimal, DOP853", "auto")
+MINIMAL_SCIPY = _reference("minimal, scipy's DOP853", "auto", "scipy-DOP853")
+MINIMAL_LSODA = _reference("minimal, LSODA", "auto", "LSODA")
+MINIMAL_RADAU = _reference("minimal, Radau", "auto", "Radau")
+MINIMAL_BDF = _reference("minimal, BDF", "auto", "BDF")
+MULTIPLIERS = _reference("multipliers, DOP853", "multiplier")
+MULTIPLIERS_BDF = _reference("multipliers, BDF", "multiplier", "BDF")
+TREE = _method("tree, DOPRI5", "exudyn", formulation="tree")
+TREE_LONG_STEPS = _method("tree, DOPRI5, steps up to 1 ms", "exudyn", formulation="tree", step=1e-3)
+FULL = _method("full (five bodies), generalized alpha", "exudyn", formulation="full")
+FULL_INDEX2 = _method(
+    "full (five bodies), trapezoidal index 2", "exudyn", formulation="full", method="trapezoidal-index2"
+)
+
+METHODS = tuple(value for value in globals().values() if isinstance(value, Method))

@@ -1,50 +1,32 @@
-"""A study: what it is asked with, what it measures, the page that it fills and the figures that it draws."""
+"""A study: what it is asked with, what it measures, the page that it fills and the figures that it draws.
+
+And what pages of several studies are made of: tables of frames, a panel of curves, observed rates.
+"""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+import pandas as pd
 from jinja2 import Environment, StrictUndefined
 from markdown_it import MarkdownIt
 from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
+from scipy.stats import binomtest
 
 from comparison.execution.run import Progress
-from comparison.files import replacing_in, write_json, write_text
-from comparison.formatting import number, percent, quantity
+from comparison.files import replacing, replacing_in, write_json, write_text
+from comparison.formatting import MISSING, number, percent, quantity, table
 from comparison.report.page import TEMPLATES, style
-from comparison.studies.shared.frames import markdown
 
 C = TypeVar("C")
 R = TypeVar("R")
-
-# What is measured stands in the template of a page in braces: {runs.x.max() | number}.
-_PAGES = Environment(
-    variable_start_string="{",
-    variable_end_string="}",
-    trim_blocks=True,
-    keep_trailing_newline=True,
-    undefined=StrictUndefined,
-)
-_PAGES.filters |= {"number": number, "percent": percent, "quantity": quantity, "markdown": markdown}
-_ONE_FILE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
-<title>{{ title }}</title>
-<style>{{ css }}</style>
-</head>
-<body>
-<main>
-{{ body }}
-</main>
-</body>
-</html>
-"""
 
 
 @dataclass(frozen=True)
@@ -95,6 +77,24 @@ def part(on_progress: Progress | None, start: float, end: float) -> Progress | N
     return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
 
 
+_ONE_FILE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<title>{{ title }}</title>
+<style>{{ css }}</style>
+</head>
+<body>
+<main>
+{{ body }}
+</main>
+</body>
+</html>
+"""
+
+
 def single_page(readme: Path) -> str:
     """Return HTML with the text of a README, whose own HTML is shown as text, and the figures beside it.
 
@@ -121,3 +121,120 @@ def single_page(readme: Path) -> str:
     body = re.sub(r'<p><img src="([\w-]+)\.svg" alt="([^"]*)" ?/?></p>', figure, body)
     title = text.partition("\n")[0].removeprefix("# ")
     return TEMPLATES.from_string(_ONE_FILE).render(title=title, css=style(), body=Markup(body))
+
+
+# ---- tables
+
+Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and what writes a value of it
+Quantities = Mapping[str, str | tuple[Any, ...]]
+"""Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
+
+
+def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
+    """Return a frame as a table, by default all columns as text; values and whole columns may be missing."""
+    shown: Columns = dict.fromkeys(frame, str) if columns is None else dict(columns)
+    values = frame.reindex(columns=list(shown)).to_dict("list")
+    written = [
+        [MISSING if pd.isna(value) else write(value) for value in values[name]]
+        for name, write in shown.items()
+    ]
+    return table([str(name) for name in shown], zip(*written, strict=True))
+
+
+def quantities(frame: pd.DataFrame, columns: Quantities) -> str:
+    """Return a table of the columns; what is missing is said."""
+    shown = {}
+    for heading, what in columns.items():
+        name, form = (what, ()) if isinstance(what, str) else (what[0], what[1:])
+        values = frame.reindex(columns=[name])[name]
+        shown[heading] = [quantity(value, *form) for value in values.astype(float)] if form else list(values)
+    return markdown(pd.DataFrame(shown))
+
+
+def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
+    """Return a table of rows with the same columns, heading -> cell; nothing where there is no row."""
+    frame = pd.DataFrame(list(rows))
+    return "" if frame.empty else markdown(frame)
+
+
+def crossed(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
+    """Return cells as a table over the names of their rows and columns, each in the order of the first."""
+    named = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
+    wide = named.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
+    return markdown(wide.reset_index())
+
+
+def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | None = None) -> None:
+    """Write frames to ``NAME.csv`` in a folder, their numbers as the format ``digits`` says."""
+    for name, frame in frames.items():
+        with replacing(folder / f"{name}.csv") as part:
+            frame.to_csv(part, index=False, float_format=digits)
+
+
+# What is measured stands in the template of a page in braces: {runs.x.max() | number}.
+_PAGES = Environment(
+    variable_start_string="{",
+    variable_end_string="}",
+    trim_blocks=True,
+    keep_trailing_newline=True,
+    undefined=StrictUndefined,
+)
+_PAGES.filters |= {"number": number, "percent": percent, "quantity": quantity, "markdown": markdown}
+
+
+# ---- figures and rates
+
+
+def curves(
+    axes: Axes,
+    frame: pd.DataFrame,
+    x: str,
+    y: str,
+    by: Any,
+    looks: Mapping[Any, Mapping[str, Any]],
+    **settings: Any,
+) -> None:
+    """Draw column y over x, a line or points for each value of the column(s) ``by`` that has a look.
+
+    In the order of the looks, which are options of `matplotlib.axes.Axes.plot`; a look without rows is in the
+    legend. The settings are those of the panel, as `matplotlib.axes.Axes.set` takes them.
+    """
+    groups = dict(list(frame.groupby(by, sort=False)))
+    for key, look in looks.items():
+        rows = groups.get(key, frame.iloc[:0])
+        axes.plot(rows[x], rows[y], **{"label": str(key), **look})
+    axes.set(**settings)
+
+
+def plain_ticks(axis: Axis, ticks: Sequence[float]) -> None:
+    """Label a logarithmic axis with plain numbers, those within its limits."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_locator(NullLocator())
+
+
+def rate(x: Sequence[float], y: Sequence[float]) -> float:
+    """Return p of y ~ x^p by least squares of the positive, finite pairs; nan of less than two."""
+    pairs = np.array([x, y], dtype=np.float64)
+    log_x, log_y = np.log(pairs[:, np.all(np.isfinite(pairs) & (pairs > 0), axis=0)])
+    return float(np.polyfit(log_x, log_y, 1)[0]) if log_x.size >= 2 else float("nan")
+
+
+def interval(count: int, trials: int) -> tuple[float, float]:
+    """Return the two-sided 95 % interval of Clopper and Pearson of a rate; 0 to 1 without a trial."""
+    if not trials:
+        return 0.0, 1.0
+    bounds = binomtest(count, trials).proportion_ci(0.95, method="exact")
+    return float(bounds.low), float(bounds.high)
+
+
+def upper_limit(count: int, trials: int) -> float:
+    """Return the one-sided 95 % upper limit of Clopper and Pearson of a rate; 1 without a trial."""
+    if not trials:
+        return 1.0
+    return float(binomtest(count, trials, alternative="less").proportion_ci(0.95, method="exact").high)
+
+
+def share(rate: float) -> str:
+    """Return a rate as percent with two digits."""
+    return f"{100 * rate:.2g}\u00a0%" if rate < 0.995 else f"{100 * rate:.3g}\u00a0%"

@@ -13,8 +13,8 @@ from comparison.execution.store import Row
 from comparison.execution.tasks import Task
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError, load_scene
-from comparison.studies.shared import formulations as catalogue
-from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method
+from comparison.studies.shared import scenes as catalogue
+from comparison.studies.shared.scenes import MINIMAL, MULTIPLIERS, TREE, Method
 from comparison.tables.table import Table, TableError
 
 TRUTH = 1e-14  # tolerance of the run that counts as exact: a hundredth of the smallest that is measured

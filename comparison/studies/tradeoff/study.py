@@ -18,11 +18,9 @@ from comparison.execution.tasks import SUCCESS, measure_all, on_processes
 from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS, platform_name
 from comparison.report import svg
-from comparison.studies.shared import formulations as catalogue
-from comparison.studies.shared.formulations import Method
-from comparison.studies.shared.frames import Columns, markdown
-from comparison.studies.shared.rates import rate
-from comparison.studies.shared.study import Study
+from comparison.studies.shared import scenes as catalogue
+from comparison.studies.shared.scenes import Method
+from comparison.studies.shared.study import Columns, Study, markdown, rate
 from comparison.studies.tradeoff.measure import (
     CHIEF,
     LONG,
@@ -167,15 +165,18 @@ def ratios(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines)
 
 
-def finding(rows: pd.DataFrame) -> str:
-    """Return which method is the cheapest at the smallest of the equal errors that any of them reaches."""
-    parts = []
+def cheapest(rows: pd.DataFrame) -> list[dict[str, str]]:
+    """Return the cheapest method of each scene at the smallest of the equal errors that any reaches."""
+    lines = []
     for scene in WITH_CLEARANCE:
         reached = costs(rows, scene).dropna(axis="columns", how="all")
         if not reached.empty:
             error, least = reached.columns[-1], reached.iloc[:, -1]
-            parts.append(f"{TITLES[scene]}: {least.idxmin()} at {error}, {quantity(least.min(), 's')}")
-    return f"Least processor time at equal error of x: {'; '.join(parts) or MISSING}."
+            seconds = quantity(least.min(), "s")
+            lines.append(
+                {"scene": TITLES[scene], "method": str(least.idxmin()), "error": error, "time": seconds}
+            )
+    return lines
 
 
 def orders(rows: pd.DataFrame) -> pd.DataFrame:
@@ -225,18 +226,11 @@ def page(results: Results) -> dict[str, object]:
     words: Columns = dict.fromkeys(("cost of", "over that of", "scene"), str)
     shown: Columns = dict.fromkeys(("method", "scene", "channels"), str) | {"cycles": "{:.0f}".format}
     shown |= dict.fromkeys(("processor time a cycle (ms)", "contacts a cycle"), number)
-    figures = {
-        (scene, cost): f"![{TITLES[scene]}: {COSTS[cost]} over {QUANTITIES[chief]}]({scene}-{cost}.svg)"
-        for (scene, chief), cost in product(CHIEF.items(), COSTS)
-    }
-    failed = [
-        f"- {row['model']}, {row['method']}, {row['scene']}, {row['setting']:g}: {row['status']}"
-        for row in results.rows
-        if row["status"] != SUCCESS
-    ]
     return {
-        "finding": finding(rows),
-        "figure": figures.pop((WITH_CLEARANCE[0], "seconds")),
+        "cheapest": cheapest(rows),
+        "titles": TITLES,
+        "chief": {scene: QUANTITIES[chief] for scene, chief in CHIEF.items()},
+        "costs": COSTS,
         "ratios": markdown(ratios(rows), words | dict.fromkeys(EQUAL, two)),
         "rounds": config.rounds,
         "busy": f"{config.busy:g}",
@@ -244,11 +238,10 @@ def page(results: Results) -> dict[str, object]:
         "machine": platform_name(),
         "truth": f"{TRUTH:.0e}",
         "confirmed": " and ".join(quantity(apart, "m", 1) for apart in results.confirmed),
-        "figures": "\n\n".join(figures.values()),
         "long_cycles": MISSING if isnan(cycles) else f"{cycles:.0f}",
         "long_ratio": two(ratio),
         "grown": markdown(grown, shown),
-        "failed": "\n".join(failed) or "None.",
+        "failed": [row for row in results.rows if row["status"] != SUCCESS],
     }
 
 

@@ -16,8 +16,7 @@ from comparison.models import made_on
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies.shared.frames import markdown, write_csv
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, markdown, write_csv
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import as_toml, validate
 from comparison.words.verdicts import headline, mark

@@ -17,7 +17,7 @@ from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
 from comparison.execution.store import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
-from comparison.studies.sweep.points import LARGEST_LIST
+from comparison.studies.sweep import LARGEST_LIST
 from comparison.tables.table_files import LARGEST
 
 ROOT = Path(str(files("comparison"))).parent

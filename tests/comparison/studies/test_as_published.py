@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.levels import plan
+from comparison.cli import reports
 from comparison.execution.run import VIOLATED, Outcome, run_one
 from comparison.studies.as_published import runs, study
 from comparison.studies.as_published.study import SETTING, Cause
@@ -163,6 +164,11 @@ def made_up(factors, converged=1.0):
     )  # fmt: skip
 
 
+def finding(results):
+    """The page's first paragraph in bold."""
+    return reports.finding(study.STUDY.text(results))
+
+
 def test_one_setting_has_to_meet_more_than_the_converged_solution():
     def half(name):
         return 1.0 if name in study.predictions()[::2] else 3.0
@@ -174,7 +180,7 @@ def test_one_setting_has_to_meet_more_than_the_converged_solution():
     assert (single.of, single.converged, single.best, single.gain) == (count, 0, *[(count + 1) // 2] * 2)
     assert (single.setting, single.settings, single.results) == ((1e-7, 10.0, 10.0), 2, count)
     assert single.chance < 0.01
-    assert study.finding(better).startswith("One setting of the paper's own formulation and solver explains")
+    assert finding(better).startswith("One setting of the paper's own formulation and solver explains")
     none = "No single setting of the paper's own formulation and solver explains more"
     equal = study.single(made_up({(1e-6, zero): lambda _: 1.02, (1e-7, ten): half}, converged=1.01))
     assert (equal.best, equal.converged, equal.gain) == (count, count, 0)
@@ -182,7 +188,7 @@ def test_one_setting_has_to_meet_more_than_the_converged_solution():
     # Neither does one that is as good as the converged solution from another of its starts.
     lucky = better._replace(starts=np.outer(better.converged["value"], [1.0, 1 / 1.5]))
     assert study.single(lucky).starts == count
-    assert study.finding(lucky).startswith(none)
+    assert finding(lucky).startswith(none)
 
     # Nor one that meets a single figure more, as the best of some settings often does.
     def hit(name):
@@ -194,7 +200,7 @@ def test_one_setting_has_to_meet_more_than_the_converged_solution():
     chance = made_up({(1e-6, zero): hit, (1e-7, ten): miss}, converged=1.5)
     assert study.single(chance).gain == 1
     assert study.single(chance).chance > study.SELDOM
-    assert study.finding(chance).startswith(none)
+    assert finding(chance).startswith(none)
     with pytest.raises(ValueError, match=r"^no run at any setting was a success$"):
         study.single(better._replace(figures=better.figures.assign(status="chatter")))
 

@@ -13,14 +13,21 @@ from comparison.scene import load_scene
 from comparison.studies.nonlinear.methods import (
     CLEAR,
     LEAST,
+    SHORTEST,
+    STATE,
+    Chaos,
     Exponent,
+    Press,
     chaos_indicator,
     exponents,
+    free,
     mean_interval,
     recurrence,
+    scale,
+    states,
+    verdict,
 )
-from comparison.studies.nonlinear.press import SHORTEST, STATE, Press, free, scale, states
-from comparison.studies.nonlinear.study import DISTANCES, MAIN, Chaos, answer, believed, verdict
+from comparison.studies.nonlinear.study import DISTANCES, MAIN, answer, believed
 from comparison.tables.table import Table
 
 RESTITUTION = 0.5

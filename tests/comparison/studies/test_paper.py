@@ -12,11 +12,11 @@ import pytest
 from comparison.execution.run import run_one
 from comparison.models import MODELS
 from comparison.reliability.assessment import cap, reliability
-from comparison.scene import load_scene
+from comparison.scene import SceneError, load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.study import Chaos
-from comparison.studies.paper import causes, claims, draws, ledger, runs, study
+from comparison.studies.nonlinear.methods import Chaos
+from comparison.studies.paper import claims, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Outcome, Size, Use
 from comparison.studies.shared.published import printed_rows, published
@@ -24,9 +24,7 @@ from comparison.studies.shared.scenes import settable
 from comparison.tables.table import Table
 
 CYCLES, DENSE, SPARSE = 12, 200, 50
-CONFIG = runs.Config(
-    DENSE, SPARSE, CYCLES, CYCLES, members=1, draws=2, long_draws=1, chaos=study.STUDY.small.chaos
-)
+CONFIG = runs.Config(DENSE, SPARSE, CYCLES, CYCLES, draws=2, long_draws=1)
 LIMITS = {"displacement": 2.0, "velocity": 1.0, "acceleration": 120.0}
 SUPPORTED, CONTRADICTED, UNDECIDED = Verdict.SUPPORTED, Verdict.CONTRADICTED, Verdict.UNDECIDED
 
@@ -78,7 +76,8 @@ def motions(changes=None, long=None, angles=(45,), chaos=Chaos.UNDECIDED, shape=
     push = {"time": time, "reaction_A_x": 50 * np.cos(angle), "reaction_A_y": 50 * np.sin(angle)}
     pin = {model: Table(pd.DataFrame(push)) for model in MODELS}
     usual = {pair: tables[0] for pair, tables in short.items()}
-    return runs.Runs(CONFIG, short, ideal, many, pin, chaos, {model: [2.0] for model in MODELS}, usual)
+    exponents = {model: [2.0] for model in MODELS}
+    return runs.Runs(CONFIG, short, ideal, many, pin, usual, chaos=chaos, exponents=exponents)
 
 
 def spike(scene, time, size):
@@ -99,8 +98,7 @@ def drawn(made_up, spread=0.1, count=41, **turned):
     ``turned``: id -> (share of the draws with the other sign, share half a cycle later).
     """
     result = {}
-    for same in ledger.events():
-        name = same.index[0]
+    for name in runs.numbers().index:
         peak = runs.measure(name, made_up, "reference", LIMITS)
         values = peak.value * (1 + spread * ordered(count))
         if "reliability" in printed_rows().loc[name, "quantity"]:  # what is missing to the cap is spread
@@ -303,15 +301,15 @@ def test_stroke_dead_centre_and_first_cycle_of_known_motions():
 
 def test_a_draw_is_the_same_again_and_its_groups_move_their_own_keys_alone():
     scene = load_scene(runs.CENTRAL)
-    first = draws.draw(scene, 5)
-    draws.drawn.cache_clear()
-    assert draws.draw(scene, 5) == first != draws.draw(scene, 6)
+    first = runs.draw(scene, 5)
+    runs.drawn.cache_clear()
+    assert runs.draw(scene, 5) == first != runs.draw(scene, 6)
     known, moved = settable(scene.data), set()
-    for group in draws.GROUPS:
-        own = {key for key, value in draws.draw(scene, 5, group).items() if value != known[key]}
-        assert own >= {one["key"] for one in draws.INPUTS if one["group"] == group}
-        if group not in (draws.GEOMETRY, "Tables 1 and 2"):
-            assert own <= {one["key"] for one in draws.INPUTS if one["group"] == group} | {draws.START}
+    for group in runs.GROUPS:
+        own = {key for key, value in runs.draw(scene, 5, group).items() if value != known[key]}
+        assert own >= {one["key"] for one in runs.INPUTS if one["group"] == group}
+        if group not in (runs.GEOMETRY, "Tables 1 and 2"):
+            assert own <= {one["key"] for one in runs.INPUTS if one["group"] == group} | {runs.START}
         moved |= own
     assert moved == first.keys() - {"environment.gravity"} | (moved & {"environment.gravity"})
 
@@ -320,66 +318,78 @@ def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_fac
     scene, facts = load_scene(runs.CENTRAL), fitting.printed_facts()
     known, gravities = settable(scene.data), set()
     for number in range(12):
-        values = draws.draw(scene, number)
+        values = runs.draw(scene, number)
         gravities.add(values["environment.gravity"])
-        for one in draws.INPUTS:
+        for one in runs.INPUTS:
             middle, value = known[one["key"]], values[one["key"]]
             if "factor" in one:
                 assert 1 / one["factor"] <= value / middle <= one["factor"]
-            elif "half" in one and one["key"] not in (draws.START, draws.ANGLE):
+            elif "half" in one and one["key"] not in (runs.START, runs.ANGLE):
                 assert abs(value - middle) <= one["half"] * (1 + 1e-9)
-        line = values["mechanism.guide_x"] + values[draws.OFFSET]
-        crank, rod2, rocker, rod4 = (values[f"mechanism.{rod}.length"] for rod in draws.RODS)
+        line = values["mechanism.guide_x"] + values[runs.OFFSET]
+        crank, rod2, rocker, rod4 = (values[f"mechanism.{rod}.length"] for rod in runs.RODS)
         lengths = fitting.Lengths(crank, rod2, rocker, rocker / 2, rod4)
         geometry = fitting.Geometry(*values["mechanism.rocker_pivot"], line)
         _, shown = fitting.shown(geometry, fitting.TOPOLOGIES[0], lengths)
         assert np.all(np.abs(shown - facts["value"]) <= facts["allowance"] * (1 + 1e-9))
         # The press starts at its dead centre, to the nudge of the start.
-        assert values[draws.ANGLE] == pytest.approx(shown[0], abs=1.1e-7)
-        assert abs(values[draws.START] - values[draws.OFFSET]) <= 1e-6 * (1 + 1e-9)
+        assert values[runs.ANGLE] == pytest.approx(shown[0], abs=1.1e-7)
+        assert abs(values[runs.START] - values[runs.OFFSET]) <= 1e-6 * (1 + 1e-9)
     assert gravities == {0.0, 9.81}
 
 
-def test_draws_of_an_input_without_effect_show_the_nominal_run_in_any_chunks(monkeypatch):
-    """No journal is in the central case; a chunk does not change what a number draws."""
+def test_draws_of_an_input_without_effect_show_the_nominal_run_however_many_they_are(monkeypatch):
+    """No journal is in the central case; a number draws the same beside others."""
     ids, central = ("F9-210-d", "F9-210-a"), runs.CENTRAL
     config = CONFIG._replace(samples=400)
-    task = draws.Draws(central, ids, config, {}, 3, only="journal radius")
-    row = draws.measure_draws(task, lambda _: None)
-    assert row["failures"] == []
+    one = runs.Draw(central, ids, config, {}, only="journal radius")
     scene = runs.short_scene(config, central)
-    still = run_one(scene.with_values(draws.IDEAL), "reference")
-    one = {(central, "reference"): [run_one(scene, "reference")]}
-    nominal = runs.Runs(config, one, {(central, "reference"): still}, {}, {}, Chaos.UNDECIDED, {})
+    still = run_one(scene.with_values(runs.WITHOUT_CLEARANCE), "reference")
+    short = {(central, "reference"): [run_one(scene, "reference")]}
+    nominal = runs.Runs(config, short, {(central, "reference"): still}, {})
     peaks = [runs.measure(name, nominal, "reference", {}) for name in ids]
-    for _, values in row["shown"]:
+    for number in range(3):
+        values = runs.measure_draw(dataclasses.replace(one, number=number), lambda _: None)["shown"]
         assert values[::3] == [peak.value for peak in peaks]
         assert values[1::3] == [peak.time for peak in peaks]
-    monkeypatch.setattr(draws, "measure_all", lambda measure, tasks, *_: [measure(t, None) for t in tasks])
-    every = dataclasses.replace(task, only="")
-    whole, parts = draws.run_draws([every], 0, None), []
-    monkeypatch.setattr(draws, "CHUNK", 2)
-    parts = draws.run_draws([every, task], 0, None)
-    pd.testing.assert_frame_equal(whole[0].shown, parts[0].shown)
-    assert list(parts[0].shown.index) == [0, 1, 2]
-    assert [len(set(each.shown["F9-210-a", "value"])) for each in parts] == [3, 1]
+    monkeypatch.setattr(
+        runs,
+        "measure_all",
+        lambda measure, tasks, *_: [{"status": "success"} | measure(task, None) for task in tasks],
+    )
+    every = dataclasses.replace(one, only="")
+    (whole,), both = (runs.run_draws(asked, 0, None) for asked in ([(every, 2)], [(every, 3), (one, 3)]))
+    pd.testing.assert_frame_equal(whole.shown, both[0].shown[:2])
+    assert list(both[0].shown.index) == [0, 1, 2]
+    assert [len(set(each.shown["F9-210-a", "value"])) for each in both] == [3, 1]
 
 
-def test_a_draw_that_a_model_refuses_leaves_its_reason():
-    task = draws.Draws(runs.CENTRAL, ("F9-210-d",), CONFIG, {}, 1, changes={"contact.poisson": 0.7})
-    row = draws.measure_draws(task, lambda _: None)
-    assert row["shown"] == []
-    assert "poisson" in row["failures"][0]
+def test_a_draw_that_does_not_succeed_leaves_its_reason_and_the_others_stay(monkeypatch):
+    one = runs.Draw(runs.CENTRAL, ("F9-210-d",), CONFIG, {}, changes={"contact.poisson": 0.7})
+    with pytest.raises(SceneError, match="poisson"):
+        runs.measure_draw(one, lambda _: None)
+    rows = [
+        {"status": "bad input", "message": "contact.poisson is too large"},
+        {"status": "success", "message": "", "shown": [1.0, 2.0, 3.0]},
+        {"status": "step-too-small", "message": "loosen the tolerance"},
+        {"status": "crashed", "message": "its process died"},
+    ]
+    monkeypatch.setattr(runs, "measure_all", lambda *_: rows)
+    (found,) = runs.run_draws([(one, 4)], 0, None)
+    assert found.shown.to_dict("index") == {
+        1: {("F9-210-d", field): value for field, value in zip(runs.FIELDS, (1.0, 2.0, 3.0), strict=True)}
+    }
+    assert found.failures == ["contact.poisson is too large", "step-too-small", "its process died"]
 
 
 def test_shares_of_inputs_are_those_of_the_squares_of_what_each_leaves_open():
     u = ordered(2001)
 
     def ensemble(half):
-        columns = pd.MultiIndex.from_product([["F9-210-d"], draws.FIELDS])
-        return draws.Ensemble(pd.DataFrame(np.column_stack([-1.0 + half * u] * 3), columns=columns), [])
+        columns = pd.MultiIndex.from_product([["F9-210-d"], runs.FIELDS])
+        return runs.Ensemble(pd.DataFrame(np.column_stack([-1.0 + half * u] * 3), columns=columns), [])
 
-    rows = causes.shares({"a": ensemble(0.3), "b": ensemble(0.4), "c": ensemble(0.0)}, ["F9-210-d"])
+    rows = ledger.shares({"a": ensemble(0.3), "b": ensemble(0.4), "c": ensemble(0.0)}, ["F9-210-d"])
     assert list(rows["u_input"]) == pytest.approx([0.285, 0.38, 0.0], abs=1e-12)
     assert list(rows["share"]) == pytest.approx([0.36, 0.64, 0.0])
 
@@ -398,30 +408,30 @@ def tried(monkeypatch):
     """
     log = []
 
-    def run(tasks, *_):
-        log.extend(tasks)
-        return [answer(task) for task in tasks]
+    def run(asked, *_):
+        log.extend(asked)
+        return [answer(*each) for each in asked]
 
-    def answer(task):
+    def answer(task, count):
         law = task.changes.get("contact.law", "")
         factor = {"foundation": 1.0, "paper-switching": 5.0}.get(law, 0.2)
-        values = [[v for name in task.ids for v in (factor * published(name).value, 0.0, 0.0)]] * task.count
-        columns = pd.MultiIndex.from_product([task.ids, draws.FIELDS])
+        values = [[v for name in task.ids for v in (factor * published(name).value, 0.0, 0.0)]] * count
+        columns = pd.MultiIndex.from_product([task.ids, runs.FIELDS])
         if law == "adams-impact":
-            return draws.Ensemble(pd.DataFrame([], columns=columns, dtype=float), ["not simulated"])
-        return draws.Ensemble(pd.DataFrame(values, columns=columns), [])
+            return runs.Ensemble(pd.DataFrame([], columns=columns, dtype=float), ["not simulated"])
+        return runs.Ensemble(pd.DataFrame(values, columns=columns), [])
 
-    monkeypatch.setattr(causes, "run_draws", run)
+    monkeypatch.setattr(ledger, "run_draws", run)
     errors = {("69GPa", "slider_vy"): spike("69GPa", 0.79, 3 * published("F9-69-v").value)}
     made_up = motions([errors])
     frames = drawn(made_up)
     rows = ledger.ledger(made_up, frames, LIMITS)
-    return rows, causes.try_variants(rows, frames, CONFIG, 1, None), log
+    return rows, ledger.try_variants(rows, frames, CONFIG, 1, None), log
 
 
 def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_out(tried):
     rows, found, log = tried
-    cause = causes.causes(rows, found, NOT_TRIED).set_axis(causes.missed(rows)["ids"])
+    cause = ledger.causes(rows, found, NOT_TRIED).set_axis(ledger.missed(rows)["ids"])
     # 3 times the printed size in the second cycle: in the first it is that, and the foundation meets all.
     assert cause["reached_by"]["F9-69-v"] == ["first cycle", "foundation"]
     assert cause["reached_by"]["F11-01-v"] == ["foundation"]
@@ -429,11 +439,11 @@ def test_the_variant_that_reaches_a_figure_is_named_and_a_refused_one_is_left_ou
     refused = found[found["variant"] == "adams-impact"]
     assert set(refused["why"]) == {"not simulated"}
     assert set(refused["size"]) == {Size.NONE}
-    probed = [task for task in log if task.changes.get("contact.law") == "adams-impact"]
-    assert {task.count for task in probed} == {causes.PROBED}
+    probed = [count for task, count in log if task.changes.get("contact.law") == "adams-impact"]
+    assert set(probed) == {ledger.PROBED}
     without = found[~found["variant"].isin(["foundation", "first cycle"])]
     # Paper-switching, no gravity, slider alone, all of aluminium; of other scenes the first two.
-    cause = causes.causes(rows, without, NOT_TRIED).set_axis(causes.missed(rows)["ids"])
+    cause = ledger.causes(rows, without, NOT_TRIED).set_axis(ledger.missed(rows)["ids"])
     assert cause.loc["F9-69-v", ["reached_by", "variants"]].tolist() == [[], 4]
     assert cause.loc["F11-01-v", ["reached_by", "variants"]].tolist() == [[], 2]
 
@@ -446,22 +456,22 @@ def test_materials_are_tried_for_their_figures_whether_reproduced_or_not(tried):
 
 def test_ranges_are_tried_over_many_cycles_and_largest_errors_are_not(tried):
     rows, found, log = tried
-    open_ranges = {ids for ids in causes.missed(rows)["ids"] if ids.startswith("F14")}
+    open_ranges = {ids for ids in ledger.missed(rows)["ids"] if ids.startswith("F14")}
     assert open_ranges
     reached = found[found["ids"].isin(open_ranges) & (found["size"] == Size.REPRODUCED)]
     assert set(reached["ids"]) == open_ranges
     assert set(reached["variant"]) == {"foundation"}
-    assert {name: task.many for task in log for name in task.ids if name in open_ranges} == dict.fromkeys(
+    assert {name: task.many for task, _ in log for name in task.ids if name in open_ranges} == dict.fromkeys(
         open_ranges, True
     )
-    assert not any(task.many for task in log if not open_ranges & {*task.ids})
+    assert not any(task.many for task, _ in log if not open_ranges & {*task.ids})
 
 
 def test_settings_of_the_papers_own_that_give_a_figure_are_counted_with_their_chance(tried):
     rows, found, _ = tried
     numerics = pd.DataFrame({"id": ["F9-69-v", "F12-150-d"], "settings": [2, 0], "chance": [0.25, 0.5]})
-    cause = causes.causes(rows, found[:0], numerics)
-    cause = cause.set_axis(causes.missed(rows)["ids"])
+    cause = ledger.causes(rows, found[:0], numerics)
+    cause = cause.set_axis(ledger.missed(rows)["ids"])
     assert cause.loc["F9-69-v", ["settings", "chance"]].tolist() == [2, 0.25]
     assert cause.loc["F9-210-d, F10-28-d, F12-150-d", ["settings", "chance"]].tolist() == [
         0,
@@ -660,7 +670,7 @@ def test_key_figures_of_the_paper_by_the_models(model):
     config, central = CONFIG._replace(samples=1000, long_samples=1000, cycles=20), runs.CENTRAL
     ideal = run_one(runs.ideal_scene(config, central).with_values({"solver.exudyn.step": 4e-5}), model)
     many = run_one(runs.long_scene(config, central), model)
-    made = runs.Runs(config, {}, {(central, model): ideal}, {(central, model): many}, {}, Chaos.UNDECIDED, {})
+    made = runs.Runs(config, {}, {(central, model): ideal}, {(central, model): many})
 
     def off(row):
         return abs(runs.measure(row, made, model, {}).value - published(row).value)

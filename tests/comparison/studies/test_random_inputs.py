@@ -1,5 +1,7 @@
 """Random inputs, draws, first-order second moments: known answers, rough responses, intervals that cover."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,6 @@ from scipy.stats import norm
 
 from comparison.scene import SceneError, load_scene
 from comparison.studies.random_inputs import draws, study
-from comparison.studies.random_inputs import second_moment as moment
 from comparison.studies.shared.scenes import settable
 
 SLOPES = np.array([3.0, 0.0, -4.0])
@@ -90,25 +91,27 @@ def test_the_largest_errors_are_those_of_the_second_cycle(scene, make_table):
     assert len(sizes) == len(draws.RESPONSES)
 
 
-def test_draws_do_not_depend_on_processes_or_chunks_and_failures_leave_the_others(fake_models, tmp_path):
+def test_draws_do_not_depend_on_processes_or_their_count_and_failures_leave_the_others(fake_models, tmp_path):
     wild = scene_with(tmp_path, entry("clearance.slider", deviation="2e-4"))
     few = wild.with_values({"output.samples_per_cycle": 50, "output.groups": ["accelerations"]})
-    asked = draws.Draws(few, draws.inputs_of(few), 12, seed=1)
-    (one,) = draws.run_draws([asked], 2, None, chunk=4)
+    asked = draws.Draw(few, draws.inputs_of(few), seed=1)
+    (one,) = draws.run_draws([(asked, 12)], 2, None)
     # A clearance below zero has a probability of 16 %.
     assert 1 <= len(one.failures) <= 6
     assert "clearance.slider" in one.failures[0]
     assert len(one.failures) + len(one.responses) == 12
     runs = fake_models.read_text().count("\n")
-    # The nominal mechanism once a chunk; each run that can be made and its ideal mechanism.
-    assert runs == 3 + 2 * len(one.responses)
-    (again,) = draws.run_draws([asked], 1, None, chunk=4)
+    # Each run that can be made, its ideal mechanism and the nominal one.
+    assert runs == 3 * len(one.responses)
+    (again,) = draws.run_draws([(asked, 12)], 1, None)
     assert fake_models.read_text().count("\n") == runs
-    (other,) = draws.run_draws([asked], 1, None, chunk=5)
-    for same in (again, other):
-        assert same.u.tolist() == one.u.tolist()
-        assert same.responses.equals(one.responses)
-        assert same.failures == one.failures
+    assert again.u.tolist() == one.u.tolist()
+    assert again.responses.equals(one.responses)
+    assert again.failures == one.failures
+    fewer, other = draws.run_draws([(asked, 5), (replace(asked, seed=2), 5)], 1, None)
+    assert fewer.responses.equals(one.responses.loc[:4])
+    assert fewer.u.tolist() == one.u[: len(fewer.u)].tolist()
+    assert not {*map(tuple, other.u)} & {*map(tuple, one.u)}
 
 
 def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
@@ -117,7 +120,7 @@ def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
     # The plane through a symmetric kink is flat: no first order without the residual.
     kinked = np.abs(u[:, 0])
     responses = pd.DataFrame({name: smooth if name == "velocity" else kinked for name in draws.RESPONSES})
-    planes = {name: moment.fit_plane(u, responses[name].to_numpy()) for name in draws.RESPONSES}
+    planes = {name: study.fit_plane(u, responses[name].to_numpy()) for name in draws.RESPONSES}
     shares = study.probabilities(planes, responses, dict.fromkeys(draws.RESPONSES, (2.0, 3.0)))
     agrees = shares.pivot_table("agrees", "response", "method", aggfunc="sum")
     assert agrees.loc["velocity", [study.FIRST_ORDER, study.WITH_RESIDUAL]].tolist() == [2, 2]
@@ -142,33 +145,33 @@ def drawn(rng, n, rough=0.0, scale=1.0):
 
 
 def test_a_plane_is_found_with_its_moments_importance_and_probability():
-    plane = moment.fit_plane(*drawn(np.random.default_rng(1), 50))
+    plane = study.fit_plane(*drawn(np.random.default_rng(1), 50))
     assert plane.gradient == pytest.approx(SLOPES, abs=1e-12)
     assert plane.mean == pytest.approx(10.0, rel=1e-13)
     assert plane.deviation == pytest.approx(5.0, rel=1e-12)
     assert plane.importance == pytest.approx([0.36, 0.0, 0.64], abs=1e-12)
-    value, low, high = moment.failure_probability(plane, 20.0)
+    value, low, high = study.failure_probability(plane, 20.0)
     assert value == pytest.approx(norm.sf(2.0), rel=1e-10)
     assert low == pytest.approx(high, rel=1e-9)  # no error is left
-    still = moment.fit_plane(np.random.default_rng(6).normal(size=(30, 2)), np.full(30, 7.0))
-    assert moment.failure_probability(still, 8.0) == (0.0, 0.0, 0.0)
+    still = study.fit_plane(np.random.default_rng(6).normal(size=(30, 2)), np.full(30, 7.0))
+    assert study.failure_probability(still, 8.0) == (0.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="5 runs are too few for a plane over 2 inputs"):
-        moment.fit_plane(np.zeros((5, 2)), np.zeros(5))
+        study.fit_plane(np.zeros((5, 2)), np.zeros(5))
 
 
 def test_roughness_hides_the_slope_over_a_small_scale_only_and_the_error_says_so():
     rng = np.random.default_rng(3)
     # Residuals of deviation 2 over 400 runs: 0.1 a slope, and a thousand times that over a thousandth.
     for scale, error in ((1.0, 0.1), (1e-3, 100.0)):
-        plane = moment.fit_plane(*drawn(rng, 400, rough=2.0, scale=scale))
+        plane = study.fit_plane(*drawn(rng, 400, rough=2.0, scale=scale))
         assert plane.errors == pytest.approx(error, rel=0.2)
         assert np.abs(plane.gradient - SLOPES).max() < 4 * plane.errors.max()
         assert plane.rest == pytest.approx(2.0, rel=0.1)
     # Deviations 5 and 5 together: 7.07; its own error is 1 %, and the probability's ten times that.
-    plane = moment.fit_plane(*drawn(rng, 4000, rough=5.0))
-    with_rest, _, _ = moment.failure_probability(plane, 20.0, with_rest=True)
+    plane = study.fit_plane(*drawn(rng, 4000, rough=5.0))
+    with_rest, _, _ = study.failure_probability(plane, 20.0, with_rest=True)
     assert with_rest == pytest.approx(norm.sf(10 / np.hypot(5, 5)), rel=0.1)
-    _, low, high = moment.failure_probability(plane, 20.0)
+    _, low, high = study.failure_probability(plane, 20.0)
     assert low < norm.sf(2.0) < high
 
 
@@ -177,9 +180,9 @@ def test_the_errors_of_slope_and_probability_cover_also_where_the_roughness_grow
     for seed in range(trials):
         rng = np.random.default_rng([4, seed])
         u = rng.normal(size=(120, 3))
-        plane = moment.fit_plane(u, u @ SLOPES + (0.2 + np.abs(u[:, 0])) * rng.normal(size=120))
+        plane = study.fit_plane(u, u @ SLOPES + (0.2 + np.abs(u[:, 0])) * rng.normal(size=120))
         slopes += abs(plane.gradient[0] - SLOPES[0]) < 1.96 * plane.errors[0]
-        _, low, high = moment.failure_probability(moment.fit_plane(*drawn(rng, 150, rough=2.0)), 20.0)
+        _, low, high = study.failure_probability(study.fit_plane(*drawn(rng, 150, rough=2.0)), 20.0)
         shares += low < exact < high
     # 95 % of 300 is 285 +- 3.8; the usual error, of equal roughness everywhere, covers some 80 %.
     assert 270 <= slopes <= 298
@@ -189,13 +192,13 @@ def test_the_errors_of_slope_and_probability_cover_also_where_the_roughness_grow
 def test_a_paired_change_counts_only_runs_that_differ():
     failed = np.zeros(1000, dtype=bool)
     # Of 0 in n the upper limit solves (1 - p)^n = 0.025.
-    assert moment.counted_probability(failed)[2] == pytest.approx(1 - 0.025 ** (1 / 1000), rel=1e-9)
+    assert study.counted_probability(failed)[2] == pytest.approx(1 - 0.025 ** (1 / 1000), rel=1e-9)
     failed[:60] = True
     other = failed.copy()
     most = pytest.approx(1 - 0.025 ** (1 / 1000), rel=1e-9)
-    assert moment.paired_change(failed, other)[::2] == (0.0, most)
+    assert study.paired_change(failed, other)[::2] == (0.0, most)
     other[:20] = False
-    value, low, high = moment.paired_change(failed, other)
+    value, low, high = study.paired_change(failed, other)
     assert value == pytest.approx(0.02)
     # All 20 in one direction: at least (0.025)^(1/20) of such changes go there.
     assert low == pytest.approx(0.02 * (2 * 0.025 ** (1 / 20) - 1), rel=1e-9)

@@ -7,11 +7,18 @@ from contact_tables import contacts_of
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.shared.frames import crossed, quantities, rows_table
+from comparison.studies.contact_laws.study import created, depths, surplus, switches
 from comparison.studies.shared.published import published
-from comparison.studies.shared.rates import interval, rate, share, upper_limit
-from comparison.studies.shared.study import single_page
-from comparison.studies.shared.switches import created, depths, surplus, switches
+from comparison.studies.shared.study import (
+    crossed,
+    interval,
+    quantities,
+    rate,
+    rows_table,
+    share,
+    single_page,
+    upper_limit,
+)
 from comparison.tables.table import Table
 
 SCENE = load_scene("150rpm-0.2mm").data

@@ -9,7 +9,7 @@ import pytest
 
 from comparison.accuracy.levels import plan
 from comparison.execution.tasks import measure_all, on_processes
-from comparison.studies.shared.formulations import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
+from comparison.studies.shared.scenes import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
 from comparison.studies.tradeoff import study
 from comparison.studies.tradeoff.measure import CHIEF, SWEEPS, WITH_CLEARANCE, Timed, measure
 from comparison.studies.tradeoff.study import asymptotic, cost_at, front

@@ -16,21 +16,23 @@ from comparison.accuracy.levels import tight
 from comparison.execution.run import Outcome
 from comparison.models import MODELS
 from comparison.scene import load_scene
-from comparison.studies.campaign import adjudication, population, stages, study
-from comparison.studies.campaign.adjudication import (
+from comparison.studies.campaign import population, stages, study
+from comparison.studies.campaign.population import Case, cases
+from comparison.studies.campaign.stages import (
     ENGINE,
     OPEN,
+    CaseTask,
     OpenTask,
     breaches,
     decide,
+    examine,
+    examine_case,
     excerpt,
     restart_sample,
     run_here,
     unmatched,
     with_third_opinions,
 )
-from comparison.studies.campaign.population import Case, cases
-from comparison.studies.campaign.stages import CaseTask, examine, examine_case
 from comparison.tables.table import Table
 from comparison.verdict.results import Confirmation
 
@@ -66,7 +68,7 @@ class Models:
 def models(make_table, monkeypatch):
     """Made-up runs; nothing is to be confirmed."""
     made = Models(make_table)
-    monkeypatch.setattr(adjudication, "run_here", made)
+    monkeypatch.setattr(stages, "run_here", made)
     monkeypatch.setattr(stages, "confirm", lambda *_, **__: pytest.fail("nothing was to be confirmed"))
     return made
 
@@ -302,7 +304,7 @@ def test_the_third_engine_is_asked_where_it_is_installed_about_what_is_open(
         (case, row | {"outcome": "agree", "adjudication": None}),
     ]
     with monkeypatch.context() as without:
-        without.setattr(adjudication, "engine_names", lambda: list(MODELS))
+        without.setattr(stages, "engine_names", lambda: list(MODELS))
         assert with_third_opinions(rows, 1) == rows
     assert with_third_opinions(rows[::2], 1) == rows[::2]
     assert not fake_models.read_text()
@@ -315,7 +317,7 @@ def test_the_third_engine_is_asked_where_it_is_installed_about_what_is_open(
     def here(ask, tasks, _):
         return [ask(task, lambda _: None) for task in tasks]
 
-    monkeypatch.setattr(adjudication, "measure_all", here)
+    monkeypatch.setattr(stages, "measure_all", here)
     for stretch, errs in ((0.0, "exudyn"), (APART, "reference"), (APART / 2, OPEN), (3 * APART, OPEN)):
         models.stretch[ENGINE] = stretch
         ((_, decided),) = with_third_opinions(rows[1:2], 1)

@@ -8,9 +8,21 @@ import pytest
 from comparison.accuracy.uncertainty import Runs, moved
 from comparison.execution.run import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import pairs
-from comparison.studies.detection.draws import Trial, controls, searches, trials
 from comparison.studies.detection.faults import catalogue, installed, scenes, spoiled
-from comparison.studies.detection.pairs import LEAST, MOST, Pair, Search, Side, find_all, refusal, summary
+from comparison.studies.detection.pairs import (
+    LEAST,
+    MOST,
+    Pair,
+    Search,
+    Side,
+    Trial,
+    controls,
+    find_all,
+    refusal,
+    searches,
+    summary,
+    trials,
+)
 from comparison.tables.table import TableError
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import Settled

@@ -18,26 +18,6 @@ from scipy.stats import beta
 from comparison.models import MODELS, EngineError, engine_names, find, platform_name
 from comparison.regression import record as update
 from comparison.scene import load_scene
-from comparison.studies.detection.draws import (
-    BOTH,
-    HASHED,
-    MOST,
-    MOST_KEYS,
-    OWN,
-    ROUNDINGS,
-    bits,
-    both_pair,
-    changed,
-    controls,
-    effective,
-    hashes,
-    keys,
-    moved,
-    own_pair,
-    sample,
-    scenes_with_clearance,
-    trials,
-)
 from comparison.studies.detection.faults import (
     RECORDS,
     SPOILS,
@@ -47,10 +27,30 @@ from comparison.studies.detection.faults import (
     scenes,
 )
 from comparison.studies.detection.faults import changed as faulty_text
-from comparison.studies.detection.pairs import find_all
+from comparison.studies.detection.pairs import (
+    BOTH,
+    HASHED,
+    MOST_DRAWS,
+    MOST_KEYS,
+    OWN,
+    ROUNDINGS,
+    bits,
+    both_pair,
+    changed,
+    controls,
+    effective,
+    find_all,
+    hashes,
+    keys,
+    moved,
+    own_pair,
+    sample,
+    scenes_with_clearance,
+    trials,
+)
 from comparison.studies.detection.study import STUDY, Results, count
-from comparison.studies.shared.rates import interval, upper_limit
 from comparison.studies.shared.scenes import at_tier, leaves
+from comparison.studies.shared.study import interval, upper_limit
 from comparison.tables.channels import expected
 
 FAULTS = catalogue()
@@ -210,7 +210,7 @@ def test_drawing_stops_when_each_variant_has_its_share_of_decided_ones(wanted, r
         rows = drawn[rounding]
         assert (len(rows), count(rows)["decided"]) == (draws, decided)
         assert [number for variant, number in asked if variant == rounding] == list(range(draws))
-    assert draws <= np.ceil(MOST * np.ceil(wanted / 3))
+    assert draws <= np.ceil(MOST_DRAWS * np.ceil(wanted / 3))
 
 
 def test_a_variant_without_a_table_of_its_own_does_not_count():

@@ -17,9 +17,8 @@ import pandas as pd
 import pytest
 
 from comparison.cli import main
-from comparison.studies.sweep import runs
-from comparison.studies.sweep.points import SweepError, latin_hypercube, listed
-from comparison.studies.sweep.runs import USUAL, names, on_cluster, quantity
+from comparison.studies import sweep as runs
+from comparison.studies.sweep import USUAL, SweepError, latin_hypercube, listed, names, on_cluster, quantity
 from comparison.tables.table import Table
 
 ROOT = Path(__file__).parents[4]
