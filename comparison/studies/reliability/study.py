@@ -59,8 +59,10 @@ class Results(NamedTuple):
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run the cases and the ideal mechanism by both models; `RunError` if one does not succeed."""
     scenes, planned = {}, {}
+    start = load_scene(CASES[0]).data["mechanism"]["crank_angle_deg"]
     for which in product(config.cases, (PAPER, config.cycles)):
         values = {"drive.cycles": float(which[1]), "output.samples_per_cycle": config.samples}
+        values["mechanism.crank_angle_deg"] = start  # the workpiece's own scene begins elsewhere
         scene = scenes[which] = at_tier(load_scene(which[0], values), "tight")
         for model in MODELS:
             planned[which, model, "actual"] = levels(dense_scene(scene), model)
