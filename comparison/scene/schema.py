@@ -216,7 +216,7 @@ class Friction(Section):
 
 
 class Load(Section):
-    """Workpiece that pushes the slider up near bottom dead centre; none by default."""
+    """Elastic workpiece that pushes the slider up near bottom dead centre; none by default."""
 
     surface: Annotated[Real, M] = -0.0318
     """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
@@ -390,7 +390,7 @@ class SceneKeys(Section):
             yield "friction.transition_speed", friction.transition_speed, bound
         rows = self.load.table
         if rows and self.load.force:
-            yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: give one of both"
+            yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: set load.force = 0"
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
             yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
