@@ -168,7 +168,7 @@ def page(results: Results) -> dict[str, object]:
         "smallest": _by_quantity(long),
         "two": _by_quantity(results.tables["two-cycles"]),
         "alone": alone,
-        "loads": loaded.join(idle, rsuffix="_idle"),
+        "loads": loaded.join(idle.add_suffix("_idle")),
         "rounded": rounded,
         "figures": {_picture(name): scene.title for name, scene in results.scenes.items()},
     }
