@@ -14,7 +14,7 @@ STUDIES = {
     "paper": "Every printed figure and statement of the paper against both models.",
     "as-published": "Printed figures by the paper's own formulation and solver; 10 minutes on one core.",
     "reliability": "Reliability of the paper's cases in both models.",
-    "contact-laws": "Three contact laws, and the energy that one of them creates.",
+    "contact-laws": "The paper's contact laws, and the energy that one of them creates.",
     "crank-pin": "Clearance at the crank pin against its published peaks.",
     "identification": "Geometry and parameters identified from the paper's figures.",
     "ensembles": "Distributions of the motion in both models, where single runs are not predictable.",

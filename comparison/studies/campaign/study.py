@@ -130,6 +130,7 @@ def page(rows: Cases) -> dict[str, object]:
         if row["breaches"].get(model)
         or any(one["model"] == model and one["status"] == VIOLATED for one in row["failures"])
     )
+    worst = frames["breaches"].groupby(["model", "name"]).head(1)
     failures = frames["failures"].groupby(["model", "status", "run"])["scene"].agg(runs="count", scenes=_some)
     spent = pd.DataFrame([row["seconds"] for _, row in rows]).sum()
     errs = lines.loc[lines["outcome"] == stages.DIFFER, "errs"].value_counts()
@@ -148,7 +149,7 @@ def page(rows: Cases) -> dict[str, object]:
         ],
         "corners": CONTACTS,
         "channels": channels(),
-        "breaches": markdown(frames["breaches"].groupby(["model", "name"]).head(1)),
+        "breaches": markdown(worst) if len(worst) else "",
         "failures": markdown(failures.reset_index()),
         "drawn": len(only),
         "differing": differing,

@@ -1,1 +1,1 @@
-"""Three contact laws on the same scenes, and where they differ."""
+"""The paper's contact laws on the same scene, and where they differ."""

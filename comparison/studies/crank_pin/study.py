@@ -1,7 +1,6 @@
 """The paper's clearance at the crank pin A, beside its published peaks (Figs. 7 and 8)."""
 
 from collections.abc import Mapping, Sequence
-from math import nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -102,21 +101,20 @@ def cases(peaks: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(ratio=frame["median"] / frame["published"])
 
 
-def over_modulus(frame: pd.DataFrame, name: str) -> pd.DataFrame:
-    """Return the reference's peaks of a quantity near the published instant by Young's modulus."""
+def over_modulus(frame: pd.DataFrame, name: str, where: str) -> pd.DataFrame:
+    """Return the reference's peaks of a quantity at a place by Young's modulus."""
     rows = frame.reset_index().set_index("value").sort_index()
-    at = {"key": MODULUS, "model": MODELS[0], "quantity": name, "where": PASSAGE}
+    at = {"key": MODULUS, "model": MODELS[0], "quantity": name, "where": where}
     return rows[(rows[list(at)] == pd.Series(at)).all(axis=1)]
 
 
-def met_at(sizes: pd.Series, size: float) -> float:
-    """Return the value at which median peaks pass a size, by logs; nan where they do not."""
-    above, logs = np.log(sizes.to_numpy() / size), np.log(sizes.index.to_numpy(float))
-    crossings = np.flatnonzero(above[:-1] * above[1:] <= 0)
-    if not crossings.size:
-        return nan
-    n = crossings[0]
-    return float(np.exp(logs[n] + (logs[n + 1] - logs[n]) * above[n] / (above[n] - above[n + 1])))
+def met_at(sizes: pd.Series, size: float) -> list[float]:
+    """Return the moduli, GPa, at which median peaks pass a size, by logs."""
+    above, logs = np.log(sizes.to_numpy() / size), np.log(sizes.index.to_numpy(float) / 1e9)
+    return [
+        float(np.exp(logs[n] + (logs[n + 1] - logs[n]) * above[n] / (above[n] - above[n + 1])))
+        for n in np.flatnonzero(above[:-1] * above[1:] <= 0)
+    ]
 
 
 def page(peaks: pd.DataFrame) -> dict[str, object]:
@@ -126,8 +124,11 @@ def page(peaks: pd.DataFrame) -> dict[str, object]:
     ratios = ratios[ratios["key"].isin([RADIUS, MODULUS, FRICTION])]
     return {
         "met": {
-            name: met_at(over_modulus(frame, name)["median"], abs(PRINTED[name].value))
-            for name in ("displacement", "acceleration")
+            where: {
+                name: met_at(over_modulus(frame, name, where)["median"], abs(PRINTED[name].value))
+                for name in QUANTITIES
+            }
+            for where in (PASSAGE, CYCLE)
         },
         "members": frame["count"].max(),
         "peaks": rows_table(shown_peak(frame, name, at) for at in (PASSAGE, CYCLE) for name in QUANTITIES),
@@ -158,7 +159,7 @@ def draw(peaks: pd.DataFrame, folder: Path) -> None:
     """Draw the peaks over the modulus; write all ensembles as a table."""
     frame = cases(peaks)
     frame.to_csv(folder / "peaks.csv", float_format="%.6g")
-    statistics = over_modulus(frame, "acceleration")
+    statistics = over_modulus(frame, "acceleration", PASSAGE)
     moduli = statistics.index.to_numpy(float) / 1e9
     with svg.panels(folder / "stiffness.svg") as (axes,):
         axes.set(xscale="log", yscale="log", xlabel="Young's modulus (GPa)")
