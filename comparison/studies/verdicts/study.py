@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from math import inf, nan
+from math import nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,10 +25,10 @@ TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable
 ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
 """What `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
-X_TIGHT = "largest difference of x, tight, predictable samples"
+X = "largest difference of x"
 SHOWN = [
-    "scene", "standard tier", "samples predictable", "largest difference of x, first cycle",
-    "tight tier", "samples predictable, tight", X_TIGHT,
+    "scene", "standard tier", "channels that agree", "samples predictable", X,
+    "tight tier", "channels that agree, tight", "samples predictable, tight", f"{X}, tight",
 ]  # fmt: skip
 """Columns of `row` on the page; all are in ``verdicts.csv``."""
 
@@ -56,24 +56,18 @@ def page(results: Results) -> dict[str, str]:
 
 def row(scene: SceneComparison) -> dict[str, str]:
     """Return a scene's line of the table."""
-    tight, first, whole, x_tight, agree = scene.tight, nan, nan, nan, MISSING
+    tight, all_samples = scene.tight, nan
     if scene.channels:
-        excited = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
-        agree = f"{excited.count('agree')} of {len(excited)}"
-        size = np.abs(scene.channels["slider_x"].difference)
-        first, whole = size[scene.time <= (scene.period or inf)].max(), size.max()
-    if tight and tight.channels:
-        x_tight = tight.channels["slider_x"].largest_predictable
+        all_samples = scene.channels["slider_x"].max_difference
+    both = _tier(scene, "") | _tier(tight, ", tight")
+    if tight and tight.channels and tight.channels["slider_x"].largest_predictable > TARGET:
+        both[f"{X}, tight"] += f" {ABOVE}"
     return {
         "scene": scene.title,
         "standard tier": _verdict(scene),
-        "channels that agree": agree,
-        **_shares(scene, ""),
-        "largest difference of x, first cycle": _metres(first),
-        "largest difference of x, whole run": _metres(whole),
         "tight tier": _verdict(tight),
-        **_shares(tight, ", tight"),
-        X_TIGHT: _metres(x_tight) + (f" {ABOVE}" if x_tight > TARGET else ""),
+        **both,
+        f"{X}, all samples": _metres(all_samples),
     }
 
 
@@ -83,12 +77,20 @@ def _verdict(scene: SceneComparison | None) -> str:
     return f"**{scene.verdict}**" + (f" ({mark(scene)})" if mark(scene) else "")
 
 
-def _shares(scene: SceneComparison | None, tier: str) -> dict[str, str]:
-    predictable = explained = MISSING
+def _tier(scene: SceneComparison | None, tier: str) -> dict[str, str]:
+    agree = predictable = explained = x = MISSING
     if scene is not None and scene.channels:
+        excited = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
+        agree = f"{excited.count('agree')} of {len(excited)}"
         predictable = percent(scene.coverage, scene.coverage_error)
         explained = percent(scene.attribution.explained) if scene.attribution else MISSING
-    return {f"samples predictable{tier}": predictable, f"of these explained{tier}": explained}
+        x = _metres(scene.channels["slider_x"].largest_predictable)
+    return {
+        f"channels that agree{tier}": agree,
+        f"samples predictable{tier}": predictable,
+        f"of these explained{tier}": explained,
+        f"{X}{tier}": x,
+    }
 
 
 def _metres(value: float) -> str:
