@@ -26,8 +26,8 @@ from comparison.models import platform_name
 from comparison.reliability.assessment import MARGIN
 from comparison.report import tables
 from comparison.report.figures import channel_figure
-from comparison.report.plots import FORCES, MOTION, independent, scene_plots, shown, table_plots
-from comparison.tables.channels import channels
+from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_plots
+from comparison.tables.channels import channels, has_load
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
@@ -165,6 +165,7 @@ def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
         mm=_mm,
     )
     held = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
+    held += f"; a workpiece below y = {_mm(scene['load']['surface'])}" if has_load(scene) else ""
     caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
     caption += f"slider {_mm(width)} wide and {_mm(length)} long, {held}"
     caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
@@ -253,7 +254,7 @@ def render(
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
         plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
         drawn=_drawn,
-        independent=independent,
+        shown=shown,
         sections=_sections,
         without_contact=_without_contact,
         tables=tables,

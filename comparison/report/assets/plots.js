@@ -187,7 +187,7 @@ function options(viewer, width, height, extra) {
     scales: {x: {time: false, min: viewer.range[0], max: viewer.range[1]}, ...extra.scales},
     axes: [
       {...axis, space: 90, values: (u, splits) => tickLabels(splits, "s", false), size: extra.last ? 40 : 24, label: extra.last ? "time (s)" : undefined, labelSize: 18, labelFont: FONT},
-      {...axis, size: 84, label: extra.label, labelSize: 18, labelFont: FONT, ...extra.axis},
+      {...axis, size: 100, label: extra.label, labelSize: 18, labelFont: FONT, ...extra.axis},
     ],
     series: [{}, ...extra.series],
     hooks: {
