@@ -385,7 +385,8 @@ def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
         yield f"load.surface = {load['surface']:g} m is beyond the linkage, {reach:g} m: its unit is m"
     depth = load["table"][1][0] if len(load["table"]) > 1 else load["depth"]
     if depth > reach / 2.0:
-        yield f"load: a depth of {depth:g} m is as large as the linkage, {reach:g} m: its unit is m"
+        where = "load.table: a depth of" if load["table"] else "load.depth ="
+        yield f"{where} {depth:g} m is as large as the linkage, {reach:g} m: its unit is m"
 
 
 def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:
