@@ -44,6 +44,28 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert not any(name.startswith("reaction") for name in result.columns) or groups
 
 
+@pytest.mark.parametrize(
+    ("name", "changes", "contacts", "load"),
+    [
+        ("150rpm-0.2mm", {}, "hertz-corners; 210 GPa, Poisson's ratio 0.28", ""),
+        (
+            "adams-impact",
+            {},
+            "adams-impact; 210 GPa, Poisson's ratio 0.28; damping up to 260 N s/m, from",
+            "",
+        ),
+        ("adams-impact", {"contact.stiffness": 5e9}, "adams-impact; k = 5e+09 N/m^n; damping up to", ""),
+        ("workpiece", {}, "", "below y = -0.0318 m: 500 N at a depth of 0.003 m, exponent 1.5"),
+        ("ideal", {"load.table": [[0.0, 0.0], [1e-3, 9.0], [2e-3, 3.0]]}, "", "m: a table up to 9 N"),
+    ],
+)
+def test_the_plan_tells_law_and_load(name, changes, contacts, load):
+    for model in MODELS:
+        made = plan(load_scene(name, changes), model)
+        assert contacts in "".join(made.contacts)
+        assert made.load.endswith(load) if load else not made.load
+
+
 @pytest.mark.parametrize("joints", ["slider", "none"])
 def test_a_larger_formulation_runs_on_request_and_costs_more(joints):
     small = load_scene("150rpm-0.2mm", JOINTS[joints] | AUTO)

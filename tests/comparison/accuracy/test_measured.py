@@ -65,6 +65,10 @@ SCENE, METHOD, SLIDER = Caution.OTHER_SCENE, Caution.OTHER_METHOD, Caution.IDEAL
         ("crank-pin", {"friction.coefficient": 0.1}, "crank-pin", (SCENE, SLIDER)),
         ("both-clearances", {"environment.gravity": 0.0}, "both-clearances", (SCENE,)),
         ("ideal", {"mechanism.crank.length": 0.044}, "ideal", (SCENE,)),
+        # ... and contacts or a load like its own
+        ("adams-impact", {"drive.speed_rpm": 160}, "adams-impact", (SCENE,)),
+        ("300rpm-0.2mm", {"load.force": 300.0}, "workpiece", (SCENE,)),
+        ("both-clearances", {"load.force": 300.0}, "both-clearances", (SCENE,)),
         # Another method, of both models
         ("150rpm-0.2mm", {"solver.reference.method": "Radau", "output.groups": ["joints"]},
          "150rpm-0.2mm", (METHOD,)),
@@ -99,6 +103,14 @@ def test_a_scene_takes_the_numbers_of_the_shipped_one_with_its_physics_or_with_i
         ("69GPa", {"contact.youngs_modulus.guide": 2.1e9}, {"contact.youngs_modulus.guide": 0.01}),
         ("150rpm-0.2mm", {"contact.law": "foundation"}, {"contact.law": nan}),
         ("wedge", {}, {}),  # it was measured itself
+        # A law or a load like that of a measured scene
+        ("150rpm-0.2mm", {"contact.law": "adams-impact", "contact.damping": 250.0}, {}),
+        ("150rpm-0.2mm", {"load.force": 600.0}, {}),
+        ("workpiece", {"load.force": 5.1e3}, {"load.force": 10.2}),
+        # ... and none like it
+        ("150rpm-0.2mm", {"load.table": [[0.0, 0.0], [1e-3, 200.0]]}, {"load": nan}),
+        ("adams-impact", {"load.force": 500.0}, {"load": nan, "contact.law": nan}),
+        ("adams-impact", {"contact.stiffness": 1e9}, {"contact.stiffness": nan}),
     ],
 )
 def test_a_scene_of_another_order_of_magnitude_is_promised_no_error(shipped, changes, far):

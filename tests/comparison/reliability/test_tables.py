@@ -7,6 +7,7 @@ import sixbar
 from comparison.execution.run import Job, run_all
 from comparison.models import MODELS
 from comparison.reliability.assessment import dense_scene
+from comparison.tables.table import TableError
 
 SCENE = sixbar.load_scene(
     "150rpm-0.2mm",
@@ -64,3 +65,9 @@ def test_finer_runs_give_the_difference_its_numerical_uncertainty(validated):
         assert 0 < difference.numerical < 1e-4
         both = validated[name]
         assert abs(difference.minimum - both.minimum) <= difference.half_width + both.half_width
+
+
+def test_a_table_that_was_recorded_with_clearance_is_no_ideal_one():
+    a, b, _ = tables(SCENE)
+    with pytest.raises(TableError, match=r"^table ideal: .*clearance \(slider\)"):
+        sixbar.reliability(a, ideal=b)
