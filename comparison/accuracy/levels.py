@@ -205,12 +205,14 @@ def physics(scene: Scene) -> str:
 
 
 def _usual(scene: Scene) -> str:
-    joints, forces = joints_with_clearance(scene.data), _kinds_of_forces(scene)
-    alike = (name for name in OTHER_FORCES if _kinds_of_forces(load_scene(name)) == forces)
+    """Return the shipped scene whose numbers are used for one that was not measured."""
+    joints, own = joints_with_clearance(scene.data), _law_and_load(scene)
+    alike = (name for name in OTHER_FORCES if _law_and_load(load_scene(name)) == own)
     return next(alike, USUAL[joints]) if joints == ("slider",) else USUAL[joints]
 
 
-def _kinds_of_forces(scene: Scene) -> tuple[str, bool, bool]:
+def _law_and_load(scene: Scene) -> tuple[str, bool, bool]:
+    """Return a scene's contact law, and whether it has a load by a power law or by a table."""
     load = scene.data["load"]
     return scene.data["contact"]["law"], bool(load["force"]), bool(load["table"])
 
@@ -221,7 +223,7 @@ def _far(scene: Scene, other: Scene) -> tuple[tuple[str, float], ...]:
         key.name for key in scene_keys() if key.bounds.startswith(">") and key.name.startswith(_PHYSICS)
     }
     there, keys = flat(other.data), []
-    if _kinds_of_forces(scene)[1:] != _kinds_of_forces(other)[1:]:
+    if _law_and_load(scene)[1:] != _law_and_load(other)[1:]:
         keys.append(("load", nan))
     for name, value in flat(scene.data).items():
         both = name.rpartition(".")[0]  # of one partner of a contact
@@ -485,8 +487,10 @@ def _load(load: Mapping[str, Any]) -> str:
     below = f"below y = {load['surface']:g} m"
     if load["table"]:
         return f"{below}: a table up to {max(force for _, force in load['table']):g} N"
-    power = f"{below}: {load['force']:g} N at a depth of {load['depth']:g} m, exponent {load['exponent']:g}"
-    return power if load["force"] else ""
+    if load["force"]:
+        at = f"at a depth of {load['depth']:g} m"
+        return f"{below}: {load['force']:g} N {at}, exponent {load['exponent']:g}"
+    return ""
 
 
 def _left_out(scene: Scene, joints: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

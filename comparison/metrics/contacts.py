@@ -240,7 +240,7 @@ def parting_contact(
         one, other = (np.sum([near(candidates, own) for own in group], axis=0) for group in starts)
         apart = np.abs(one / sizes[0] - other / sizes[1])
         if np.any(apart >= PARTED):
-            # Of the starts of this contact in all runs that by which most of them are told apart.
+            # Of the starts of this contact in all runs that which distinguishes most of them.
             earliest = candidates[apart >= PARTED].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
             k = nearby[apart[nearby].argmax()]

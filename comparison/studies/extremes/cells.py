@@ -227,7 +227,7 @@ def _spoiled(row: Row) -> bool:
 
 
 def warned(row: Row) -> bool:
-    """Return whether `sixbar run` warns of a run by itself (`comparison.execution.run`)."""
+    """Return whether `sixbar run` would warn of such a run (`comparison.execution.run`)."""
     steps = row.get("steps_per_contact")
     return (steps is not None and steps < FEW_STEPS) or _spoiled(row)
 

@@ -3,8 +3,8 @@
 A number to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
 however well it is met. A number that the paper prints again is one entry. Sizes are judged after ASME V&V 20:
 the difference of simulation and print against the uncertainties of numerics, inputs and print, but around the
-median of the draws, to each side by itself. Size, sign and instant are judged apart: the largest error of a
-cycle has the printed size by chance more easily than all three.
+median of the draws, on each side separately. Size, sign and instant are judged separately: the largest error
+of a cycle has the printed size by chance more easily than all three.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -405,7 +405,7 @@ def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progr
         columns = pd.MultiIndex.from_product([one.ids, FIELDS])
         frame = pd.DataFrame.from_dict(shown, orient="index", columns=columns, dtype=np.float64)
         failed = [row for row in results if row["status"] != SUCCESS]
-        # What is no status of a model is told by its message.
+        # Of what is no status of a model the message is the reason.
         reasons = [row["message" if row["status"] in ("bad input", CRASHED) else "status"] for row in failed]
         ensembles.append(Ensemble(frame, reasons))
     return ensembles

@@ -46,6 +46,12 @@ FORMULATION, STEP = "solver.exudyn.formulation", "solver.exudyn.step"
         ("workpiece", {"load.depth": 3.0}, "3 m is as large as the linkage, 1.365 m"),
         ("workpiece", {"load.force": 0.0}, ""),
         (PAPER, {"contact.stiffness": 1e9}, "has no effect under contact.law = 'hertz-corners'"),
+        ("adams-impact", {"contact.stiffness": 1e9, "contact.youngs_modulus": 210.0}, ""),
+        (
+            "crank-pin",
+            {"contact.law": "adams-impact", "contact.stiffness": 1e9, "contact.youngs_modulus": 210.0},
+            "210 Pa is softer than rubber",
+        ),
         (
             "adams-impact",
             {"contact.stiffness": 1e15, STEP: 1e-6, FORMULATION: "full"},
