@@ -3,7 +3,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 # Tests of one file in one process, so that they share its runs; one process where a test starts a browser.
-SPREAD := -n logical --maxprocesses 8 --dist loadgroup
+SPREAD := -n logical --maxprocesses 8 --dist loadfile
 # The newest Python that runs; a name alone may be a version manager's empty shell.
 ifndef PYTHON
 PYTHON := $(shell for v in 3.14 3.13 3.12 3.11 3; do python$$v -c pass >/dev/null 2>&1 && echo python$$v && break; done)

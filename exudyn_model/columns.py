@@ -9,7 +9,7 @@ The kernels take plain arrays of numbers: one array a contact law, one row a con
     SHARED,  # 1: the side of a slider remembers its touch, not the corner
     STIFFNESS,
     EXPONENT,
-    DAMPING,
+    DAMPING,  # c_max of the law "adams-impact", N s/m; of the others the factor C of Eq. 11
     DAMPING_DEPTH,  # Only of the law "adams-impact"
     SPEED_FLOOR,
     FRICTION_COEFFICIENT,

@@ -38,7 +38,7 @@ from exudyn_model.columns import (
 from exudyn_model.kernels import kernel
 
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
-SWITCHING, FOUNDATION, IMPACT = 1, 2, 3
+_, SWITCHING, FOUNDATION, IMPACT = range(len(LAWS))
 REMEMBERED_BY_SIDE = ("foundation",)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from exudyn_model.laws import IMPACT, LAWS
+from exudyn_model.laws import FOUNDATION, IMPACT, LAWS, SWITCHING
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Contact:
     # v0 and v1 of Eq. 13, m/s
     static_speed: float
     transition_speed: float
-    law: str = LAWS[0]  # One of ``LAWS``; a journal has either the first one or "adams-impact"
+    law: str = LAWS[0]  # One of ``LAWS``; a journal has the first one in place of those of a side
     damping_depth: float = 0.0  # d_max of "adams-impact", m
     side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
     journal_radius: float = 0.0  # Of the crank pin's journal, m
@@ -258,10 +258,11 @@ def _guide(scene: Mapping[str, Any]) -> Contact:
 def _journal(scene: Mapping[str, Any]) -> Contact:
     """Two conforming cylinders of the guide's material: their radius of Eq. 10 is R_j R_b / (R_b - R_j)."""
     clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
+    law = scene["contact"]["law"]
     return Contact(
         clearance=clearance,
         journal_radius=radius,
-        law=LAWS[IMPACT] if scene["contact"]["law"] == LAWS[IMPACT] else LAWS[0],
+        law=LAWS[0] if law in (LAWS[SWITCHING], LAWS[FOUNDATION]) else law,  # which are laws of a side
         **_point(scene, radius * (radius + clearance) / clearance, 2 * _compliance(scene, "guide")),
     )
 

@@ -51,6 +51,10 @@ STIFF_GAIN = 1e3
 REMEDY = (
     "lower solver.reference.tolerance; if that does not help, this is a fault of the model: please report it"
 )
+REMEDY_OF_SCIPY = (
+    "lower solver.reference.tolerance, or set solver.reference.method = 'dop853': scipy's solvers may step "
+    "over a short contact"
+)
 
 Worst = tuple[float, float, int]
 """Value, when (s), of which contact (-1: none)."""
@@ -162,14 +166,15 @@ def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 
-def violation(invariants: dict[str, Invariant]) -> str:
+def violation(invariants: dict[str, Invariant], method: str = "dop853") -> str:
     """Return the remedy of a run in one line: what is violated, where, by how much; empty if nothing is."""
+    remedy = REMEDY if method == "dop853" else REMEDY_OF_SCIPY
     for name, it in invariants.items():
         if not it.value <= it.bound:
             where = f"{it.place} " if it.place else ""
             return (
                 f"{name}: {where}{_WHAT[name]}: {it.value:.2g} {it.unit} at t = {it.time_s:.6g} s, where at "
-                f"most {it.bound:.2g} {it.unit} is rounding; {REMEDY}"
+                f"most {it.bound:.2g} {it.unit} is rounding; {remedy}"
             )
     return ""
 

@@ -14,7 +14,7 @@ CORNERS = ("ll", "lr", "ul", "ur")
 """Lower/upper in the slider's y, left/right in its x."""
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 """Contact laws of the slider, by their number in `Law.law` (`reference_model.laws`)."""
-HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = 0.0, 1.0, 2.0, 3.0
+HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = map(float, range(len(LAWS)))
 """Their numbers."""
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")

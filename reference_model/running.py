@@ -255,7 +255,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     invariants = check(p, observation.worst(), rows, observation.drift)
     provenance["invariants"] = as_mapping(invariants)
     status, remedy = ending(code, p)
-    if status == "success" and (broken := violation(invariants)):
+    if status == "success" and (broken := violation(invariants, p.method)):
         status, remedy = VIOLATED, broken
     pulses = observation.pulses(table, numbers)
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)

@@ -19,18 +19,8 @@ os.environ.setdefault("NUMBA_CACHE_DIR", os.environ.get("SIXBAR_CACHE_DIR") or s
 
 pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only
 
-SHARING = ("tests/comparison/report", "tests/comparison/regression", "tests/exudyn_model")
-"""Folders whose tests share runs of the whole session."""
 PAPER = Path(__file__).parents[1] / "comparison" / "scene" / "shipped" / "paper.toml"
 Scene = dict[str, Any]
-
-
-def pytest_collection_modifyitems(config, items):
-    """Keep tests that share runs in one process: those of a file, or of a folder."""
-    for item in items:
-        file = item.path.relative_to(config.rootpath).as_posix()
-        folder = next((folder for folder in SHARING if file.startswith(f"{folder}/")), file)
-        item.add_marker(pytest.mark.xdist_group(folder))
 
 
 @pytest.fixture

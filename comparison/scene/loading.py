@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cache, cached_property, reduce
 from importlib.resources import files
 from math import cos, degrees, gamma, hypot, inf, pi, sin, sqrt
 from pathlib import Path
@@ -313,17 +313,14 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
         )
-    contact = data["contact"]
-    is_given, is_used = contact["stiffness"] is not None, contact["law"] == "adams-impact"
-    if is_given and not is_used:
-        law = f"contact.law = {contact['law']!r}"
-        yield f"contact.stiffness = {contact['stiffness']:g} N/m^n has no effect under {law}"
-    # With a stiffness of its own the slider's contact does not depend on the materials.
-    for partner in (
-        PARTNERS if "crank_pin" in joints or ("slider" in joints and not (is_given and is_used)) else ()
-    ):
+    contact, without_effect = data["contact"], set(_without_effect(data))
+    for key, value in contact.items():
+        if key in without_effect and value != _usual_contact().get(key):
+            shown = value if isinstance(value, dict) else f"{value:g}"
+            yield f"contact.{key} = {shown} has no effect under contact.law = {contact['law']!r}"
+    for partner in PARTNERS:
         modulus = _of_partner(contact["youngs_modulus"], partner)
-        if not 1e6 <= modulus <= 1.3e12:
+        if joints and "youngs_modulus" not in without_effect and not 1e6 <= modulus <= 1.3e12:
             what = "softer than rubber" if modulus < 1e6 else "stiffer than diamond"
             yield f"contact.youngs_modulus = {modulus:g} Pa is {what}: its unit is Pa"
             break
@@ -342,6 +339,27 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
                 f"{largest:.2g} kg m^2"
             )
     yield from _at_workpiece(data)
+
+
+@cache
+def _usual_contact() -> dict[str, Any]:
+    contact: dict[str, Any] = nested(_read(SCENES / f"{BASE}.toml", ()))["contact"]
+    return contact
+
+
+def _without_effect(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of the contact that its law does not use; none without clearance, where none is used."""
+    joints, contact = joints_with_clearance(data), data["contact"]
+    if not joints:
+        return
+    if contact["law"] != "adams-impact":
+        yield from ("stiffness", "damping", "damping_depth")
+    else:
+        yield "restitution"
+        if contact["stiffness"] is not None:
+            yield from ("youngs_modulus", "poisson", "corner_radius")
+    if contact["law"] == "foundation" and "crank_pin" not in joints:  # where it is Hertz's
+        yield from ("exponent", "corner_radius")
 
 
 def contact_time(data: Mapping[str, Any]) -> float:
@@ -368,7 +386,7 @@ def contact_time(data: Mapping[str, Any]) -> float:
                 (1.0 - _of_partner(poisson, one) ** 2) / _of_partner(modulus, one) for one in partners
             )
             stiffness = 4.0 / (3.0 * compliance) * sqrt(radius)
-            if contact["law"] == "adams-impact" and joint == "slider":
+            if contact["law"] == "adams-impact":
                 stiffness = contact["stiffness"] or stiffness
             speed = pi / 30.0 * abs(data["drive"]["speed_rpm"]) * sqrt(mechanism["crank"]["length"] * gap)
             depth = ((n + 1.0) * mass * speed**2 / (2.0 * stiffness)) ** share

@@ -189,7 +189,7 @@ class Contact(Section):
     poisson: Annotated[Annotated[Poisson, ONE] | Annotated[Partners[Poisson], EACH], CHOICE, TABLE_2]
     """Poisson's ratio nu of the material; .slider and .guide are those of each partner."""
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False), TABLE_2]
-    """Coefficient of restitution e of an impact, which sets the damping: 1 has none."""
+    """Coefficient of restitution e of an impact, which sets the damping of Eqs. 9-11: 1 has none."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False), TABLE_2]
     """Exponent n (power) of the depth in the contact force."""
     corner_radius: Annotated[Positive, M]

@@ -226,6 +226,8 @@ class Numbers:
         contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
         σ_s, σ_g = compliances(*partners(contact["youngs_modulus"]), *partners(contact["poisson"]))
         self.law = contact["law"]
+        if self.law not in ("hertz-corners", "paper-switching", "foundation", "adams-impact"):
+            raise ValueError(f"{self.law}: enter the page's formulas in `elastic`, `damped` and `steepness`")
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
         self.K = point_stiffness(σ_s, σ_g, contact["corner_radius"])
         self.K_s = side_stiffness(σ_s, σ_g, slider["thickness"], slider["length"])

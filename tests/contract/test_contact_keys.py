@@ -1,0 +1,68 @@
+"""Which keys of a contact its law uses: the warning of those without effect is what the models do."""
+
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import exudyn_model
+import reference_model
+from comparison.scene import load_scene
+from comparison.scene.schema import Contact
+
+PAGE = Path(__file__).parents[2] / "docs" / "model.md"
+LAWS = get_args(Contact.model_fields["law"].annotation)
+OTHER = {
+    "youngs_modulus": 100e9,
+    "poisson": 0.2,
+    "restitution": 0.7,
+    "exponent": 1.4,
+    "corner_radius": 2e-3,
+    "impact_speed_floor": 0.05,
+    "stiffness": 3e9,
+    "damping": 400.0,
+    "damping_depth": 5e-6,
+}
+# Thrown into its guide, flat against the wall at first: single corners and both of a side touch.
+THROWN = {
+    "drive.cycles": 0.1,
+    "initial.slider_offset": 1.9e-4,
+    "initial.slider_vx": 0.05,
+    "initial.slider_omega": 0.01,
+    "solver.exudyn.formulation": "tree",
+}
+WITHOUT = "has no effect under contact.law"
+
+
+def test_every_key_of_a_contact_is_changed():
+    assert {"law", *OTHER} == set(Contact.model_fields)
+
+
+def test_both_models_and_the_page_know_the_laws_of_the_schema():
+    assert LAWS == reference_model.parameters.LAWS == exudyn_model.laws.LAWS
+    page = PAGE.read_text("utf-8").partition("## 6.")[2].partition("## 7.")[0]
+    assert [law for law in LAWS if f"`{law}`" not in page and f'"{law}"' not in page] == []
+
+
+def results(model, values):
+    result = model.simulate(load_scene("150rpm-0.2mm", values).data)
+    assert result.status == "success", result.remedy
+    return [*result.columns.values(), *(np.asarray(v) for k, v in result.events.items() if k != "corner")]
+
+
+@pytest.mark.parametrize("model", [reference_model, exudyn_model], ids=["reference", "exudyn"])
+@pytest.mark.parametrize("own", [{}, {"contact.stiffness": 2e9}], ids=["", "own stiffness"])
+@pytest.mark.parametrize("law", LAWS)
+def test_keys_have_an_effect_or_a_warning(model, law, own):
+    base = THROWN | own | {"contact.law": law}
+    before = results(model, base)
+    for key, value in OTHER.items():
+        values = base | {f"contact.{key}": value}
+        warned = any(
+            line.startswith(f"contact.{key} = ") and WITHOUT in line
+            for line in load_scene("150rpm-0.2mm", values).warnings
+        )
+        after = results(model, values)
+        same = all(map(np.array_equal, before, after))
+        assert same == warned, key
