@@ -2,7 +2,9 @@
 
 import re
 from dataclasses import replace
+from io import StringIO
 from itertools import pairwise
+from xml.etree import ElementTree
 
 import matplotlib as mpl
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from bouncing_press import make_scene, stretched
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from comparison.report import svg
 from comparison.report.figures import channel_figure
@@ -122,3 +125,19 @@ def test_a_figure_of_many_cycles_stays_small(scene):
     # At most 800 vertices a model and for the threshold and 400 for the difference, 16 bytes each, are 45 kB;
     # 400 stretches of shade in both axes, 130 bytes each, 104 kB.
     assert len(channel_figure(scene, longer, "k")) < 160e3
+
+
+def test_groups_without_attributes_are_left_out_and_the_others_keep_what_is_in_them():
+    raw = StringIO()
+    with svg.style():
+        figure = Figure()
+        figure.subplots().scatter([1.0, 2.0, 3.0], [1.0, 3.0, 2.0], c=[0.1, 0.5, 0.9])
+        figure.savefig(raw, format="svg")
+        texts = raw.getvalue(), svg.standalone(svg.inline_svg(figure, "k"))
+    whole, kept = map(ElementTree.fromstring, texts)
+    groups = [each for each in kept.iter() if each.tag.endswith("}g")]
+    assert all(each.attrib for each in groups)
+    assert [len(each) for each in groups] == [1, 1, 1]  # a point under its clip
+    for tag in ("path", "use"):
+        count = [sum(each.tag.endswith(f"}}{tag}") for each in tree.iter()) for tree in (whole, kept)]
+        assert count[0] == count[1] > 0
