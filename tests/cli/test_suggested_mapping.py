@@ -185,3 +185,12 @@ def test_a_table_over_the_crank_angle_has_no_time(sixbar):
         "compare a.csv b.csv --mapping b.mapping.toml --abscissa crank_angle --channels slider_x --tolerance"
     )
     sixbar(*command.split(), "1e-9")
+
+
+def test_a_column_that_is_left_over_tells_what_it_correlates_with(sixbar):
+    y = np.asarray(MOTION["slider_y"])
+    columns = {"TIME": TIME, ".q2": y * 1e3, ".gauge": np.exp(3.0 * (y - y[0])), ".flat": np.ones(y.size)}
+    adams(sixbar, "b.tab", columns)
+    sixbar("compare", "--suggest-mapping", ours(sixbar), "b.tab", "--out", "m.toml")
+    left = sixbar.text("m.toml").partition('# Not assigned of "b":')[2].replace("#", "").strip()
+    assert left == ".gauge (correlates with slider_y (1.000)); .flat"

@@ -34,6 +34,11 @@ def crossed(values):
 
 
 @kernel
+def last_positive(values):
+    return isolation.last_positive(values, RESOLUTION)
+
+
+@kernel
 def norm(h, k, free, tolerance):
     return dop853.error_norm(h, k, free, tolerance)
 
@@ -109,6 +114,14 @@ def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, sc
     computed = gap(NODES)
     assume(classified(computed, False) == CROSSES)  # else not resolved by nine points, or too flat
     assert abs(gap(crossed(computed))) <= 2.0 * RESOLUTION
+
+
+def test_the_last_point_that_is_positive_counts_whatever_is_before_it():
+    for last in range(-1, NODES.size):
+        for before in (-1.0, 1.0):
+            values = np.where(np.arange(NODES.size) < last, before, -RESOLUTION)
+            values[last] = 2.0 * RESOLUTION if last >= 0 else 0.5 * RESOLUTION  # the last point in that case
+            assert last_positive(values) == last
 
 
 def test_coefficients_are_scipys_to_the_last_bit():

@@ -152,7 +152,10 @@ def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
         ("mm/s²", "m/s^2", 1e-3), ("m·s⁻²", "m/s^2", 1.0), ("mm/(ms^2)", "m/s^2", 1e3), ("mJ", "J", 1e-3),
         ("deg/sec", "rad/s", math.pi / 180), ("N*m", "N m", 1.0), ("newton-mm", "N m", 1e-3),
         ("kg mm^2/s^2", "J", 1e-6), ("DEG", "rad", math.pi / 180), ("turn", "deg", 360.0),
-        ("lbm", "kg", 0.45359237),
+        ("lbm", "kg", 0.45359237), ("N", "kg m/s^2", 1.0), ("lbf", "N", 4.4482216152605), ("J", "N m", 1.0),
+        ("W", "J/s", 1.0), ("Pa", "N/m^2", 1.0), ("Hz", "1/s", 1.0), ("ns", "us", 1e-3), ("h", "min", 60.0),
+        ("kN", "mN", 1e6), ("GPa", "kPa", 1e6), ("kJ", "Nmm", 1e6), ("kW", "W", 1e3), ("g", "kg", 1e-3),
+        ("ft", "in", 12.0), ("cm", "mm", 10.0),
     ],
 )  # fmt: skip
 def test_spellings_and_factors(text, si, factor):
