@@ -124,7 +124,7 @@ def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(na
 @pytest.mark.parametrize("samples", [300, 333, 1000, 3000, 10_000])
 def test_the_stated_error_holds_what_more_samples_would_give(samples):
     """Tables as they are: the interval that the samples alone leave open, in parts and of the smallest."""
-    inside, smallest = [], []
+    inside, smallest, stated, made = [], [], [], []
     for name in SCENES:
         result = assessed(name, samples)
         for quantity, right in plain(name).items():
@@ -132,12 +132,18 @@ def test_the_stated_error_holds_what_more_samples_would_give(samples):
             error = np.array([left.quadrature for left in of.left_open])
             # Simpson's rule itself errs by some 1e-9 where contacts begin and end.
             inside.append(np.abs(of.index - right.index) <= error + 1e-8)
+            stated.append(error)
+            made.append(of.index - right.index)
             low, high = norm.cdf(of.index - error - 1e-8).min(), norm.cdf(of.index + error + 1e-8).min()
             smallest.append(low <= right.reliability.min() <= high)
             assert of.interval[0] <= low + 1e-8
             assert of.interval[1] >= high - 1e-8
     assert np.mean(inside) >= (0.97 if samples >= 1000 else 0.95)
     assert all(smallest)
+    # Nor is it much larger: 95 % of normal errors are within twice their deviation, but it holds the pulses too
+    # that samples may have missed. Measured 3.2 to 6.1 deviations, 26 where hardly any is left.
+    most = 30 if samples == 10_000 else 7
+    assert np.mean(np.square(stated)) < most**2 * np.mean(np.square(made))
 
 
 def test_a_coarse_table_of_the_central_case_does_not_rule_out_what_a_dense_one_shows():
