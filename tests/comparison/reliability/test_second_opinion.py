@@ -140,8 +140,8 @@ def test_the_stated_error_holds_what_more_samples_would_give(samples):
             assert of.interval[1] >= high - 1e-8
     assert np.mean(inside) >= (0.97 if samples >= 1000 else 0.95)
     assert all(smallest)
-    # Nor is it much larger: 95 % of normal errors are within twice their deviation, but it holds the pulses too
-    # that samples may have missed. Measured 3.2 to 6.1 deviations, 26 where hardly any is left.
+    # Nor is it much larger: 95 % of normal errors are within twice their deviation, but it holds the pulses
+    # too that samples may have missed. Measured 3.2 to 6.1 deviations, 26 where hardly any is left.
     most = 30 if samples == 10_000 else 7
     assert np.mean(np.square(stated)) < most**2 * np.mean(np.square(made))
 
