@@ -313,11 +313,10 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
         )
-    contact, without_effect = data["contact"], set(_without_effect(data))
-    for key, value in contact.items():
-        if key in without_effect and value != _usual_contact().get(key):
-            shown = value if isinstance(value, dict) else f"{value:g}"
-            yield f"contact.{key} = {shown} has no effect under contact.law = {contact['law']!r}"
+    contact, without_effect = data["contact"], _without_effect(data)
+    for key, why in without_effect.items():
+        if contact[key] != _usual_contact().get(key):
+            yield f"contact.{key} = {readable(contact[key])} has no effect {why}"
     for partner in PARTNERS:
         modulus = _of_partner(contact["youngs_modulus"], partner)
         if joints and "youngs_modulus" not in without_effect and not 1e6 <= modulus <= 1.3e12:
@@ -347,19 +346,24 @@ def _usual_contact() -> dict[str, Any]:
     return contact
 
 
-def _without_effect(data: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the keys of the contact that its law does not use; none without clearance, where none is used."""
+def _without_effect(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return the keys of the contact that no contact uses, and beside what; none without clearance."""
     joints, contact = joints_with_clearance(data), data["contact"]
     if not joints:
-        return
-    if contact["law"] != "adams-impact":
-        yield from ("stiffness", "damping", "damping_depth")
-    else:
-        yield "restitution"
-        if contact["stiffness"] is not None:
-            yield from ("youngs_modulus", "poisson", "corner_radius")
-    if contact["law"] == "foundation" and "crank_pin" not in joints:  # where it is Hertz's
-        yield from ("exponent", "corner_radius")
+        return {}
+    law, has_law = contact["law"], f"under contact.law = {contact['law']!r}"
+    unused = {}
+    if "slider" not in joints:  # a journal's radius is its own
+        unused["corner_radius"] = "with joints.slider = 'ideal'"
+    if law == "foundation":
+        unused["corner_radius"] = has_law
+        if "crank_pin" not in joints:  # where the law is Hertz's
+            unused["exponent"] = has_law
+    if law != "adams-impact":
+        return unused | dict.fromkeys(("stiffness", "damping", "damping_depth"), has_law)
+    if contact["stiffness"] is not None:
+        unused |= dict.fromkeys(("youngs_modulus", "poisson", "corner_radius"), "beside contact.stiffness")
+    return unused | {"restitution": has_law}
 
 
 def contact_time(data: Mapping[str, Any]) -> float:

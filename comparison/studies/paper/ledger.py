@@ -160,9 +160,8 @@ def _entry(row: Entry, runs: Runs, drawn: pd.DataFrame, limits: Mapping[str, flo
     if quantity in PEAKS:
         usual = {(scene, MODELS[0]): [runs.standard[scene, MODELS[0]]]}
         others.append(abs(measure(ids[0], replace(runs, short=usual), MODELS[0], limits).value))
-    u_num = max(abs(other - sizes[MODELS[0]]) for other in others)
-    if quantity in PEAKS:
-        u_num += MISSED * sizes[MODELS[0]]
+    missed = MISSED * sizes[MODELS[0]] if quantity in PEAKS else 0.0
+    u_num = max(abs(other - sizes[MODELS[0]]) for other in others) + missed
     times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
     same_sign = drawn["value"] * first.value > 0
     near = (drawn["time"] - first.time).abs() <= REACH * load_scene(scene).period

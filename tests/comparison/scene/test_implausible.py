@@ -54,11 +54,15 @@ FORMULATION, STEP = "solver.exudyn.formulation", "solver.exudyn.step"
         ),
         ("adams-impact", {"contact.damping": 100.0, "contact.corner_radius": 2e-3}, ""),
         ("adams-impact", {"contact.stiffness": 1e9}, ""),
-        ("adams-impact", {"contact.stiffness": 1e9, "contact.youngs_modulus": 210.0}, "has no effect"),
+        (
+            "adams-impact",
+            {"contact.stiffness": 1e9, "contact.youngs_modulus": 210.0},
+            "effect beside contact.stiffness",
+        ),
         (
             "crank-pin",
             {"contact.law": "adams-impact", "contact.stiffness": 1e9, "contact.youngs_modulus": 210.0},
-            "contact.youngs_modulus = 210 has no effect",
+            "contact.youngs_modulus = 210.0 has no effect",
         ),
         (
             PAPER,
@@ -91,7 +95,7 @@ def test_no_shipped_scene_nor_its_usual_changes_are_warned_of():
         scene = changed(load_scene(name), rng)
         # A clearance that is drawn may be smaller than the offset of the start.
         outside = abs(scene.data["initial"]["slider_offset"]) > scene.data["clearance"]["slider"]
-        # So may a key that the scene's law does not use.
+        # And a key that is drawn may be one that the scene's law does not use.
         told = [line for line in scene.warnings if "has no effect under contact.law" not in line]
         assert len(told) <= outside, (scene.overrides, told)
 
