@@ -10,8 +10,6 @@ from foreign_tables import put, read_pair, refused, text
 
 from comparison.cli import main
 
-CASES = Path(__file__).with_name("cases")
-
 
 def compared(capsys, a, b, *options):
     """The exit code of a comparison, and what it says; bad input is one line and makes no report."""
@@ -22,29 +20,6 @@ def compared(capsys, a, b, *options):
         assert out == ""
         assert len([line for line in err.splitlines() if "warning" not in line]) == 1
     return code, " ".join((out + err).split())
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "code", "words"),
-    [
-        ("nan_a.out", "nan_b.out", 2, "'ratio' is not a number in data row 3: '1.#QNAN'"),
-        ("th_a.csv", "th_b.csv", 2, "decimal sign is not clear from '1.500' and '0,0': export"),
-        ("qt_a.csv", "qt_b.csv", 1, "at worst at t = 0 s"),
-        ("ff_a.txt", "ff_b.txt", 1, "at worst at t = 0 s"),
-        ("nn_a.csv", "nn_b.csv", 2, "line 1 holds 0, 1, 2, which may be names or numbers: write"),
-        ("cs.csv", "cs.csv", 0, "x"),
-        ("br.csv", "br.csv", 0, "/bodyset/rod2[v.Y]"),
-        ("os_a.csv", "os_b.csv", 0, "os_b.csv: '8 real output' beside thrust is not a unit"),
-        ("s1.txt", "s1.txt", 0, "no unit is stated for s1, s2"),
-        ("lc.csv", "lc.csv", 0, "F agree"),
-        ("tx.csv", "tx.csv", 2, "'contact' is not a number in data row 1: 'False'; a mapping"),
-        ("ep_a.csv", "ep_b.csv", 2, "1700000000 to 1700000000.2 s and ep_b 1700000001 to 1700000001.2 s"),
-    ],
-)  # fmt: skip
-def test_the_cases(a, b, code, words, capsys):
-    result, said = compared(capsys, CASES / a, CASES / b)
-    assert result == code
-    assert words in said
 
 
 @pytest.mark.parametrize(
