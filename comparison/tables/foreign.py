@@ -23,9 +23,19 @@ import pandas as pd
 from comparison.files import check_size
 from comparison.tables.align import continuous
 from comparison.tables.channels import Array, Channel, channels, is_uncertainty
-from comparison.tables.dialect import NUMBER, Column, Source, decoded, parse_text, position, read_column
+from comparison.tables.dialect import (
+    NUMBER,
+    Column,
+    Source,
+    decoded,
+    parse_text,
+    position,
+    read_column,
+    settled,
+)
 from comparison.tables.mapping import (
     TIME,
+    Dialect,
     Mapping,
     Quantity,
     Rule,
@@ -52,13 +62,13 @@ _EXPORT = "save its sheet as CSV"
 _LONGEST = 600.0  # s to read a MATLAB file
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, dialect: Dialect | None = None) -> Source:
     """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
     with readable(path):
         check_size(path, LARGEST)
         with path.open("rb") as file:
             head = file.read(_HEAD)
-        source = _source(path, head)
+        source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
     source = replace(source, columns=columns, events=read_beside(path, "events"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
@@ -67,7 +77,7 @@ def open_source(path: Path) -> Source:
     return source
 
 
-def _source(path: Path, head: bytes) -> Source:
+def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
     if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
         raise TableError(rule)
     if head.startswith(b"PAR1"):
@@ -76,13 +86,14 @@ def _source(path: Path, head: bytes) -> Source:
             path, [read_column(str(name), None, frame[name]) for name in frame], plain="time" in frame
         )
     if head.startswith(b"PK\x03\x04"):
-        return parse_text(path, _sheet(path), ("\t",), ".")
+        cells = {"separator": "\t", "decimal": ".", "thousands": None, "comment": dialect.comment or ""}
+        return parse_text(path, _sheet(path), dialect.model_copy(update=cells))
     # Of MATLAB's files version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
     if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head):
         return Source(path, *_vectors(path))
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise TableError(_BINARY)
-    return parse_text(path, decoded(path.read_bytes()))
+    return parse_text(path, decoded(path.read_bytes()), dialect)
 
 
 def _sheet(path: Path) -> str:
@@ -212,7 +223,10 @@ def read_tables(
     if only is not None:
         mapping = mapping.model_copy(update={"compare": list(only)})
     compare = None if mapping.compare is None else [abscissa, *mapping.compare]
-    sources = [each if isinstance(each, Source) else open_source(each) for each in paths]
+    sources = [
+        each if isinstance(each, Source) else open_source(each, mapping.dialect.of(side))
+        for each, side in zip(paths, sides, strict=True)
+    ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [
         _by_rules(source, _rules(source, side, mapping), mapping, abscissa)
@@ -396,6 +410,7 @@ def _unit(column: Column, rule: Rule) -> str | None:
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
     for source in sources:
+        yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
             yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
         for column in source.columns:
@@ -412,8 +427,12 @@ def _converted(
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        hint = "" if name == TIME else "; a mapping (--mapping) with compare = [...] leaves it out"
-        raise TableError(f"{where} is not a number in data row {row}: {text!r}{hint}")
+        hint = "a mapping (--mapping) with compare = [...] leaves it out"
+        if name == TIME:
+            hint = settled("comment, if it begins one")
+        elif re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text):
+            hint = settled("decimal, thousands")
+        raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
     stated = _unit(column, rule)

@@ -182,10 +182,10 @@ def test_columns_without_names_are_numbered_and_may_begin_anywhere():
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
-        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in data row 4: 'late'"),
-        ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in data row 4"),
-        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in data row 4: 'run 2'"),
-        ([["time", "slider_y"], *ROWS], "line 2 holds 3 numbers, but line 1 names 2: each column needs"),
+        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in line 5: 'late'"),
+        ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in line 5"),
+        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
+        ([["time", "slider_y"], *ROWS], "the rows hold 3 numbers, but line 1 names 2: state names"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
     ],
 )  # fmt: skip
@@ -197,7 +197,7 @@ def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
     texts = ["no", "yes", None, *"12345678"]
     rows = [[*row, contact] for row, contact in zip(ROWS, texts, strict=True)]
     path = workbook([*NAMES, "contact\nof the corner"], *rows)
-    refused("'contact of the corner' is not a number in data row 1: 'no'", path)
+    refused("'contact of the corner' is not a number in line 2: 'no'", path)
     table, _, warnings = read_pair(path, path, f"compare = {NAMES[1:]}")
     same(table, EXACT_COLUMNS)
     assert "contact of the corner" in warnings[0]
