@@ -114,6 +114,13 @@ class _Layout(NamedTuple):
         own = _fitting([self.words(line)], self.row)
         return [*(way for way in _fitting(others, self.row) if _time(way) is not None), *own]
 
+    def may_be_row(self, line: str) -> bool:
+        """Whether a comment may be a row, its first field no number."""
+        fields = _fields(line.strip(" "), self.separator, self.comments)
+        alike = [bool(NUMBER.fullmatch(each)) or self.is_comment(each) for each in fields if each]
+        enough = all(alike) if self.separator == _SPACES else any(alike[1:])
+        return len(fields) == len(self.row) and enough and not self.units(line, None)
+
     def units(self, line: str, time: int | None) -> list[str]:
         """Return the fields of a line that holds units; empty if it does not.
 
@@ -154,6 +161,10 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
+    if group := re.escape(dialect.thousands or ""):
+        after = r"\w.," if dialect.thousands in (".", ",") else r"\w"
+        grouped = rf"(?<![{after}])[+-]?[1-9]\d{{0,2}}(?:{group}\d{{3}})+(?!\d|{group})"
+        text = re.sub(grouped, lambda match: match[0].replace(dialect.thousands or "", ""), text)
     lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
     if any(len(line) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
@@ -168,7 +179,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     if dialect.comment is None:
         _check_comments(text, offset, layout, above)
     body, separator = _rows(text[offset:], first + 1, layout)
-    decimal, body = _decimal_sign(body, separator, dialect)
+    decimal = _decimal_sign(body, separator, dialect)
     frame = _frame(body, first + 1, separator, decimal, len(layout.row))
     is_text = any(kind.kind not in "fiu" for kind in frame.dtypes)
     numbered = enumerate(body.split("\n") if is_text else (), first + 1)
@@ -272,13 +283,16 @@ def _first_row(
     pairs = [*pairwise(rows), *((n, None) for n in rows[-1:])]
     for (n, below), timed in ((pair, timed) for timed in (True, False) for pair in pairs):
         above = [line for line in lines[max(start, n - 9) : n] if line.strip()][-3:]  # names, units, a remark
-        for separator in separators:
-            layout = _Layout(separator, comments, _fields(lines[n], separator, comments))
-            after = None if below is None else _fields(lines[below], separator, comments)
+        layouts = [_Layout(each, comments, _fields(lines[n], each, comments)) for each in separators]
+        layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
+        for layout in layouts:
+            after = None if below is None else _fields(lines[below], layout.separator, comments)
             names = _fitting([dialect.names] if dialect.names else map(layout.words, above), layout.row)
             if _begins(layout.row, after, names, known=known, timed=timed):
                 return n, layout
-    raise TableError(f"contains no row of two or more numbers: {settled('separator, skip, names')}")
+    raise TableError(
+        f"contains no row of two or more numbers: {settled('separator, decimal, thousands, skip, names')}"
+    )
 
 
 def _begins(
@@ -291,9 +305,10 @@ def _begins(
     whole = len(numbers) == len([*filter(None, row)])
     again = {n for n, field in enumerate(after or row) if NUMBER.fullmatch(field)}
     alike = len(after or row) == len(row) and bool(again)
-    if known:
-        return bool(headings) and (whole or alike) and not _are_units(row)
     times = {place for names in headings if (place := _time(names)) is not None}
+    if known:
+        begins = whole or (alike and bool(times & numbers or not times))
+        return bool(headings) and begins and not _are_units(row)
     below_time = times & numbers if whole or timed else times
     return (whole and (alike or bool(below_time))) or (
         bool(below_time) and alike and bool(numbers & again & (times if timed else numbers))
@@ -321,10 +336,11 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     The names are in the last line that names the time, else in the last line, or in the one above it if the
     last one holds units. Either may be a comment. Below the lines that a mapping skips they follow at once.
     """
+    lines = [line for line in above if line.text.strip(_RULE)]
     if dialect.names is not None:
+        _check_above(lines, layout)
         stated = next(iter(_fitting([dialect.names], layout.row)), [])
         return (_named(stated, []) if stated else None), []
-    lines = [line for line in above if line.text.strip(_RULE)]
     while len(lines) > 1 and lines[-1].text.count('"') % 2:  # a name of two lines
         lines[-2:] = [_Line(lines[-2].number, f"{lines[-2].text} {lines[-1].text}")]
     ways = [layout.ways(line.text) for line in lines]
@@ -347,20 +363,25 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
 def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout: _Layout) -> int | None:
     """Return the place of the last line, or of the one above units; None if it is a comment without names."""
     last = len(lines) - 1
-    for n, line in enumerate(lines):  # what begins like a row is passed over as no title
-        is_number = [bool(NUMBER.fullmatch(field)) for field in _split(line.text, layout.separator)]
-        like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
-        if is_number[:1] == [True] and like_row and (n == last or not ways[last]):
-            raise TableError(
-                f"line {line.number} begins like a row of numbers, but is none: "
-                f"{settled(f'skip = {line.number}')}"
-            )
+    _check_above(lines[last:] if last >= 0 and ways[last] else lines, layout)
     if last < 0:
         return None
     names = ways[last][-1] if ways[last] else []
     if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
+        if layout.may_be_row(lines[last].text):
+            raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
         return None
     return last - 1 if last and _are_units(names) and ways[last - 1] else last
+
+
+def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
+    """Reject what begins like a row and is none: it is passed over as no title."""
+    for line in lines:
+        is_number = [bool(NUMBER.fullmatch(field)) for field in _split(line.text, layout.separator)]
+        like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
+        if is_number[:1] == [True] and like_row:
+            keys = settled(f"skip = {line.number} (a title), or decimal, thousands")
+            raise TableError(f"line {line.number} begins like a row of numbers, but is none: {keys}")
 
 
 def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> list[str]:
@@ -369,6 +390,8 @@ def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> l
     for line in lines:
         fields = layout.units(line.text, time)
         if not fields and layout.is_comment(line.text) and not _is_heading(line.text, layout):
+            if layout.may_be_row(line.text):
+                raise TableError(f"line {line.number} may be a comment or a row: {settled('comment')}")
             continue
         if units or not fields:
             problem = "holds units again" if fields else "is neither units nor a row of numbers"
@@ -381,10 +404,11 @@ def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> It
     """Yield which lines above the names could be names too; reject what is likely to belong to them."""
     for line in lines:
         comment = layout.is_comment(line.text)
-        for fields in _fitting([layout.words(line.text)], layout.row):
+        units = layout.units(line.text, _time(names))
+        for fields in _fitting([units or layout.words(line.text)], layout.row):
             written = [n for n, entry in enumerate(fields) if entry]
             whole = not comment and layout.separator != _SPACES and {*range(1, len(fields))} <= {*written}
-            if _are_units(fields) or (whole and (len(fields) > 2 or not all(names[n] for n in written))):
+            if units or (whole and (len(fields) > 2 or not all(names[n] for n in written))):
                 may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
                 raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
             if len(written) > 1 and not comment:
@@ -471,17 +495,13 @@ def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Li
         return
     known = {line.text.strip() for line in above}
     for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
-        line = match[0].strip()
-        fields = _split(line, layout.separator)
-        is_row = len(fields) == len(layout.row) and (
-            layout.separator != _SPACES
-            or any(map(NUMBER.fullmatch, fields))
-            or all(map(layout.is_comment, fields))
-        )
-        if line not in known and (is_row or _is_heading(line, layout)):
+        line = match[0]
+        fits = layout.separator != _SPACES and len(_split(line, layout.separator)) == len(layout.row)
+        is_row = fits or layout.may_be_row(line)
+        if line.strip() not in known and (is_row or _is_heading(line, layout)):
             number = text.count("\n", 0, offset + match.start()) + 1
             problem = "a comment or a row" if is_row else "a comment or another heading"
-            raise TableError(f"line {number} may be {problem}: {line[:60]!r}: {settled('comment')}")
+            raise TableError(f"line {number} may be {problem}: {line.strip()[:60]!r}: {settled('comment')}")
 
 
 def _rows(body: str, first: int, layout: _Layout) -> tuple[str, str]:
@@ -516,17 +536,13 @@ def _rows(body: str, first: int, layout: _Layout) -> tuple[str, str]:
     return "\n".join(rows), _UNIT_SEPARATOR
 
 
-def _decimal_sign(body: str, separator: str, dialect: Dialect) -> tuple[str, str]:
-    """Return the decimal sign, and the rows without the sign that separates thousands, if one is stated."""
+def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
+    """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
     edge = r" \t\n" if separator == _SPACES else rf"{separator}\n"
     before, end = rf"(?:\A|[{edge}])[ \t]*", rf"[ \t]*(?=[{edge}]|\Z)"
-    group = dialect.thousands
-    decimal = dialect.decimal or {".": ",", ",": "."}.get(group or "")
-    if group:
-        grouped = rf"{before}[+-]?[1-9]\d{{0,2}}(?:{re.escape(group)}\d{{3}})+(?:[.,]\d*)?{_EXPONENT}{end}"
-        body = re.sub(grouped, lambda match: match[0].replace(group, ""), body)
+    decimal = dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or "")
     if decimal or separator == ",":
-        return decimal or ".", body
+        return decimal or "."
 
     def number(pattern: str) -> str | None:
         match = re.search(rf"{before}(?P<n>{pattern}){end}", body)
@@ -537,14 +553,14 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> tuple[str, str
         sign: n for sign, pattern in zip(".,", signs, strict=True) if sign in body and (n := number(pattern))
     }
     if not seen:
-        return ".", body
+        return "."
     sign, *others = seen
     one = rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
     if others or not number(rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}"):
         numbers = " and ".join(map(repr, dict.fromkeys(seen.values())))
         not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
         raise TableError(f"{not_clear}: {settled('decimal, and thousands if that is separated')}")
-    return sign, body
+    return sign
 
 
 def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> pd.DataFrame:
@@ -568,7 +584,7 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
     except (ValueError, pd.errors.ParserWarning) as error:
         for n, line in enumerate(body.split("\n"), first):
             if len(fields := _split(line, separator)) > count:
-                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
+                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}: {settled('separator')}"
                 raise TableError(message) from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
     if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:

@@ -294,7 +294,8 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping, absciss
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
-        times = source.names[:1] if source.nameless else ["t"]
+        usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
+        times = source.names[:1] if source.nameless else usual
     known = {*channels(), *mapping.channels}
     assigned: Assigned = {}
     for column, rule in zip(source.columns, own, strict=True):
