@@ -481,9 +481,10 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _are_units(fields: Sequence[str]) -> bool:
-    """Whether all fields are units, or in brackets."""
-    written = [field for field in fields if field]
-    return bool(written) and all(parse_unit(field) is not None or _bare(field) != field for field in written)
+    """Whether all fields are units, or in brackets, and not all are numbers."""
+    written = [entry for entry in fields if entry and not NUMBER.fullmatch(entry)]
+    units = (parse_unit(entry) is not None or _bare(entry) != entry for entry in filter(None, fields))
+    return bool(written) and all(units)
 
 
 # ---- the rows of numbers
@@ -584,8 +585,8 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
     except (ValueError, pd.errors.ParserWarning) as error:
         for n, line in enumerate(body.split("\n"), first):
             if len(fields := _split(line, separator)) > count:
-                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}: {settled('separator')}"
-                raise TableError(message) from None
+                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
+                raise TableError(f"{message}: {settled('separator')}") from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
     if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
         raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")

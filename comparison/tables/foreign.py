@@ -70,6 +70,14 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
+    if source.angles:  # of channels of the press it is known which are angles
+        units = {name: known.unit for name, known in channels().items() if "rad" in known.unit}
+        columns = [
+            each._replace(unit=units[each.name].replace("rad", source.angles))
+            if each.unit is None and each.name in units
+            else each
+            for each in columns
+        ]
     source = replace(source, columns=columns, events=read_beside(path, "events"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
         extrema, record = read_record(path)
@@ -236,7 +244,12 @@ def read_tables(
     left_out = _add_shared(sources, assigned, ruled, mapping, compare)
     completed = list(_complete(sources, assigned, compare, abscissa))
     known = _definitions(sources, assigned, mapping)
-    warnings = [*_assumptions(sources, known), *completed]
+    bare = [name for name, channel in known.items() if not channel.unit]
+    stating = {source.angles: source.path for source in sources}
+    if bare and {"deg", "rad"} <= stating.keys():
+        files = f"{stating['deg']} states degrees for all angles, {stating['rad']} radians"
+        raise TableError(f"{files}: state the units of {', '.join(bare)} in a mapping (--mapping)")
+    warnings = [*_assumptions(sources, known, bare), *completed]
     tables = []
     for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
         if abscissa not in columns:
@@ -409,7 +422,7 @@ def _unit(column: Column, rule: Rule) -> str | None:
     return column.unit if rule.unit is None else rule.unit
 
 
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
+def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel], bare: Sequence[str]) -> Iterable[str]:
     for source in sources:
         yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
@@ -417,7 +430,9 @@ def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Itera
         for column in source.columns:
             if column.name in known and column.unit is not None and is_prose(column.unit):
                 yield f"{source.path.name}: {column.unit!r} beside {column.name} is not a unit"
-    if bare := [name for name, channel in known.items() if not channel.unit]:
+        if bare and source.angles == "deg":
+            yield f"{source.path.name}: its header states degrees for all angles, which are not converted"
+    if bare:
         yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
 
 
@@ -428,11 +443,11 @@ def _converted(
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        hint = "a mapping (--mapping) with compare = [...] leaves it out"
-        if name == TIME:
-            hint = settled("comment, if it begins one")
-        elif re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text):
+        hint = settled("skip, or comment if the line begins one")
+        if re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text):
             hint = settled("decimal, thousands")
+        elif name != TIME:
+            hint = f"a mapping (--mapping) with compare = [...] leaves it out; else {hint}"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from comparison.formatting import number
 from comparison.scene import command_line
@@ -31,7 +30,6 @@ _GRID = 2000  # times at which columns are held against each other
 _FITS = 0.3  # two models of one motion are nearer, but for what chatter separates
 _SIZE = 0.7  # the logarithm of a ratio of standard deviations, within which the name decides
 _RIVAL = 5.0  # times the distance of the best fit, within which another column fits as well
-_CORRELATES = 0.9
 _CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
 
 # The units that programs write, the SI unit first.
@@ -69,16 +67,15 @@ _WORDS = {
     "reaction y": "fy",
 }
 _MEANING = {spelling: words.split() for words, spellings in _WORDS.items() for spelling in spellings.split()}
-_BODIES = {"slider", "crank", "journal", "corner", "reaction", "guide", "energy"}
 
 
 class Guess(NamedTuple):
-    """What a column is thought to be, and what that rests on; a conversion is that of a mapping's rule."""
+    """Channel of a column, and the evidence for it; a conversion is that of a mapping's rule."""
 
     side: str  # "a" or "b"
     column: str
-    channel: str
-    unit: str
+    channel: str  # of the press; of one's own where neither name nor unit tells: a column of the first table
+    unit: str | None  # None: both tables state it, or neither does
     sign: int
     offset: float
     stated: bool | None  # whether the table states the unit; None if nothing tells it
@@ -89,17 +86,11 @@ class Guess(NamedTuple):
 
 
 class Suggestion(NamedTuple):
-    """Guesses of the columns of two tables, the time first; and all other columns."""
+    """Guesses of the columns of two tables, the time first; and side and name of all other columns."""
 
     paths: tuple[Path, Path]
     guesses: list[Guess]
-    left: list[tuple[str, str, list[tuple[str, float]]]]
-    """Side and name of a column, and the other table's columns that correlate with it, by how much."""
-
-    def channels(self, *, doubtful: bool) -> list[str]:
-        """Return the channels that guesses assign columns to, the doubtful guesses or the others."""
-        pairs = {guess.channel: guess.sureness == DOUBTFUL for guess in self.guesses if guess.channel != TIME}
-        return [channel for channel, doubt in pairs.items() if doubt == doubtful]
+    left: list[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -108,9 +99,13 @@ class _Side:
     native: bool  # recorded by this project: its channels are known
     time: Column | None
     columns: list[Column]  # all others that are numbers
+    others: list[str]
 
     def knows(self, column: Column) -> bool:
-        return self.native and column.name in {TIME, *channels()}
+        """Whether a column is a channel by its name alone, in its unit."""
+        return column.name in {TIME, *channels()} and (
+            self.native or (column.name != TIME and not column.unit)
+        )
 
     def units(self, column: Column, si: str) -> list[str]:
         """Return the units that a column of this dimension may be in: the one that is known, or the usual."""
@@ -119,10 +114,10 @@ class _Side:
 
 
 class _Fit(NamedTuple):
-    """A channel that is a column of both, the second converted: ``sign * column + offset`` in its unit."""
+    """Channel that is a column of both, the second converted: ``sign * column + offset`` in its unit."""
 
     channel: str
-    units: tuple[str, str]
+    units: tuple[str, ...]  # empty: of a channel of one's own
     sign: int = 1
     offset: float = 0.0
     distance: float = nan
@@ -141,30 +136,34 @@ def suggest(a: Path, b: Path) -> Suggestion:
     times = _times(first, second)
     data = [[], []] if times is None else _on_one_grid(sides, times)
     fits: dict[tuple[int, int], _Fit] = {}
-    score = np.zeros((len(first.columns), len(second.columns)))
     for n, m in product(*(range(len(side.columns)) for side in sides)):
         pair = first.columns[n], second.columns[m]
-        fit = _fit(sides, pair, (data[0][n], data[1][m]) if data[0] else None)
-        if fit is not None:
-            near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
-            fits[n, m], score[n, m] = fit, 2 * near + sum(_named(c.name) == fit.channel for c in pair)
+        if fit := _fit(sides, pair, (data[0][n], data[1][m]) if data[0] else None):
+            fits[n, m] = fit
+
+    def score(place: tuple[int, int]) -> float:
+        fit, pair = fits[place], (first.columns[place[0]], second.columns[place[1]])
+        near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
+        return 2 * near + sum(_named(column.name) == fit.channel for column in pair)
+
     guesses: list[Guess] = []
-    rows, columns = linear_sum_assignment(score, maximize=True)
-    for n, m in sorted(zip(rows.tolist(), columns.tolist(), strict=True), key=lambda at: -score[at]):
-        fit = fits.get((n, m))
-        if fit is None or any(guess.channel == fit.channel for guess in guesses):
+    taken: set[tuple[str, str]] = set()
+    for n, m in sorted(fits, key=score, reverse=True):
+        fit, pair = fits[n, m], (first.columns[n], second.columns[m])
+        both = {(side.letter, column.name) for side, column in zip(sides, pair, strict=True)}
+        if both & taken or any(guess.channel == fit.channel for guess in guesses):
             continue
         rivals = [other.distance for (k, j), other in fits.items() if (k == n) != (j == m)]
         unique = not any(distance <= _RIVAL * fit.distance for distance in rivals)
-        guesses += _guesses(sides, (first.columns[n], second.columns[m]), fit, unique=unique)
-    taken = {(guess.side, guess.column) for guess in guesses}
-    taken |= {("a" if guess.side == "b" else "b", guess.partner) for guess in guesses}
-    guesses.sort(key=lambda guess: list(channels()).index(guess.channel))
+        if own := list(_guesses(sides, pair, fit, unique=unique)):
+            guesses, taken = [*guesses, *own], taken | both
+    order = [*channels()]
+    guesses.sort(key=lambda guess: order.index(guess.channel) if guess.channel in order else len(order))
     left = [
-        (side.letter, column.name, _correlating(data[k][n], sides[1 - k], data[1 - k]) if data[k] else [])
-        for k, side in enumerate(sides)
-        for n, column in enumerate(side.columns)
-        if (side.letter, column.name) not in taken
+        (side.letter, name)
+        for side in sides
+        for name in (*(column.name for column in side.columns), *side.others)
+        if (side.letter, name) not in taken
     ]
     if times is not None and first.time is not None and second.time is not None:
         # Two tables that tell the same motion at the same times have the right unit.
@@ -181,7 +180,9 @@ def _side(letter: str, path: Path) -> _Side:
         each for each in numbers if _named(each.name) in ("", TIME) and (np.diff(each.numbers) >= 0).all()
     ]
     time = min(times, key=lambda each: _named(each.name) != TIME, default=None)
-    return _Side(letter, source.record is not None, time, [each for each in numbers if each is not time])
+    others = [f"{each.name} (text)" for each in source.columns if each.text is not None] + source.others
+    columns = [each for each in numbers if each is not time]
+    return _Side(letter, source.record is not None, time, columns, others)
 
 
 @cache
@@ -250,26 +251,35 @@ def _fit(
         si = channels()[channel].unit
         for units in product(sides[0].units(pair[0], si), sides[1].units(pair[1], si)):
             if all(same_dimension(parse_unit(unit), parse_unit(si)) for unit in units):
-                fits += [_Fit(channel, units), *(() if data is None else _conversions(channel, units, data))]
-    return min(fits, key=_order, default=None)
+                fits.append(_conversion(_Fit(channel, units), data))
+    best = min(fits, key=_order, default=None)
+    stated = {column.unit for column in pair}
+    if not known and len(stated) == 1 and (best is None or stated == {None}):
+        own = _conversion(_Fit(pair[0].name, ("1", "1")), data)
+        alike = pair[0].name == pair[1].name or (own.plain and own.distance <= _FITS)
+        if alike and (best is None or own.distance <= best.distance or len({*best.units}) == 1):
+            return own._replace(units=())
+    return best
 
 
-def _conversions(channel: str, units: tuple[str, str], data: tuple[Array, Array]) -> Iterator[_Fit]:
-    """Yield how near two columns in these units come, with either sign, and with an offset where it tells."""
-    factor = _factor(units[1])
-    a, b = data[0] * _factor(units[0]), data[1] * factor
+def _conversion(fit: _Fit, data: tuple[Array, Array] | None) -> _Fit:
+    """Return how near two columns in these units come, with a sign and an offset where these tell."""
+    if data is None or any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
+        return fit  # in some unit, or with an offset, a constant equals any other
+    factor = _factor(fit.units[1])
+    a, b = data[0] * _factor(fit.units[0]), data[1] * factor
     deviation = float(np.std(a))
-    if any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
-        return  # in some unit, or with an offset, a constant equals any other
-    size = abs(log(deviation / float(np.std(b))))
+    fit = fit._replace(size=abs(log(deviation / float(np.std(b)))))
     for sign in (1, -1):
         apart = a - sign * b
         plain, spread = float(np.sqrt(np.mean(apart**2))) / deviation, float(np.std(apart)) / deviation
-        if sign == 1 or plain <= _FITS:
-            yield _Fit(channel, units, sign, 0.0, plain, size)
+        offset = 0.0
         if 1e-3 < plain > _RIVAL * spread and spread <= _FITS:
             digits = ceil(-log10(max(spread * deviation / factor, 1e-12)))
-            yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread, size)
+            offset, plain = round(float(np.mean(apart)) / factor, digits), spread
+        if sign == 1 or (plain <= _FITS and plain < fit.distance):
+            fit = fit._replace(sign=sign, offset=offset, distance=plain)
+    return fit
 
 
 def _guesses(
@@ -277,44 +287,36 @@ def _guesses(
 ) -> Iterator[Guess]:
     """Yield the guesses of two columns, but of one that is known; none if neither names nor data tell."""
     foreign = [column for side, column in zip(sides, pair, strict=True) if not side.knows(column)]
-    named = any(_named(column.name) == fit.channel for column in foreign)
+    names = {_named(column.name) or column.name for column in pair}
+    named = any(_named(column.name) == fit.channel for column in foreign) or (
+        not fit.units and len(names) == 1
+    )
     stated = [side.knows(column) or column.unit is not None for side, column in zip(sides, pair, strict=True)]
     near = fit.distance <= _FITS
     # Names alone must be those of both.
-    alike = named and (len(foreign) < 2 or _named(pair[0].name) == _named(pair[1].name))
+    alike = named and (len(foreign) < 2 or len(names) == 1)
     if not (alike or (near and (named or unique))):
         return
-    # If neither unit is stated the ratio of the two tells them, unless it is 1; times are then in s.
-    told = any(stated) or fit.units[0] != fit.units[1]
     sureness = DOUBTFUL
-    if told or fit.channel == TIME:
-        if near and (named or fit.plain):
-            sureness = SURE if named and fit.plain and any(stated) else LIKELY
-        elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
-            sureness = LIKELY
-    for side, column, other, unit, known in zip(sides, pair, pair[::-1], fit.units, stated, strict=True):
+    if near and (named or fit.plain):
+        sureness = SURE if named and fit.plain and any(stated) else LIKELY
+    elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
+        sureness = LIKELY
+    for n, (side, column, known) in enumerate(zip(sides, pair, stated, strict=True)):
         if not side.knows(column):
             yield Guess(
                 side=side.letter,
                 column=column.name,
                 channel=fit.channel,
-                unit=unit,
-                sign=fit.sign if side is sides[1] else 1,
-                offset=fit.offset if side is sides[1] else 0.0,
-                stated=known if told else None,
-                named=_named(column.name) == fit.channel,
-                partner=other.name,
+                unit=fit.units[n] if fit.units else None,
+                sign=fit.sign if n else 1,
+                offset=fit.offset if n else 0.0,
+                stated=known if fit.units or any(stated) else None,
+                named=named and _named(column.name) in ("", fit.channel),
+                partner=pair[1 - n].name,
                 distance=fit.distance,
                 sureness=sureness,
             )
-
-
-def _correlating(values: Array, other: _Side, data: Sequence[Array]) -> list[tuple[str, float]]:
-    """Return the columns of the other table that correlate with these values, three at most."""
-    with np.errstate(invalid="ignore"):  # of a constant
-        shares = [abs(float(np.corrcoef(values, each)[0, 1])) for each in data]
-    named = zip((column.name for column in other.columns), shares, strict=True)
-    return sorted((one for one in named if one[1] >= _CORRELATES), key=lambda one: -one[1])[:3]
 
 
 # ---- the mapping as a file to edit, with what each guess rests on, and as lines for the console
@@ -331,43 +333,34 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
         "# What is doubtful is commented out: uncomment what is right, in `compare` as well.",
         "",
     ]
-    assigned, doubtful = (suggestion.channels(doubtful=doubt) for doubt in (False, True))
-    if assigned:
-        lines += ["compare = [", *(f"    {json.dumps(name)}," for name in assigned)]
-        lines += [*(f"    # {json.dumps(name)}," for name in doubtful), "]"]
-    elif doubtful:
-        lines.append(f"# compare = {json.dumps(doubtful)}")
+    doubts = {g.channel: g.sureness == DOUBTFUL for g in suggestion.guesses if g.channel != TIME}
+    marks = ("# ", "") if all(doubts.values()) else ("", "# ")
+    if doubts:
+        lines.append(f"{marks[0] * all(doubts.values())}compare = [")
+        lines += [f"    {'# ' * doubt}{json.dumps(channel)}," for channel, doubt in doubts.items()]
+        lines.append(f"{marks[0] * all(doubts.values())}]")
     for guess in suggestion.guesses:
         mark = "# " if guess.sureness == DOUBTFUL else ""
         lines += ["", f"# {guess.sureness}: {_grounds(guess)}", *(mark + line for line in _rule(guess))]
+    for channel in doubts:
+        if channel not in channels():
+            lines += ["", f"[channels.{json.dumps(channel, ensure_ascii=False)}]"]
     for side in "ab":
-        rest = {column: similar for letter, column, similar in suggestion.left if letter == side}
-        if rest:
+        if rest := [column for letter, column in suggestion.left if letter == side]:
             lines += ["", f'# Not assigned of "{side}":']
-        lines += textwrap.wrap(
-            "; ".join(f"{column}{_similar(similar)}" for column, similar in rest.items()),
-            100,
-            initial_indent="#   ",
-            subsequent_indent="#   ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+            lines += (f"#   {line}" for line in textwrap.wrap("; ".join(rest), 100, break_long_words=False))
     # A name may hold what TOML does not allow in a comment.
     return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)
-
-
-def _similar(columns: Sequence[tuple[str, float]]) -> str:
-    known = ", ".join(f"{name} ({share:.3f})" for name, share in columns)
-    return f" (correlates with {known})" if columns else ""
 
 
 def summary(suggestion: Suggestion) -> Iterator[str]:
     """Yield a line for each guess, and how many columns are left."""
     for guess in suggestion.guesses:
-        yield f"{guess.sureness:<8}  {guess.side}: {guess.column} is {guess.channel} ({guess.unit})"
+        unit = f" ({guess.unit})" if guess.unit else ""
+        yield f"{guess.sureness:<8}  {guess.side}: {guess.column} is {guess.channel}{unit}"
     for side in "ab":
-        if count := sum(which == side for which, *_ in suggestion.left):
-            yield f"{side}: {count} {'column is' if count == 1 else 'columns are'} not assigned"
+        if rest := [column for which, column in suggestion.left if which == side]:
+            yield f"{side}: not assigned: {', '.join(rest)}"
 
 
 def _grounds(guess: Guess) -> str:
@@ -389,7 +382,8 @@ def _rule(guess: Guess) -> Iterator[str]:
     """Yield the lines of a rule."""
     yield f"[{guess.side}.{json.dumps(guess.column, ensure_ascii=False)}]"
     yield f'channel = "{guess.channel}"'
-    yield f'unit = "{guess.unit}"'
+    if guess.unit:
+        yield f'unit = "{guess.unit}"'
     if guess.sign != 1:
         yield f"sign = {guess.sign}"
     if guess.offset:
