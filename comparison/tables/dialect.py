@@ -9,7 +9,6 @@ import csv
 import re
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import pairwise
@@ -29,7 +28,6 @@ _LONGEST_NAME = 1_000
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
-_UNIT_SEPARATOR = "\x1f"
 _COMMENTS = ("#", "%", "!")
 _RULE = " \t-=_*"  # characters of a line that only separates
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
@@ -178,21 +176,21 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     offset = sum(len(line) + 1 for line in lines[:first])
     if dialect.comment is None:
         _check_comments(text, offset, layout, above)
-    body, separator = _rows(text[offset:], first + 1, layout)
-    decimal = _decimal_sign(body, separator, dialect)
-    frame = _frame(body, first + 1, separator, decimal, len(layout.row))
-    is_text = any(kind.kind not in "fiu" for kind in frame.dtypes)
-    numbered = enumerate(body.split("\n") if is_text else (), first + 1)
-    places = [f"line {n}" for n, line in numbered if line.strip(" \t")]
+    body = _rows(text[offset:], layout)
+    decimal = _decimal_sign(body, layout.separator, dialect)
+    numbers = [n for n, line in enumerate(body.split("\n"), first + 1) if line.strip(" \t")]
+    frame = _frame(body, first + 1, layout.separator, decimal, len(layout.row))
+    if len(frame) != len(numbers):
+        raise TableError("a quotation mark is not closed in its field")
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
-        column = read_column(name or position(len(columns)), unit, frame[n], decimal, places)
+        column = read_column(name or position(len(columns)), unit, frame[n], decimal, numbers)
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
         if name or not (is_index or frame[n].isna().all()):
             columns.append(column)
     texts = {column.text[0] if column.text else "" for column in columns}
-    if len(texts) == 1 and (place := texts.pop()) not in ("", *places[:1]):
+    if len(texts) == 1 and (place := texts.pop()) not in ("", f"line {numbers[0]}"):
         raise TableError(f"{place} holds text below rows of numbers: save one block of columns per file")
     angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
     names = [name for name, _ in heading or ()]
@@ -207,7 +205,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
 
 
 def read_column(
-    name: str, unit: str | None, entries: pd.Series, decimal: str = ".", places: Sequence[str] = ()
+    name: str, unit: str | None, entries: pd.Series, decimal: str = ".", lines: Sequence[int] = ()
 ) -> Column:
     """Return a column as pandas has read it; numbers that it has read as text have this decimal sign."""
     if entries.dtype.kind in "fiu":
@@ -220,7 +218,7 @@ def read_column(
     numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
     for n in np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))[:1]:
-        place = places[n] if len(places) else f"data row {n + 1}"
+        place = f"line {lines[n]}" if lines else f"data row {n + 1}"
         return Column(name, unit, numbers, (place, str(text.iloc[n])))
     return Column(name, unit, numbers)
 
@@ -273,46 +271,41 @@ def _first_row(
     """Return the place of the first row of numbers among lines, and how it is split.
 
     All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
-    as the next row has (if there is no such row: numbers in another column). Below names that a mapping
-    states a row may hold any text beside a number.
+    as the next row has. Below names that a mapping states a row may hold any text beside that number.
     """
     stated = {None: _SEPARATORS, " ": (_SPACES,)}
     separators = stated.get(dialect.separator, (dialect.separator or "",))
     known = bool(dialect.names) or (dialect.skip is not None and dialect.names is None)
     rows = [n for n in range(start, len(lines)) if lines[n].strip() and not _is_comment(lines[n], comments)]
     pairs = [*pairwise(rows), *((n, None) for n in rows[-1:])]
-    for (n, below), timed in ((pair, timed) for timed in (True, False) for pair in pairs):
+    for n, below in pairs:
         above = [line for line in lines[max(start, n - 9) : n] if line.strip()][-3:]  # names, units, a remark
         layouts = [_Layout(each, comments, _fields(lines[n], each, comments)) for each in separators]
         layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
         for layout in layouts:
             after = None if below is None else _fields(lines[below], layout.separator, comments)
             names = _fitting([dialect.names] if dialect.names else map(layout.words, above), layout.row)
-            if _begins(layout.row, after, names, known=known, timed=timed):
+            if _begins(layout.row, after, names, known=known):
                 return n, layout
     raise TableError(
         f"contains no row of two or more numbers: {settled('separator, decimal, thousands, skip, names')}"
     )
 
 
-def _begins(
-    row: list[str], after: list[str] | None, headings: list[list[str]], *, known: bool, timed: bool
-) -> bool:
+def _begins(row: list[str], after: list[str] | None, headings: list[list[str]], *, known: bool) -> bool:
     """Whether the numbers of a table begin in a row, below what may be the names of its columns."""
-    numbers = {n for n, field in enumerate(row) if NUMBER.fullmatch(field)}
-    if len(row) < 2 or not numbers:
-        return False
-    whole = len(numbers) == len([*filter(None, row)])
-    again = {n for n, field in enumerate(after or row) if NUMBER.fullmatch(field)}
-    alike = len(after or row) == len(row) and bool(again)
-    times = {place for names in headings if (place := _time(names)) is not None}
-    if known:
-        begins = whole or (alike and bool(times & numbers or not times))
-        return bool(headings) and begins and not _are_units(row)
-    below_time = times & numbers if whole or timed else times
-    return (whole and (alike or bool(below_time))) or (
-        bool(below_time) and alike and bool(numbers & again & (times if timed else numbers))
+    numbers = [bool(NUMBER.fullmatch(field)) for field in row]
+    again = [bool(NUMBER.fullmatch(field)) for field in after or row]
+    whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
+    alike = len(again) == len(row) and any(again)
+    places = [_time(names) for names in headings]
+    below_time = any(
+        numbers[n] and (whole or (alike and again[n])) if n is not None else known and any(numbers) and alike
+        for n in places
     )
+    if len(row) < 2 or (known and (not headings or _are_units(row))):
+        return False
+    return below_time or (whole and (known or alike))
 
 
 def _check_nameless(line: _Line, layout: _Layout, *, alone: bool) -> None:
@@ -505,8 +498,8 @@ def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Li
             raise TableError(f"line {number} may be {problem}: {line.strip()[:60]!r}: {settled('comment')}")
 
 
-def _rows(body: str, first: int, layout: _Layout) -> tuple[str, str]:
-    """Return the rows, as many lines, without comments and quotation marks, and their separator.
+def _rows(body: str, layout: _Layout) -> str:
+    """Return the rows, as many lines, without comments.
 
     A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
     """
@@ -517,33 +510,22 @@ def _rows(body: str, first: int, layout: _Layout) -> tuple[str, str]:
         body = _without_comments(body, separator, layout.comments)
     if separator != _SPACES:
         if f" {separator}" in body or " \n" in body:
-            body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space
+            body = re.sub(
+                rf" +(?=[{re.escape(separator)}\n])", "", body
+            )  # pandas rounds what ends with a space
         if f"\n{separator}" in body:  # a spreadsheet's empty rows
-            body = re.sub(rf"(?m)^{separator}+$", "", body)
-    if '"' not in body:
-        return body, separator
-    lines, delimiter = body.split("\n"), separator
-    if separator == _SPACES:
-        lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
-    rows: list[str] = []
-    with suppress(csv.Error):
-        for fields in reader:
-            if reader.line_num > len(rows) + 1:  # it takes a quoted line end for a part of a field
-                break
-            rows.append(_UNIT_SEPARATOR.join(fields))
-    if len(rows) < len(lines):
-        raise TableError(f"line {first + len(rows)}: a quotation mark is not closed in its field")
-    return "\n".join(rows), _UNIT_SEPARATOR
+            body = re.sub(rf"(?m)^{re.escape(separator)}+$", "", body)
+    return body
 
 
 def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
     """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
-    edge = r" \t\n" if separator == _SPACES else rf"{separator}\n"
-    before, end = rf"(?:\A|[{edge}])[ \t]*", rf"[ \t]*(?=[{edge}]|\Z)"
     decimal = dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or "")
-    if decimal or separator == ",":
+    if decimal or (separator == "," and '"' not in body):
         return decimal or "."
+    edge = r" \t\n" if separator == _SPACES else rf"{re.escape(separator)}\n"
+    quote = '"' if separator == "," else '"?'
+    before, end = rf"(?:\A|[{edge}])[ \t]*{quote}", rf"{quote}[ \t]*(?=[{edge}]|\Z)"
 
     def number(pattern: str) -> str | None:
         match = re.search(rf"{before}(?P<n>{pattern}){end}", body)
@@ -553,7 +535,7 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
     seen = {
         sign: n for sign, pattern in zip(".,", signs, strict=True) if sign in body and (n := number(pattern))
     }
-    if not seen:
+    if not seen or (separator == "," and "," not in seen):
         return "."
     sign, *others = seen
     one = rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
@@ -566,6 +548,9 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
 
 def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> pd.DataFrame:
     """Return the rows as pandas reads them; columns with anything but numbers are text."""
+    if '"' in body and (match := re.search(r'(?m)^[^"\n]*"(?:[^"\n]*"[^"\n]*")*[^"\n]*$', body)):
+        number = first + body.count("\n", 0, match.start())
+        raise TableError(f"line {number}: a quotation mark is not closed in its field")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
@@ -576,7 +561,6 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
                 header=None,
                 names=range(count),
                 index_col=False,
-                quoting=csv.QUOTE_NONE,
                 skipinitialspace=True,
                 keep_default_na=False,
                 na_values=[""],

@@ -8,7 +8,6 @@ import json
 import re
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from math import ceil, inf, isnan, log, log10, nan
@@ -74,7 +73,7 @@ class Guess(NamedTuple):
 
     side: str  # "a" or "b"
     column: str
-    channel: str  # of the press; of one's own where neither name nor unit tells: a column of the first table
+    channel: str  # of the press; where neither name nor unit tells one of the name of the other column
     unit: str | None  # None: both tables state it, or neither does
     sign: int
     offset: float
@@ -93,8 +92,7 @@ class Suggestion(NamedTuple):
     left: list[tuple[str, str]]
 
 
-@dataclass(frozen=True)
-class _Side:
+class _Side(NamedTuple):
     letter: str
     native: bool  # recorded by this project: its channels are known
     time: Column | None
@@ -103,9 +101,8 @@ class _Side:
 
     def knows(self, column: Column) -> bool:
         """Whether a column is a channel by its name alone, in its unit."""
-        return column.name in {TIME, *channels()} and (
-            self.native or (column.name != TIME and not column.unit)
-        )
+        named = column.name in channels() and not column.unit
+        return named or (self.native and column.name in {TIME, *channels()})
 
     def units(self, column: Column, si: str) -> list[str]:
         """Return the units that a column of this dimension may be in: the one that is known, or the usual."""
@@ -124,53 +121,44 @@ class _Fit(NamedTuple):
     size: float = nan  # the logarithm of the ratio of their standard deviations
 
     @property
-    def plain(self) -> bool:
-        return self.sign == 1 and self.offset == 0.0
+    def order(self) -> float:
+        """What the data do not tell apart is in the first, the most usual units."""
+        return inf if isnan(self.distance) else round(self.distance + self.size, 6)
 
 
 def suggest(a: Path, b: Path) -> Suggestion:
     """Guess what the columns of two tables are; errors of reading are `TableError`."""
-    sides = [_side(letter, path) for letter, path in (("a", a), ("b", b))]
-    sides.sort(key=lambda side: not side.native)  # of two the one that is known comes first
-    first, second = sides
-    times = _times(first, second)
-    data = [[], []] if times is None else _on_one_grid(sides, times)
-    fits: dict[tuple[int, int], _Fit] = {}
-    for n, m in product(*(range(len(side.columns)) for side in sides)):
-        pair = first.columns[n], second.columns[m]
-        if fit := _fit(sides, pair, (data[0][n], data[1][m]) if data[0] else None):
-            fits[n, m] = fit
+    sides = sorted((_side("a", a), _side("b", b)), key=lambda side: not side.native)  # the known one first
+    times, data = _on_one_grid(sides)
+    pairs = list(product(range(len(sides[0].columns)), range(len(sides[1].columns))))
+    columns = {(n, m): (sides[0].columns[n], sides[1].columns[m]) for n, m in pairs}
+    tried = {p: _fit(sides, columns[p], (data[0][p[0]], data[1][p[1]]) if data else None) for p in pairs}
+    fits = {place: fit for place, fit in tried.items() if fit is not None}
 
     def score(place: tuple[int, int]) -> float:
-        fit, pair = fits[place], (first.columns[place[0]], second.columns[place[1]])
+        fit = fits[place]
         near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
-        return 2 * near + sum(_named(column.name) == fit.channel for column in pair)
+        return 2 * near + sum(_named(column.name) == fit.channel for column in columns[place])
 
     guesses: list[Guess] = []
     taken: set[tuple[str, str]] = set()
     for n, m in sorted(fits, key=score, reverse=True):
-        fit, pair = fits[n, m], (first.columns[n], second.columns[m])
-        both = {(side.letter, column.name) for side, column in zip(sides, pair, strict=True)}
-        if both & taken or any(guess.channel == fit.channel for guess in guesses):
-            continue
+        fit = fits[n, m]
+        both = {(side.letter, column.name) for side, column in zip(sides, columns[n, m], strict=True)}
         rivals = [other.distance for (k, j), other in fits.items() if (k == n) != (j == m)]
         unique = not any(distance <= _RIVAL * fit.distance for distance in rivals)
-        if own := list(_guesses(sides, pair, fit, unique=unique)):
+        own = list(_guesses(sides, columns[n, m], fit, unique=unique))
+        if own and not both & taken and all(guess.channel != fit.channel for guess in guesses):
             guesses, taken = [*guesses, *own], taken | both
-    order = [*channels()]
-    guesses.sort(key=lambda guess: order.index(guess.channel) if guess.channel in order else len(order))
-    left = [
-        (side.letter, name)
-        for side in sides
-        for name in (*(column.name for column in side.columns), *side.others)
-        if (side.letter, name) not in taken
-    ]
-    if times is not None and first.time is not None and second.time is not None:
+    order = dict(zip(channels(), range(len(channels())), strict=True))
+    guesses.sort(key=lambda guess: order.get(guess.channel, len(order)))
+    every = [(s.letter, name) for s in sides for name in (*(c.name for c in s.columns), *s.others)]
+    if times is not None and sides[0].time is not None and sides[1].time is not None:
         # Two tables that tell the same motion at the same times have the right unit.
         nearest = min([times.distance, *(guess.distance for guess in guesses if guess.distance >= 0)])
-        told = times._replace(distance=nearest)
-        guesses = [*_guesses(sides, (first.time, second.time), told, unique=True), *guesses]
-    return Suggestion((a, b), guesses, left)
+        pair, times = (sides[0].time, sides[1].time), times._replace(distance=nearest)
+        guesses = [*_guesses(sides, pair, times, unique=True), *guesses]
+    return Suggestion((a, b), guesses, [name for name in every if name not in taken])
 
 
 def _side(letter: str, path: Path) -> _Side:
@@ -204,39 +192,35 @@ def _named(name: str) -> str:
     return name if name in channels() else meanings.get(words, meanings.get(words | {"slider"}, ""))
 
 
-def _times(first: _Side, second: _Side) -> _Fit | None:
-    """Return the units of the times, where one that is not stated follows from the other table's span."""
-    if first.time is None or second.time is None:
-        return None
-    spans = [float(np.ptp(time.numbers)) for time in (first.time, second.time)]
-    fits = []
-    for one, other in product(first.units(first.time, "s"), second.units(second.time, "s")):
-        ratio = abs(log(spans[0] * _factor(one) / (spans[1] * _factor(other)))) if all(spans) else nan
-        fits.append(_Fit(TIME, (one, other), distance=round(ratio, 2), size=0.0))
-    return min(fits, key=_order)
-
-
 def _factor(unit: str) -> float:
     known = parse_unit(unit)
     return nan if known is None else float(known.factor)
 
 
-def _order(fit: _Fit) -> tuple[float, int]:
-    """Order fits by distance, and what the data do not tell apart by how usual its units are."""
-    usual = _UNITS["s"] if fit.channel == TIME else _UNITS.get(channels()[fit.channel].unit, [])
-    rank = sum(usual.index(unit) for unit in fit.units if unit in usual)
-    return (inf if isnan(fit.distance) else round(fit.distance + fit.size, 6)), rank
+def _on_one_grid(sides: Sequence[_Side]) -> tuple[_Fit | None, list[list[Array]]]:
+    """Return the units of the times, which follow from the spans where they are not stated, and the columns.
 
-
-def _on_one_grid(sides: Sequence[_Side], times: _Fit) -> list[list[Array]]:
-    """Return the columns of both tables at times that both span; none where there are no such times."""
-    spans = [s.time.numbers * _factor(unit) for s, unit in zip(sides, times.units, strict=True) if s.time]
-    start, end = max(span[0] for span in spans), min(span[-1] for span in spans)
-    grid = np.linspace(start, end, _GRID if end > start else 0)
-    return [
-        [np.interp(grid, span, column.numbers) for column in side.columns if grid.size]
-        for side, span in zip(sides, spans, strict=True)
+    These are at times that both tables span; there are none without such times.
+    """
+    if any(side.time is None for side in sides):
+        return None, []
+    known = [(side, side.time) for side in sides if side.time is not None]
+    fits = []
+    for units in product(*(side.units(time, "s") for side, time in known)):
+        spans = [
+            float(np.ptp(time.numbers)) * _factor(unit) for (_, time), unit in zip(known, units, strict=True)
+        ]
+        distance = round(abs(log(spans[0] / spans[1])), 2) if all(spans) else nan
+        fits.append(_Fit(TIME, units, distance=distance, size=0.0))
+    best = min(fits, key=lambda fit: fit.order)
+    at = [time.numbers * _factor(unit) for (_, time), unit in zip(known, best.units, strict=True)]
+    start, end = max(each[0] for each in at), min(each[-1] for each in at)
+    grid = np.linspace(start, end, _GRID)
+    columns = [
+        [np.interp(grid, time, column.numbers) for column in side.columns]
+        for side, time in zip(sides, at, strict=True)
     ]
+    return best, columns if end > start else []
 
 
 def _fit(
@@ -252,11 +236,11 @@ def _fit(
         for units in product(sides[0].units(pair[0], si), sides[1].units(pair[1], si)):
             if all(same_dimension(parse_unit(unit), parse_unit(si)) for unit in units):
                 fits.append(_conversion(_Fit(channel, units), data))
-    best = min(fits, key=_order, default=None)
+    best = min(fits, key=lambda fit: fit.order, default=None)
     stated = {column.unit for column in pair}
     if not known and len(stated) == 1 and (best is None or stated == {None}):
         own = _conversion(_Fit(pair[0].name, ("1", "1")), data)
-        alike = pair[0].name == pair[1].name or (own.plain and own.distance <= _FITS)
+        alike = pair[0].name == pair[1].name or ((own.sign, own.offset) == (1, 0) and own.distance <= _FITS)
         if alike and (best is None or own.distance <= best.distance or len({*best.units}) == 1):
             return own._replace(units=())
     return best
@@ -292,14 +276,14 @@ def _guesses(
         not fit.units and len(names) == 1
     )
     stated = [side.knows(column) or column.unit is not None for side, column in zip(sides, pair, strict=True)]
-    near = fit.distance <= _FITS
+    near, plain = fit.distance <= _FITS, (fit.sign, fit.offset) == (1, 0.0)
     # Names alone must be those of both.
     alike = named and (len(foreign) < 2 or len(names) == 1)
     if not (alike or (near and (named or unique))):
         return
     sureness = DOUBTFUL
-    if near and (named or fit.plain):
-        sureness = SURE if named and fit.plain and any(stated) else LIKELY
+    if near and (named or plain):
+        sureness = SURE if named and plain and any(stated) else LIKELY
     elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
         sureness = LIKELY
     for n, (side, column, known) in enumerate(zip(sides, pair, stated, strict=True)):
@@ -334,17 +318,17 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
         "",
     ]
     doubts = {g.channel: g.sureness == DOUBTFUL for g in suggestion.guesses if g.channel != TIME}
-    marks = ("# ", "") if all(doubts.values()) else ("", "# ")
-    if doubts:
-        lines.append(f"{marks[0] * all(doubts.values())}compare = [")
-        lines += [f"    {'# ' * doubt}{json.dumps(channel)}," for channel, doubt in doubts.items()]
-        lines.append(f"{marks[0] * all(doubts.values())}]")
+    rules = [
+        "compare = [",
+        *(f"    {'# ' * doubt}{json.dumps(name)}," for name, doubt in doubts.items()),
+        "]",
+    ]
+    lines += [f"# {rule.replace('# ', '')}" for rule in rules] if all(doubts.values()) else rules
     for guess in suggestion.guesses:
         mark = "# " if guess.sureness == DOUBTFUL else ""
         lines += ["", f"# {guess.sureness}: {_grounds(guess)}", *(mark + line for line in _rule(guess))]
-    for channel in doubts:
-        if channel not in channels():
-            lines += ["", f"[channels.{json.dumps(channel, ensure_ascii=False)}]"]
+    own = (name for name in doubts if name not in channels())
+    lines += [line for name in own for line in ("", f"[channels.{json.dumps(name, ensure_ascii=False)}]")]
     for side in "ab":
         if rest := [column for letter, column in suggestion.left if letter == side]:
             lines += ["", f'# Not assigned of "{side}":']
@@ -365,17 +349,14 @@ def summary(suggestion: Suggestion) -> Iterator[str]:
 
 def _grounds(guess: Guess) -> str:
     """Return what a guess rests on."""
-    grounds = ["by its name" if guess.named else "not by its name"]
-    if guess.channel != TIME and isnan(guess.distance):
-        grounds.append("the data do not tell")
-    elif guess.channel != TIME:
-        grounds.append(f"{number(100 * guess.distance, 2)} % (RMS) away from {guess.partner}")
-    if guess.stated is None:
-        grounds.append("no unit is stated in either table")
-    else:
-        unit = "is stated" if guess.stated else f"by comparison with {guess.partner}"
-        grounds.append(f"the unit {unit}")
-    return "; ".join(grounds)
+    unit = "no unit is stated in either table"
+    if guess.stated is not None:
+        unit = f"the unit {'is stated' if guess.stated else f'by comparison with {guess.partner}'}"
+    data = f"{number(100 * guess.distance, 2)} % (RMS) away from {guess.partner}"
+    if isnan(guess.distance):
+        data = "the data do not tell"
+    name = "by its name" if guess.named else "not by its name"
+    return "; ".join([name, *([data] if guess.channel != TIME else []), unit])
 
 
 def _rule(guess: Guess) -> Iterator[str]:
