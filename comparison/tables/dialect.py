@@ -113,11 +113,12 @@ class _Layout(NamedTuple):
         return [*(way for way in _fitting(others, self.row) if _time(way) is not None), *own]
 
     def may_be_row(self, line: str) -> bool:
-        """Whether a comment may be a row, its first field no number."""
+        """Whether a comment may be a row, its first field no number: not if its sign is stated."""
         fields = _fields(line.strip(" "), self.separator, self.comments)
         alike = [bool(NUMBER.fullmatch(each)) or self.is_comment(each) for each in fields if each]
         enough = all(alike) if self.separator == _SPACES else any(alike[1:])
-        return len(fields) == len(self.row) and enough and not self.units(line, None)
+        guessed = self.comments == _COMMENTS
+        return guessed and len(fields) == len(self.row) and enough and not self.units(line, None)
 
     def units(self, line: str, time: int | None) -> list[str]:
         """Return the fields of a line that holds units; empty if it does not.
@@ -171,7 +172,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     first, layout = _first_row(lines, start, dialect, comments)
     above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start]
     heading, notes = _heading(above, layout, dialect)
-    if heading is None and not stated:
+    if heading is None and not stated and dialect.separator is None:
         _check_nameless(_Line(first + 1, lines[first]), layout, alone=not "".join(lines[:first]).strip())
     offset = sum(len(line) + 1 for line in lines[:first])
     if dialect.comment is None:
