@@ -106,7 +106,9 @@ class _Layout(NamedTuple):
 
         The last one is as the numbers are separated; any other must give a name of the time.
         """
-        others = [self.words(line, other) for other in _SEPARATORS if other not in (self.separator, _SPACES)]
+        # A comma in the row that separates the names may do so in the row as well.
+        used = {self.separator, _SPACES, *"".join(self.row)}
+        others = [self.words(line, other) for other in _SEPARATORS if other not in used]
         aligned = re.split(r"\s{2,}|\t", self.uncommented(line))
         others.append([field.strip('"') for field in aligned])
         own = _fitting([self.words(line)], self.row)
@@ -115,10 +117,9 @@ class _Layout(NamedTuple):
     def may_be_row(self, line: str) -> bool:
         """Whether a comment may be a row, its first field no number: not if its sign is stated."""
         fields = _fields(line.strip(" "), self.separator, self.comments)
-        alike = [bool(NUMBER.fullmatch(each)) or self.is_comment(each) for each in fields if each]
-        enough = all(alike) if self.separator == _SPACES else any(alike[1:])
-        guessed = self.comments == _COMMENTS
-        return guessed and len(fields) == len(self.row) and enough and not self.units(line, None)
+        alike = all(NUMBER.fullmatch(each) or self.is_comment(each) for each in fields)
+        fits = len(fields) == len(self.row) and (alike or self.separator != _SPACES)
+        return self.comments == _COMMENTS and fits and not self.units(line, None)
 
     def units(self, line: str, time: int | None) -> list[str]:
         """Return the fields of a line that holds units; empty if it does not.
@@ -151,7 +152,7 @@ def decoded(content: bytes) -> str:
         text = content.decode("cp1252", errors="replace")
     if "\0" in text:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     end = text[-100:].rstrip()
     return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # of DOS: the end of a file
 
@@ -347,7 +348,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     if not ways[place]:
         count = f"line {lines[place].number} names {len(layout.words(lines[place].text))}"
         raise TableError(
-            f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names (or skip)')}"
+            f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names, skip or separator')}"
         )
     names = next((way for way in ways[place] if _time(way) is not None), ways[place][-1])
     units = _units_below(lines[place + 1 :], layout, _time(names))
@@ -396,8 +397,11 @@ def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> l
 
 def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> Iterator[str]:
     """Yield which lines above the names could be names too; reject what is likely to belong to them."""
+    stated = any(_ANGLES.search(line.text) for line in lines)
     for line in lines:
         comment = layout.is_comment(line.text)
+        if not stated and re.search(r"(?i)\b(units?|degrees|radians)\b", line.text):
+            yield f"line {line.number} is passed over: {line.text.strip()[:60]!r}"
         units = layout.units(line.text, _time(names))
         for fields in _fitting([units or layout.words(line.text)], layout.row):
             written = [n for n, entry in enumerate(fields) if entry]
@@ -491,8 +495,7 @@ def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Li
     known = {line.text.strip() for line in above}
     for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
         line = match[0]
-        fits = layout.separator != _SPACES and len(_split(line, layout.separator)) == len(layout.row)
-        is_row = fits or layout.may_be_row(line)
+        is_row = layout.may_be_row(line)
         if line.strip() not in known and (is_row or _is_heading(line, layout)):
             number = text.count("\n", 0, offset + match.start()) + 1
             problem = "a comment or a row" if is_row else "a comment or another heading"
