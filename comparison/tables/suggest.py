@@ -21,7 +21,7 @@ from comparison.scene import command_line
 from comparison.tables.channels import JOINTS, Array, channels
 from comparison.tables.dialect import Column
 from comparison.tables.foreign import open_source
-from comparison.tables.mapping import TIME, parse_unit, same_dimension
+from comparison.tables.mapping import TIME, Dialect, Dialects, parse_unit, same_dimension
 
 SURE, LIKELY, DOUBTFUL = "sure", "likely", "doubtful"
 _GRID = 2000  # times at which columns are held against each other
@@ -88,6 +88,7 @@ class Suggestion(NamedTuple):
     """Guesses of the columns of two tables, the time first; and side and name of all other columns."""
 
     paths: tuple[Path, Path]
+    dialects: Dialects
     guesses: list[Guess]
     left: list[tuple[str, str]]
 
@@ -126,9 +127,11 @@ class _Fit(NamedTuple):
         return inf if isnan(self.distance) else round(self.distance + self.size, 6)
 
 
-def suggest(a: Path, b: Path) -> Suggestion:
+def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> Suggestion:
     """Guess what the columns of two tables are; errors of reading are `TableError`."""
-    sides = sorted((_side("a", a), _side("b", b)), key=lambda side: not side.native)  # the known one first
+    dialects = dialects or Dialects()
+    sides = [_side(letter, path, dialects.of(letter)) for letter, path in (("a", a), ("b", b))]
+    sides.sort(key=lambda side: not side.native)  # the known one first
     times, data = _on_one_grid(sides)
     pairs = list(product(range(len(sides[0].columns)), range(len(sides[1].columns))))
     columns = {(n, m): (sides[0].columns[n], sides[1].columns[m]) for n, m in pairs}
@@ -158,11 +161,11 @@ def suggest(a: Path, b: Path) -> Suggestion:
         nearest = min([times.distance, *(guess.distance for guess in guesses if guess.distance >= 0)])
         pair, times = (sides[0].time, sides[1].time), times._replace(distance=nearest)
         guesses = [*_guesses(sides, pair, times, unique=True), *guesses]
-    return Suggestion((a, b), guesses, [name for name in every if name not in taken])
+    return Suggestion((a, b), dialects, guesses, [name for name in every if name not in taken])
 
 
-def _side(letter: str, path: Path) -> _Side:
-    source = open_source(path)
+def _side(letter: str, path: Path, dialect: Dialect) -> _Side:
+    source = open_source(path, dialect)
     numbers = [each for each in source.columns if each.text is None]
     times = [
         each for each in numbers if _named(each.name) in ("", TIME) and (np.diff(each.numbers) >= 0).all()
@@ -317,13 +320,16 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
         "# What is doubtful is commented out: uncomment what is right, in `compare` as well.",
         "",
     ]
+    for side in ("", "a", "b"):
+        dialect = getattr(suggestion.dialects, side) if side else suggestion.dialects
+        if keys := sorted(dialect.model_fields_set & Dialect.model_fields.keys()):
+            lines.append(f"[dialect{side and '.'}{side}]")
+            lines += [f"{key} = {json.dumps(getattr(dialect, key), ensure_ascii=False)}" for key in keys]
     doubts = {g.channel: g.sureness == DOUBTFUL for g in suggestion.guesses if g.channel != TIME}
-    rules = [
-        "compare = [",
-        *(f"    {'# ' * doubt}{json.dumps(name)}," for name, doubt in doubts.items()),
-        "]",
-    ]
-    lines += [f"# {rule.replace('# ', '')}" for rule in rules] if all(doubts.values()) else rules
+    none = "# " if all(doubts.values()) else ""
+    if doubts:
+        named = (f"{none or '# ' * doubt}    {json.dumps(name)}," for name, doubt in doubts.items())
+        lines[4:4] = [f"{none}compare = [", *named, f"{none}]"]
     for guess in suggestion.guesses:
         mark = "# " if guess.sureness == DOUBTFUL else ""
         lines += ["", f"# {guess.sureness}: {_grounds(guess)}", *(mark + line for line in _rule(guess))]

@@ -204,6 +204,18 @@ def test_a_table_over_the_crank_angle_has_no_time(sixbar):
     sixbar(*command.split(), "1e-9")
 
 
+def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
+    rows = "".join(f"{n};{n % 7 + 1}.500\n" for n in range(50))
+    sixbar.write("b.csv", "time;q\n" + rows)
+    sixbar.write("dialect.toml", '[dialect.b]\ndecimal = "."\n')
+    sixbar.table("a.csv", time=np.arange(50), p=np.arange(50) % 7 + 1.5)
+    sixbar.refused("compare --suggest-mapping a.csv b.csv", "state decimal", "in [dialect] of a mapping")
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--mapping", "dialect.toml")
+    command = "compare a.csv b.csv --mapping b.mapping.toml --tolerance 1e-9 --json"
+    sixbar(*command.split())
+    assert list(sixbar.numbers["channels"]) == ["p"]
+
+
 def test_what_is_left_over_is_named(sixbar):
     """Columns that resemble none, columns of text, and other contents of a file."""
     y = np.asarray(MOTION["slider_y"])
