@@ -299,29 +299,6 @@ def cut(table: Table, start: float, end: float) -> Table:
     return replace(table, frame=frame, events=events, pulses=None)
 
 
-def moved(table: Table, by: float) -> Table:
-    """Return a table whose times, those of its contacts included, are later by so many s."""
-    events, pulses = table.events, table.pulses
-    return replace(
-        table,
-        frame=table.frame.assign(time=table.time + by),
-        events=None if events is None else events.assign(start=events["start"] + by, end=events["end"] + by),
-        pulses=None if pulses is None else {**pulses, "time": pulses["time"] + by},
-    )
-
-
-def over_angle(table: Table, start: float, speed: float) -> Table:
-    """Return a table whose ``time`` is a crank angle (rad) with the time (s) of that angle.
-
-    The angle is ``start`` at time zero, but for whole revolutions, and turns at ``speed`` (rad/s), which is
-    then no channel any more.
-    """
-    angle = table.time
-    revolutions = np.round((start - angle[:1]) / (2 * np.pi))
-    frame = table.frame.drop(columns="crank_speed", errors="ignore")
-    return replace(table, frame=frame.assign(time=(angle + 2 * np.pi * revolutions - start) / speed))
-
-
 def continuous(values: Array, channel: Channel) -> Array:
     """Unwrap an angle; one without jumps, or that always turns so far in a step, is returned unchanged."""
     steps = np.abs(np.diff(values))

@@ -20,7 +20,7 @@ from comparison.formatting import instant
 from comparison.metrics.contacts import noted
 from comparison.metrics.signals import information, scaled
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import SAME_GRID, Aligned, align, continuous, cut, holes, isolated, moved
+from comparison.tables.align import SAME_GRID, Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, BoolArray, Channel, expected
 from comparison.tables.table import Table, TableError, check
 from comparison.verdict.attribution import attribute
@@ -57,7 +57,6 @@ def compare(
     tier: str = "standard",
     only: Sequence[str] | None = None,
     common_time: bool = False,
-    apply_shift: bool = False,
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
@@ -83,9 +82,9 @@ def compare(
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
         Channels to compare, among those requested by the scene; None: all.
-    common_time, apply_shift
+    common_time
         Of tables without uncertainty: whether those of different spans are compared where both have samples,
-        instead of refused; whether b is compared without the estimated time shift, if it is significant.
+        instead of refused.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
 
@@ -93,8 +92,7 @@ def compare(
     ------
     TableError
         If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
-        a number that is not finite, time that does not increase, a truncated run, no estimate of the shift
-        to be applied.
+        a number that is not finite, time that does not increase, a truncated run.
     """
     check_gate(gate or {})
     labelled = tuple(zip(labels, (a, b), strict=True))
@@ -103,23 +101,15 @@ def compare(
     span = None if scene is None or common_time else (0.0, scene.duration)
     for label, table in tables.items():
         check(table, names, span, name=label)
-    if (common_time or apply_shift) and a.finer is not None:
-        raise TableError(
-            "further runs require equal times: neither a common time nor a shift applies to them"
-        )
+    if common_time and a.finer is not None:
+        raise TableError("further runs require equal times: a common time does not apply to them")
     if common_time:
         first, second, said = _common(a.base, b.base)
         a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *said)
         labelled = tuple(zip(labels, (a, b), strict=True))
     warnings = (*warnings, *_check_times(labelled, ends=not common_time))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
-    aligned, applied = align(a.base, b.base, names), None
-    if apply_shift:
-        if aligned.shift.reason:
-            raise TableError(f"no time shift can be applied: {aligned.shift.reason}")
-        if aligned.shift.seen:
-            applied, b = aligned.shift, replace(b, base=moved(b.base, -aligned.shift.value))
-            labelled, aligned = tuple(zip(labels, (a, b), strict=True)), align(a.base, b.base, names)
+    aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
@@ -186,7 +176,6 @@ def compare(
         command=command,
         tier=tier,
         shift=aligned.shift,
-        applied_shift=applied,
         allowed_shift=allowed_shift,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
         attribution=attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene),

@@ -181,10 +181,6 @@ def test_a_table_over_the_crank_angle_has_no_time(sixbar):
         "Y": ("slider_y", "doubtful"),
     }
     assert {guess["column"]: (guess["channel"], guess["sureness"]) for guess in sixbar.numbers} == expected
-    command = (
-        "compare a.csv b.csv --mapping b.mapping.toml --abscissa crank_angle --channels slider_x --tolerance"
-    )
-    sixbar(*command.split(), "1e-9")
 
 
 def test_a_column_that_is_left_over_tells_what_it_correlates_with(sixbar):
