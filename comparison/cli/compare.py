@@ -174,7 +174,10 @@ def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import not_compared
 
-    first, second = tables_in(a), tables_in(b)
+    (first, *left_a), (second, *left_b) = tables_in(a), tables_in(b)
+    for folder, left in ((a, left_a[0]), (b, left_b[0])):
+        if left:
+            warn([f"{folder}: not compared, since they are no tables: {', '.join(left)}"])
     if not first:
         raise TableError(f"{a}: holds no table")
     labels = (a.name, b.name) if a.name != b.name else (str(a), str(b))

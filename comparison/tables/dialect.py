@@ -60,6 +60,7 @@ class Source:
     path: Path
     columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
+    notes: list[str] = field(default_factory=list)  # warnings
     nameless: bool = False  # whether the first column has no name and must be the time
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""

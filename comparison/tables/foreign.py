@@ -36,7 +36,7 @@ from comparison.tables.mapping import (
     same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
+from comparison.tables.table_files import LARGEST, read_contacts, read_parquet, read_record, readable, unread
 
 # ---- files, whose first bytes tell what they are, not their ending
 
@@ -59,10 +59,13 @@ def open_source(path: Path) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head)
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    source = replace(source, columns=columns, events=read_beside(path, "events"))
+    source = replace(source, columns=columns)
+    with unread(source.notes):
+        source = replace(source, events=read_contacts(path))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
-        extrema, record = read_record(path)
-        source = replace(source, extrema=extrema, record=record)
+        with unread(source.notes):
+            extrema, record = read_record(path)
+            source = replace(source, extrema=extrema, record=record)
     return source
 
 
@@ -347,7 +350,7 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
     try:
         start = np.radians(float(scene["mechanism"]["crank_angle_deg"]))
         omega = float(scene["drive"]["speed_rpm"]) * np.pi / 30.0
-    except (KeyError, TypeError, ValueError):  # of another program's record
+    except (KeyError, TypeError, ValueError, OverflowError):  # of another program's record
         return []
     speed = np.full(time.shape, omega)
     return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
@@ -379,6 +382,7 @@ def _unit(column: Column, rule: Rule) -> str | None:
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
     for source in sources:
+        yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
             yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
         for column in source.columns:
@@ -429,20 +433,21 @@ def _resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataF
     """Return the rows to compare: a program that locates events writes two rows of one time."""
     time = frame["time"].to_numpy()
     again = np.append(False, np.diff(time) == 0)
-    if not again.any():
+    row, count = int(again.argmax()), int(again.sum())
+    if not count:
         return frame
+    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such rows)"
+    if count > time.size // 2:
+        raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
-        row, count = int(again.argmax()), int(again.sum())
-        raise TableError(
-            f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such "
-            f"{'row' if count == 1 else 'rows'}): if these are events, say by --at-events which rows count: "
-            f"{', '.join(AT_EVENTS)}"
-        )
+        events = f"if these are events, say by --at-events which rows count: {', '.join(AT_EVENTS)}"
+        raise TableError(f"{where.replace('(1 such rows)', '(1 such row)')}: {events}")
     first, last = ~again, np.append(~again[1:], True)
+    if at_events == "both" and (inner := time[~(first | last)]).size:
+        rule = "of which --at-events both leaves out the inner ones: use left (the first) or right (the last)"
+        raise TableError(f"{name}: time {inner[0]!s} s has more than two rows, {rule}")
     kept = {"left": first, "right": last, "both": first | last}[at_events]
     rows: pd.DataFrame = frame[kept].reset_index(drop=True)
-    if at_events == "both":
-        times = time[kept]
-        after = np.append(False, np.diff(times) == 0)
-        rows["time"] = np.where(after, np.nextafter(times, np.inf * (times[-1] - times[0])), times)
+    if at_events == "both":  # the same distance of all, since at 0 s the next number is denormal
+        rows["time"] += again[kept] * np.spacing(np.abs(time).max())
     return rows

@@ -33,7 +33,6 @@ CODES = {
 REFUSED = {
     "a.csv hole.csv": "0.39|0.6 s|20 rows",
     "hole.csv a.csv": "0.39|0.6 s|20 rows",
-    "a.csv end.csv": "truncated",
     "e.csv a.csv": "0.5 s|repeated",
     "a.csv hole.csv --common-time": "20 rows",
     "a.csv a.csv --channels x,y": "--channels: 'y'",
