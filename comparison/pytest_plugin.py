@@ -7,7 +7,6 @@ fixture is used. PYTEST_DONT_REWRITE
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,9 +97,8 @@ def _write(results: Results, label: str, path: Path, options: dict[str, Any]) ->
     from comparison.tables.table import check
     from comparison.tables.table_files import write
 
-    rows, only, abscissa = options.get("at_events"), options.get("channels"), options.get("abscissa", "time")
+    rows, only = options.get("at_events"), options.get("channels")
     sources = [as_source(results, label)]
-    (table,), _ = read_tables(sources, ["a"], options["mapping"], rows, only=only, abscissa=abscissa)
+    (table,), _ = read_tables(sources, ["a"], options["mapping"], rows, only=only)
     check(table, table.channels, name=label)
-    table = replace(table, frame=table.frame.rename(columns={"time": abscissa}))
     write(table, path)

@@ -54,14 +54,8 @@ def compare(
         bool,
         console.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
     ] = False,
-    abscissa: Annotated[
-        str, console.option("time|crank_angle", "What the samples of both tables are aligned by.")
-    ] = "time",
     common_time: Annotated[
         bool, console.option(None, "Compare tables of different spans where both have rows.", "--common-time")
-    ] = False,
-    apply_shift: Annotated[
-        bool, console.option(None, "Compare B without its estimated shift in time.", "--apply-shift")
     ] = False,
     at_events: console.AtEvents = None,
     finer_a: console.Finer = None,
@@ -107,8 +101,6 @@ def compare(
     if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
         raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
     console.check_positive("--period", period)
-    if abscissa not in ("time", "crank_angle"):
-        raise typer.BadParameter(f"--abscissa {abscissa!r} must be one of time, crank_angle")
     only = None if channels is None else [name.strip() for name in channels.split(",")]
     if only is not None and not all(only):
         raise typer.BadParameter(f"--channels {channels!r} must be names separated by commas")
@@ -116,7 +108,6 @@ def compare(
         "scene": None if scene is None else load_scene(scene),
         "mapping": None if mapping is None else load_mapping(mapping),
         "channels": only,
-        "abscissa": abscissa,
         "at_events": at_events,
         "refinements": (
             _factor_and_order(refinement_a, "--refinement-a"),
@@ -128,7 +119,6 @@ def compare(
         "time_tolerance": time_tolerance,
         "period": period,
         "common_time": common_time,
-        "apply_shift": apply_shift,
     }
     folder = check_folder(out or console.REPORTS / "compare")
     further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
@@ -185,7 +175,10 @@ def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import not_compared
 
-    first, second = tables_in(a), tables_in(b)
+    (first, *left_a), (second, *left_b) = tables_in(a), tables_in(b)
+    for folder, left in ((a, left_a[0]), (b, left_b[0])):
+        if left:
+            warn([f"{folder}: not compared, since they are no tables: {', '.join(left)}"])
     if not first:
         raise TableError(f"{a}: holds no table")
     labels = (a.name, b.name) if a.name != b.name else (str(a), str(b))

@@ -10,6 +10,7 @@ import pandas as pd
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
+from comparison.formatting import instant
 from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
@@ -21,10 +22,10 @@ from comparison.reliability.assessment import (
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, load_scene
 from comparison.scene.loading import BASE
-from comparison.tables.align import SAME_GRID
+from comparison.tables.align import SAME_GRID, hole_line, holes
 from comparison.tables.foreign import as_source, read_tables
 from comparison.tables.mapping import Mapping, load_mapping
-from comparison.tables.table import Table, TableError, check
+from comparison.tables.table import Table, TableError, check, slacks
 
 CHANNELS = tuple(QUANTITIES.values())
 _LEAST_CHANGE = 0.1 * MARGIN
@@ -165,9 +166,13 @@ def reliability(
         if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
             rule = f"must hold a sample and be within the {end:g} s that count"
             raise TableError(f"{names[part]}: an interval of the crank cycle, {interval:g} s, {rule}")
-        if table.time[-1] - end > interval:
-            warnings += (f"{names[part]}: only its first {end:g} s count, where {last} ends",)
-        tables[part] = replace(table, frame=table.frame[table.time <= end + SAME_GRID * cycle])
+        counts = table.time <= end + SAME_GRID * cycle
+        if not counts.all():
+            count = instant(end, float(table.time[-1]))
+            warnings += (f"{names[part]}: only its first {count} s count, where {last} ends",)
+        if gaps := holes(table.time[counts]):
+            warnings += (hole_line(gaps, f"{names[part]} has"),)
+        tables[part] = replace(table, frame=table.frame[counts])
 
     # Between its samples the ideal motion is interpolated, which every second one tells the error of.
     frame = tables["ideal"].frame
@@ -221,7 +226,7 @@ def _check(table: Table, name: str) -> None:
         hint = "a mapping file (--mapping) assigns columns to channels"
         raise TableError(f"{name}: holds none of {', '.join(CHANNELS)}; {hint}")
     check(table, table.channels, name=name)
-    if abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
+    if abs(table.time[0]) > slacks(table.time)[0]:
         raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
 
 

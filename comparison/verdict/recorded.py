@@ -13,10 +13,10 @@ from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
 from comparison.scene import Scene
 from comparison.scene.schema import Compare
-from comparison.tables.align import over_angle, unwound
+from comparison.tables.align import unwound
 from comparison.tables.dialect import Source
 from comparison.tables.foreign import as_source, read_tables
-from comparison.tables.mapping import TIME, Mapping, load_mapping
+from comparison.tables.mapping import Mapping, load_mapping
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare as compare_runs
 from comparison.verdict.compare import recorded_scene
@@ -55,7 +55,7 @@ def compare(
         What messages call the two.
     options
         Others of `comparison.verdict.recorded.compare_files`: ``channels``, ``tolerances``, ``absolute``,
-        ``time_tolerance``, ``abscissa``, ``common_time``, ``apply_shift``.
+        ``time_tolerance``, ``common_time``.
 
     Returns
     -------
@@ -142,7 +142,6 @@ def compare_files(
     scene: Scene | None = None,
     mapping: Mapping | None = None,
     channels: Sequence[str] | None = None,
-    abscissa: str = TIME,
     at_events: str | None = None,
     refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None),
     tolerance: float | None = None,
@@ -156,13 +155,10 @@ def compare_files(
     `comparison.tables.foreign.read_tables`.
     """
     files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
-    tables, warnings = read_tables(files, sides, mapping, at_events, only=channels, abscissa=abscissa)
+    tables, warnings = read_tables(files, sides, mapping, at_events, only=channels)
     if scene is None:
         scene, said = recorded_scene(tables[0], tables[len(a)])
         warnings += said
-    if abscissa != TIME:
-        tables = _over_angle(tables, scene)
-        warnings += ("the times are those at which the drive reaches the crank angles",)
     first = _recorded(a, tables[: len(a)], refinements[0])
     second = _recorded(b, tables[len(a) :], refinements[1])
     criteria = Compare() if scene is None else scene.compare
@@ -201,20 +197,6 @@ def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, fl
         perturbed=[table for kind, table in kinds if kind == "perturbed"],
         refinement=refinement,
     )
-
-
-def _over_angle(tables: Sequence[Table], scene: Scene | None) -> list[Table]:
-    """Return tables over the crank angle with the times at which the drive of the scene reaches it."""
-    for known in filter(None, (scene, *(table.scene for table in tables))):
-        start, speed = known.data["mechanism"]["crank_angle_deg"], known.data["drive"]["speed_rpm"]
-        return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
-    speeds = [table.values("crank_speed") for table in tables if "crank_speed" in table.names]
-    if not speeds or not np.mean(speeds[0]):
-        raise TableError(
-            "the speed of the drive is not known, by which the crank angle becomes a time: name a scene "
-            "(--scene), or let a table have the channel crank_speed"
-        )
-    return [over_angle(table, float(tables[0].time[0]), float(np.mean(speeds[0]))) for table in tables]
 
 
 def compare_recorded(

@@ -360,7 +360,6 @@ class SceneComparison:
     attribution: Attribution = field(default_factory=Attribution)
     tight: SceneComparison | None = None  # the same scene at the tight tier
     shift: Shift | None = None  # estimated time shift between the two as they are compared
-    applied_shift: Shift | None = None  # by which b is compared earlier than it was written
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
     confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
     coverage_error: float = nan  # estimate, by sampling

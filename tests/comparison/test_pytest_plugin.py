@@ -35,16 +35,6 @@ made = pd.DataFrame({"time": time, "slider_x": np.sin(time * RATE), "slider_y": 
 def test_expected(assert_agree):
     assert_agree(made, "expected/run.csv", channels=["slider_x"], tolerance=1e-12)
 """
-OVER_ANGLE = """
-import numpy as np
-import pandas as pd
-
-angle = np.arange(101) * 0.01
-made = pd.DataFrame({"crank_angle": angle, "crank_speed": np.ones(101), "slider_x": np.sin(angle * RATE)})
-
-def test_expected(assert_agree):
-    assert_agree(made, "expected/run.csv", abscissa="crank_angle", tolerance=1e-12)
-"""
 
 
 def block(section, language):
@@ -93,15 +83,6 @@ def test_an_expected_table_is_written_where_it_is_missing_or_asked_for(pytester,
     before = expected.read_bytes()
     assert "slider_x is nan" in run(float("nan"), "--sixbar-update", failed=1)
     assert expected.read_bytes() == before
-
-
-def test_an_expected_table_over_the_crank_angle_is_written_and_read(pytester, monkeypatch):
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    for rate, outcome in ((1.0, "failed"), (1.0, "passed"), (1.01, "failed")):  # written, equal, another
-        pytester.makepyfile(OVER_ANGLE.replace("RATE", str(rate)))
-        inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error")
-        inner.assert_outcomes(**{outcome: 1})
-    assert "1 of 1 channels differ" in inner.stdout.str()
 
 
 def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
