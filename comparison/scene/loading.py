@@ -84,6 +84,10 @@ class Scene:
     random: list[RandomInput]
     """Random variables and their distributions; no run depends on them."""
 
+    def __repr__(self) -> str:
+        """Return its name; `data` has the numbers."""
+        return f"Scene({self.name!r})"
+
     @property
     def name(self) -> str:
         """Name, of files too."""
@@ -159,10 +163,23 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     >>> scene.name, scene.data["drive"]["cycles"]
     ('150rpm-0.2mm+drive.speed_rpm=210', 2.0)
     """
+    if not isinstance(name_or_path, str | Path):
+        raise SceneError(f"scene = {short(name_or_path)} must be a name or a path")
+    if not isinstance(overrides, Mapping | None):
+        raise SceneError(f"overrides = {short(overrides)} must be a dict of dotted keys and their values")
     source = str(name_or_path)
     path = _locate(source, Path(), source)
     files = {"scene.name": path.stem} | _read(path, ())
     return _checked(files, combine(files, {}, overrides or {}), source)
+
+
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """Return a scene, read where its name or path is given; a `SceneError` if it is none of these."""
+    if isinstance(scene, str | Path):
+        return load_scene(scene)
+    if isinstance(scene, Scene):
+        return scene
+    raise SceneError(f"scene = {short(scene)} must be a name, a path, or what sixbar.load_scene returns")
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:

@@ -10,19 +10,21 @@ True
 
 import html
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from comparison.execution.run import Progress, run_one
 from comparison.formatting import number
+from comparison.models import EngineError
 from comparison.report.figures import Picture, picture
-from comparison.scene import Scene
+from comparison.scene import Scene, as_scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RunTable(Table):
     """A `comparison.tables.table.Table` that draws itself and that notebooks show."""
 
@@ -52,13 +54,15 @@ def tabulated(result: Any) -> RunTable:
     return RunTable.from_result(result)
 
 
-def simulate(scene: Scene, model: str = "reference", progress: Progress | None = None) -> RunTable:
+def simulate(
+    scene: Scene | str | Path, model: str = "reference", progress: Progress | None = None
+) -> RunTable:
     """Run a scene by one model, in this process.
 
     Parameters
     ----------
     scene
-        As `sixbar.load_scene` returns it.
+        A shipped name, a path, or what `sixbar.load_scene` returns.
     model
         "reference", "exudyn" or one of another package.
     progress
@@ -86,6 +90,9 @@ def simulate(scene: Scene, model: str = "reference", progress: Progress | None =
     >>> len(run.frame), len(run.events)
     (101, 7)
     """
+    scene = as_scene(scene)
+    if not isinstance(model, str):
+        raise EngineError(f"model {model!r} must be a name")
     run = run_one(scene, model, progress)
     criteria = {"reliability": scene.reliability.model_dump()}
     return RunTable(**vars(run) | {"provenance": run.provenance | criteria})
