@@ -5,12 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from comparison.scene.keys import explain, short
+from comparison.scene.keys import explain, short, unboxed
 from comparison.scene.schema import Section
 from comparison.tables import mapping as rules
 from comparison.tables.dialect import Source, read_column
@@ -26,7 +25,7 @@ class Options(Section):
     """Options of a function; None counts as not given, what is wrong is a `TableError` of one line."""
 
     def __init__(self, **options: Any) -> None:
-        given: dict[str, Any] = {name: _plain(value) for name, value in options.items() if value is not None}
+        given: dict[str, Any] = {name: unboxed(value) for name, value in options.items() if value is not None}
         try:
             super().__init__(**given)
         except ValidationError as error:
@@ -38,13 +37,6 @@ def by_name(value: object) -> object:
     if not isinstance(value, Mapping):
         raise PydanticCustomError("rule", "", {"text": "must be a dict, from names to values"})
     return value
-
-
-def _plain(value: object) -> object:
-    """Return Python's number for one of numpy: a strict type takes no other than its own."""
-    if isinstance(value, Mapping):
-        return {name: _plain(part) for name, part in value.items()}
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def as_source(results: Results, label: str) -> Path | Source:

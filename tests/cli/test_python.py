@@ -296,6 +296,9 @@ MISUSES = [
     ("simulate('ideal', 'adams')", "model 'adams' is not known"),
     ("simulate('ideal', 3)", "model 3 must be a name"),
     ("simulate('ideal', ['reference'])", "model ['reference'] must be a name"),
+    ("simulate(SHORT).plot('slider_x', other={})", "other = {} must be a table"),
+    ("simulate(SHORT).plot(3)", "channel 3 is missing"),
+    ("load_scene('ideal').with_values(3)", "overrides = 3 must be a dict"),
     ("load_scene(3)", "scene = 3 must be a name or a path"),
     ("load_scene('ideal', 'drive.speed_rpm=3')", "overrides = 'drive.speed_rpm=3' must be a dict"),
     ("load_scene('ideal', {'drive.speed_rpm': nan})", "drive.speed_rpm = nan rpm must be finite"),
@@ -305,9 +308,11 @@ MISUSES = [
 @pytest.mark.parametrize(("call", "said"), MISUSES, ids=[call[:60] for call, _ in MISUSES])
 def test_a_misuse_of_a_name_of_sixbar_is_one_line_of_this_package(call, said):
     names = {name: getattr(package, name) for name in package.__all__}
-    more = {"A": A, "B": B, "X": X, "Y": X.rename(columns={"slider_x": "slider_y"}), "nan": NAN, "inf": INF}
+    names |= {"A": A, "B": B, "X": X, "Y": X.rename(columns={"slider_x": "slider_y"}), "Table": Table}
+    names |= {"pd": pd, "array": np.array, "nan": NAN, "inf": INF}
+    names["SHORT"] = package.load_scene("ideal", {"drive.cycles": 0.02})
     with pytest.raises(ValueError, match=re.escape(said)) as failed:
-        eval(call, names | more | {"pd": pd, "np": np, "array": np.array, "Table": Table})
+        eval(call, names)
     assert type(failed.value).__module__.startswith("comparison.")
     assert "\n" not in str(failed.value)
 
@@ -317,6 +322,8 @@ def test_a_scene_is_a_name_a_path_or_a_scene_and_numbers_may_be_numpys(tmp_path)
     path = tmp_path / "short.toml"
     scene = package.load_scene(path)
     first = package.simulate(scene)
+    known = {"drive.cycles": np.float64(0.02), "output.samples_per_cycle": np.int64(500)}
+    assert package.load_scene("ideal", known).name == "ideal+drive.cycles=0.02+output.samples_per_cycle=500"
     for each in (path, str(path)):
         pd.testing.assert_frame_equal(package.simulate(each).frame, first.frame)
         compared = package.compare(first, first, scene=each, tolerance=np.float32(1e-3), share=np.int64(1))

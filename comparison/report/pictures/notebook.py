@@ -20,8 +20,9 @@ from comparison.formatting import number
 from comparison.models import EngineError
 from comparison.report.figures import Picture, picture
 from comparison.scene import Scene, as_scene
+from comparison.scene.keys import short
 from comparison.tables.channels import channels
-from comparison.tables.table import Table
+from comparison.tables.table import Table, TableError
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,6 +32,8 @@ class RunTable(Table):
     def plot(self, *names: str, other: Table | None = None) -> Picture:
         """Draw channels over time, a panel each, by default the slider's x; another table over this one."""
         tables: dict[str, Table] = {str(self.provenance.get("model", "this run")): self}
+        if other is not None and not isinstance(other, Table):
+            raise TableError(f"other = {short(other)} must be a table, such as sixbar.simulate returns")
         if other is not None:
             label = str(other.provenance.get("model", "other run"))
             tables[label if label not in tables else f"{label} (other)"] = other
