@@ -253,7 +253,7 @@ class _Pair:
 
         from comparison.tables.channels import channels
         from comparison.tables.foreign import read_tables
-        from comparison.tables.table import Table
+        from comparison.tables.table import Table, TableError
         from comparison.verdict.criteria import Criteria
 
         source = self.source
@@ -264,6 +264,10 @@ class _Pair:
             criteria = Criteria(**self.asked["options"])
             rows, only = criteria.at_events, criteria.channels
             (read,), _ = read_tables([source], ["b"], self.mapping, rows, only=only)
+            if not read.channels:
+                raise TableError(
+                    f"{source.path}: {self.mapping.file} assigns none of its columns to a channel"
+                )
             known = channels() | read.own
             frame, units = read.frame, {"time": "s", **{name: known[name].unit for name in read.channels}}
         elif source.nameless:
