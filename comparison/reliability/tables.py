@@ -10,7 +10,7 @@ import pandas as pd
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.formatting import instant
+from comparison.formatting import holes_line, instant
 from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
@@ -22,7 +22,7 @@ from comparison.reliability.assessment import (
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, load_scene
 from comparison.scene.loading import BASE
-from comparison.tables.align import SAME_GRID, hole_line, holes
+from comparison.tables.align import SAME_GRID, holes
 from comparison.tables.foreign import as_source, read_tables
 from comparison.tables.mapping import Mapping, load_mapping
 from comparison.tables.table import Table, TableError, check, slacks
@@ -171,7 +171,7 @@ def reliability(
             count = instant(end, float(table.time[-1]))
             warnings += (f"{names[part]}: only its first {count} s count, where {last} ends",)
         if gaps := holes(table.time[counts]):
-            warnings += (hole_line(gaps, f"{names[part]} has"),)
+            warnings += (holes_line(f"{names[part]} has", gaps),)
         tables[part] = replace(table, frame=table.frame[counts])
 
     # Between its samples the ideal motion is interpolated, which every second one tells the error of.
