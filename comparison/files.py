@@ -25,12 +25,12 @@ class FolderError(ValueError):
 
 
 def contents(path: Path, most: int = LARGEST_TEXT) -> str:
-    """Read a text in UTF-8; an `OSError` if it cannot be read or has more bytes than ``most``."""
+    """Read a text in UTF-8, with its mark or not; an `OSError` if that fails or has over ``most`` bytes."""
     with path.open("rb") as file:
         content = file.read(most + 1)  # a pipe has no size to ask for
     if len(content) > most:
         raise _too_large(path, most)
-    return content.decode("utf-8")
+    return content.decode("utf-8-sig")
 
 
 @contextmanager

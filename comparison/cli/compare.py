@@ -94,7 +94,7 @@ def compare(
 
     command = _repeated(context)
     if suggest_mapping:
-        return _suggest(a, b, out, json=json)
+        return _suggest(a, b, out, mapping, json=json)
     console.check_positive("--tolerance", tolerance)
     if not 0 < share <= 1:
         raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
@@ -151,15 +151,16 @@ def compare(
     return exit_code(codes, allow_indeterminate=allow_indeterminate)
 
 
-def _suggest(a: Path, b: Path, out: Path | None, *, json: bool) -> int:
+def _suggest(a: Path, b: Path, out: Path | None, mapping: Path | None, *, json: bool) -> int:
     """Write a mapping of the columns of two tables, and say what it assigns."""
     from comparison.files import FolderError, check_file, write_text
+    from comparison.tables.mapping import load_mapping
     from comparison.tables.suggest import mapping_text, suggest, summary
 
     path = check_file(out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
-    suggestion = suggest(a, b)
+    suggestion = suggest(a, b, load_mapping(mapping).dialect if mapping else None)
     write_text(mapping_text(suggestion, path), path)
     if json:
         print_json([guess._asdict() for guess in suggestion.guesses])

@@ -1,15 +1,17 @@
 """Text tables of any program: where the numbers begin, what the columns are called, which sign is decimal.
 
-Lines end as in `csv` and pandas: not with a form feed or U+2028, at which Python splits too.
+Guessed are the separator, the line of names, and a sign of numbers that has one reading. All else is refused
+with the key of a mapping's ``[dialect]`` that settles it. Lines end as in `csv` and pandas: not with a form
+feed or U+2028, at which Python splits too.
 """
 
 import csv
 import re
 import warnings
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array
-from comparison.tables.mapping import parse_unit, same_dimension
+from comparison.tables.mapping import Dialect, parse_unit, same_dimension
 from comparison.tables.table import Columns, TableError
 
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
@@ -26,8 +28,7 @@ _LONGEST_NAME = 1_000
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
-_UNIT_SEPARATOR = "\x1f"
-_COMMENT = "#%!"
+_COMMENTS = ("#", "%", "!")
 _RULE = " \t-=_*"  # characters of a line that only separates
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 NUMBER = re.compile(
@@ -40,6 +41,7 @@ NUMBER = re.compile(
 _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
 _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
+_ANGLES = re.compile(r"\bin_?degrees\s*[=:]\s*(?P<yes>yes|true|1|no|false|0)\b", re.IGNORECASE)
 
 Heading = list[tuple[str, str | None]]  # name and unit of each column
 
@@ -50,7 +52,7 @@ class Column(NamedTuple):
     name: str  # without quotes and brackets; of one without a name that of its place, ``#2``
     unit: str | None
     numbers: Array  # nan where there is none
-    text: tuple[int, str] | None = None  # row (from 1) and text of the first entry that is no number
+    text: tuple[str, str] | None = None  # place, such as "line 7", and text of the first that is no number
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ class Source:
     columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
+    angles: str | None = None  # unit that the file states for all its angles: "deg" or "rad"
     nameless: bool = False  # whether the first column has no name and must be the time
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
@@ -75,9 +78,70 @@ class Source:
         return [column.name for column in self.columns]
 
 
+class _Line(NamedTuple):
+    number: int  # in the file, from 1
+    text: str
+
+
+class _Layout(NamedTuple):
+    """How the lines of a table are split, and its first row."""
+
+    separator: str
+    comments: tuple[str, ...]  # the signs with which they begin
+    row: list[str]
+
+    def is_comment(self, line: str) -> bool:
+        return _is_comment(line, self.comments)
+
+    def words(self, line: str, separator: str = "") -> list[str]:
+        """Return the fields of a line of names or units, which may be a comment."""
+        line, separator = self.uncommented(line), separator or self.separator
+        return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
+
+    def uncommented(self, line: str) -> str:
+        return line.lstrip(" " + "".join(self.comments)).rstrip(" ")
+
+    def ways(self, line: str) -> list[list[str]]:
+        """Return the ways to split a line into the names of all columns.
+
+        The last one is as the numbers are separated; any other must give a name of the time.
+        """
+        # A comma in the row that separates the names may do so in the row as well.
+        used = {self.separator, _SPACES, *"".join(self.row)}
+        others = [self.words(line, other) for other in _SEPARATORS if other not in used]
+        aligned = re.split(r"\s{2,}|\t", self.uncommented(line))
+        others.append([field.strip('"') for field in aligned])
+        own = _fitting([self.words(line)], self.row)
+        return [*(way for way in _fitting(others, self.row) if _time(way) is not None), *own]
+
+    def may_be_row(self, line: str) -> bool:
+        """Whether a comment may be a row, its first field no number: not if its sign is stated."""
+        fields = _fields(line.strip(" "), self.separator, self.comments)
+        alike = all(NUMBER.fullmatch(each) or self.is_comment(each) for each in fields)
+        fits = len(fields) == len(self.row) and (alike or self.separator != _SPACES)
+        return self.comments == _COMMENTS and fits and not self.units(line, None)
+
+    def units(self, line: str, time: int | None) -> list[str]:
+        """Return the fields of a line that holds units; empty if it does not.
+
+        They are known units, or in brackets; all others must stand beside one of time in its column.
+        """
+        ways = [_split(self.uncommented(line), self.separator), self.words(line)]
+        for way in _fitting(ways, self.row):
+            at_time = None if time is None else parse_unit(_bare(way[time]) or "")
+            if _are_units(way) or same_dimension(at_time, parse_unit("s")):
+                return way
+        return []
+
+
 def position(n: int) -> str:
     """Return the name of a column by its place, counted from 0: ``#1`` for the first."""
     return f"#{n + 1}"
+
+
+def settled(keys: str) -> str:
+    """Return what a message says of the keys that settle how a table is to be read."""
+    return f"state {keys} in [dialect] of a mapping (--mapping)"
 
 
 def decoded(content: bytes) -> str:
@@ -88,45 +152,63 @@ def decoded(content: bytes) -> str:
         text = content.decode("cp1252", errors="replace")
     if "\0" in text:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    end = text[-100:].rstrip()
+    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # of DOS: the end of a file
 
 
-def parse_text(
-    path: Path, text: str, separators: Sequence[str] = _SEPARATORS, decimal: str | None = None
-) -> Source:
-    """Read the columns of a text with line feeds; a `TableError`, without the file, if it is no clear table.
-
-    The separators are tried in this order; without a decimal sign the numbers show it.
-    """
-    lines, first, separator = _first_row(text, separators)
-    above, row = lines[:first], _fields(lines[first], separator)
-    below_size = _below_size(row, text, lines, first, separator)
-    if below_size:
-        first, row = below_size, _fields(lines[below_size], separator)
-    heading = _heading(above, separator, row)
-    if heading is None and not below_size:
-        _check_nameless(first + 1, lines[first], above, separator, row)
-    text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
-    text, separator = _rows(text, first + 1, separator)
-    if decimal is None:
-        decimal, text = _decimal_sign(text, separator)
-    frame = _frame(text, first + 1, separator, decimal, len(row))
+def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
+    """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
+    dialect = dialect or Dialect()
+    comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
+    if group := re.escape(dialect.thousands or ""):
+        after = r"\w.," if dialect.thousands in (".", ",") else r"\w"
+        grouped = rf"(?<![{after}])[+-]?[1-9]\d{{0,2}}(?:{group}\d{{3}})+(?!\d|{group})"
+        text = re.sub(grouped, lambda match: match[0].replace(dialect.thousands or "", ""), text)
+    lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
+    if any(len(line) > _LONGEST_LINE for line in lines):
+        raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
+    stated = dialect.skip is not None or dialect.names is not None
+    start = (dialect.skip or 0) if stated else _size(lines, text)
+    first, layout = _first_row(lines, start, dialect, comments)
+    above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start]
+    heading, notes = _heading(above, layout, dialect)
+    if heading is None and not stated and dialect.separator is None:
+        _check_nameless(_Line(first + 1, lines[first]), layout, alone=not "".join(lines[:first]).strip())
+    offset = sum(len(line) + 1 for line in lines[:first])
+    if dialect.comment is None:
+        _check_comments(text, offset, layout, above)
+    body = _rows(text[offset:], layout)
+    decimal = _decimal_sign(body, layout.separator, dialect)
+    numbers = [n for n, line in enumerate(body.split("\n"), first + 1) if line.strip(" \t")]
+    frame = _frame(body, first + 1, layout.separator, decimal, len(layout.row))
+    if len(frame) != len(numbers):
+        raise TableError("a quotation mark is not closed in its field")
     columns: list[Column] = []
-    for n, (name, unit) in enumerate(heading or [("", None)] * len(row)):
-        made = read_column(name or position(len(columns)), unit, frame[n], decimal)
-        counted = (np.arange(made.numbers.size) + begin for begin in (0, 1))
-        is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
+    for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
+        column = read_column(name or position(len(columns)), unit, frame[n], decimal, numbers)
+        counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
+        is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
         if name or not (is_index or frame[n].isna().all()):
-            columns.append(made)
-    texts = {made.text[0] if made.text else 0 for made in columns}
-    if len(texts) == 1 and (row_of_text := texts.pop()):
-        raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
+            columns.append(column)
+    texts = {column.text[0] if column.text else "" for column in columns}
+    if len(texts) == 1 and (place := texts.pop()) not in ("", f"line {numbers[0]}"):
+        raise TableError(f"{place} holds text below rows of numbers: save one block of columns per file")
+    angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
     names = [name for name, _ in heading or ()]
-    nameless = [made.name for made in columns[:1]] == [position(0)] and not any(map(_is_time, names))
-    return Source(path, columns, nameless=nameless, plain="time" in names and above == [",".join(names)])
+    return Source(
+        path,
+        columns,
+        notes=notes,
+        angles=("deg" if angles[-1] in ("yes", "true", "1") else "rad") if angles else None,
+        nameless=[column.name for column in columns[:1]] == [position(0)] and _time(names) is None,
+        plain="time" in names and [line.text for line in above] == [",".join(names)],
+    )
 
 
-def read_column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
+def read_column(
+    name: str, unit: str | None, entries: pd.Series, decimal: str = ".", lines: Sequence[int] = ()
+) -> Column:
     """Return a column as pandas has read it; numbers that it has read as text have this decimal sign."""
     if entries.dtype.kind in "fiu":
         return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
@@ -137,11 +219,13 @@ def read_column(name: str, unit: str | None, entries: pd.Series, decimal: str = 
     plain = plain.str.replace(fortran, r"\1\3e\2\4", regex=True)
     numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
-    wrong = np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))
-    return Column(name, unit, numbers, (int(wrong[0]) + 1, str(text.iloc[wrong[0]])) if wrong.size else None)
+    for n in np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))[:1]:
+        place = f"line {lines[n]}" if lines else f"data row {n + 1}"
+        return Column(name, unit, numbers, (place, str(text.iloc[n])))
+    return Column(name, unit, numbers)
 
 
-# Where the numbers begin
+# ---- where the numbers begin
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -152,153 +236,186 @@ def _split(line: str, separator: str) -> list[str]:
     return [field.strip() for field in next(rows, [])]
 
 
-def _fields(line: str, separator: str) -> list[str]:
-    return _split(_without_comments(line, separator), separator)
+def _fields(line: str, separator: str, comments: tuple[str, ...]) -> list[str]:
+    return _split(_without_comments(line, separator, comments), separator)
 
 
-def _without_comments(text: str, separator: str) -> str:
-    """Return text without the comments after a space at the ends of lines."""
-    if "#" not in text:
+def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> str:
+    """Return text without the comments after a space at the ends of lines: of those guessed only ``#``."""
+    if not comments or comments[0] not in text:
         return text
     space, last = ("[ \t]", "") if separator == _SPACES else (" ", separator)  # "; #N/A ;" is none
-    return re.sub(rf'(?m){space}#[^"\n{last}]*$', "", text)
+    return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{last}]*$', "", text)
 
 
-def _is_comment(line: str) -> bool:
-    return line.lstrip(" \t").startswith(tuple(_COMMENT))
+def _is_comment(line: str, comments: tuple[str, ...]) -> bool:
+    return line.lstrip(" \t").startswith(comments)
 
 
-def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
-    """Return the first lines, the place of the first row of numbers among them, and its separator."""
-    lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
-    if any(len(line) > _LONGEST_LINE for line in lines):
-        raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
-    recent: list[str] = []
-    for n, line in enumerate(lines):
-        rows = {} if _is_comment(line) else {each: _fields(line, each) for each in separators}
-        rows = {each: row for each, row in rows.items() if len(row) > 1 and any(map(NUMBER.fullmatch, row))}
-        fitting = [each for each, row in rows.items() if _is_below_time(row, recent, each)]
-        fitting += [each for each, row in rows.items() if all(map(NUMBER.fullmatch, filter(None, row)))]
-        if fitting:
-            return lines, n, fitting[0]
-        recent = [*recent, line][-3:] if line.strip() else recent  # names, units, a line below them
-    raise TableError("contains no row of two or more numbers")
+def _size(lines: Sequence[str], text: str) -> int:
+    """Return the lines to pass over: one that holds nothing but the numbers of rows and of their columns."""
+    first, below, *_ = (*(n for n, line in enumerate(lines) if line.strip()), 0, 0)
+    size = re.fullmatch(r"\s*([0-9]{1,9})\s+([0-9]{1,9})\s*", lines[first])
+    row = lines[below].split()
+    if size is None or int(size[2]) != len(row):
+        return 0
+    if int(size[1]) != sum(bool(line.strip()) for line in text.split("\n")[below:]):
+        return 0
+    if len(row) == 2 and not read_column("", None, pd.Series(row[:1])).numbers[0] <= int(size[1]):
+        may_be = f"line {first + 1} may be a row, or the size of the table"
+        raise TableError(f"{may_be}: {settled(f'names = [] (a row), and skip = {first + 1} (its size)')}")
+    return first + 1
 
 
-def _is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> bool:
-    """Whether one of the lines above a row names the time, and the row no unit of it.
+def _first_row(
+    lines: Sequence[str], start: int, dialect: Dialect, comments: tuple[str, ...]
+) -> tuple[int, _Layout]:
+    """Return the place of the first row of numbers among lines, and how it is split.
 
-    Text may stand for the time as well, such as that of a clock.
+    All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
+    as the next row has. Below names that a mapping states a row may hold any text beside that number.
     """
-    return any(
-        _names_time([name]) and (NUMBER.fullmatch(field) or parse_unit(_bare(field) or "1") is None)
-        for line in above
-        for names in _fitting([_words(line, separator)], row)
-        for name, field in zip(names, row, strict=True)
+    stated = {None: _SEPARATORS, " ": (_SPACES,)}
+    separators = stated.get(dialect.separator, (dialect.separator or "",))
+    known = bool(dialect.names) or (dialect.skip is not None and dialect.names is None)
+    rows = [n for n in range(start, len(lines)) if lines[n].strip() and not _is_comment(lines[n], comments)]
+    pairs = [*pairwise(rows), *((n, None) for n in rows[-1:])]
+    for n, below in pairs:
+        above = [line for line in lines[max(start, n - 9) : n] if line.strip()][-3:]  # names, units, a remark
+        layouts = [_Layout(each, comments, _fields(lines[n], each, comments)) for each in separators]
+        layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
+        for layout in layouts:
+            after = None if below is None else _fields(lines[below], layout.separator, comments)
+            names = _fitting([dialect.names] if dialect.names else map(layout.words, above), layout.row)
+            if _begins(layout.row, after, names, known=known):
+                return n, layout
+    raise TableError(
+        f"contains no row of two or more numbers: {settled('separator, decimal, thousands, skip, names')}"
     )
 
 
-def _check_nameless(number: int, line: str, above: Sequence[str], separator: str, row: Sequence[str]) -> None:
+def _begins(row: list[str], after: list[str] | None, headings: list[list[str]], *, known: bool) -> bool:
+    """Whether the numbers of a table begin in a row, below what may be the names of its columns."""
+    numbers = [bool(NUMBER.fullmatch(field)) for field in row]
+    again = [bool(NUMBER.fullmatch(field)) for field in after or row]
+    whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
+    alike = len(again) == len(row) and any(again)
+    places = [_time(names) for names in headings]
+    below_time = any(
+        numbers[n] and (whole or (alike and again[n])) if n is not None else known and any(numbers) and alike
+        for n in places
+    )
+    if len(row) < 2 or (known and (not headings or _are_units(row))):
+        return False
+    return below_time or (whole and (known or alike))
+
+
+def _check_nameless(line: _Line, layout: _Layout, *, alone: bool) -> None:
     """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
-    written = [field for field in row if field]
-    counted = any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1))
-    if counted and not "".join(above).strip():  # as pandas and others write for want of names
+    written = [field for field in layout.row if field]
+    if alone and any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1)):
+        may_be = f"line {line.number} holds {', '.join(written)}, which may be names or numbers"
+        raise TableError(f"{may_be}: {settled('skip = 0 (names) or names = [] (numbers)')}")
+    if layout.separator == _SPACES and "\t" in line.text.strip():
         raise TableError(
-            f"line {number} holds {', '.join(written)}, which may be names or numbers: write a line of names "
-            "above it, or instead of it"
+            f"line {line.number} has tabs and spaces between its numbers: {settled('separator')}"
         )
-    if separator == _SPACES and "\t" in line.strip():
-        raise TableError(f"line {number} has tabs and spaces between its numbers: write names above them")
 
 
-def _below_size(row: Sequence[str], text: str, lines: Sequence[str], first: int, separator: str) -> int:
-    """Return the line below one that holds only the number of rows and of columns; 0 if this is none."""
-    if len(row) != 2 or not all(re.fullmatch(r"[0-9]{1,9}", field) for field in row):
-        return 0
-    rows, columns = map(int, row)
-    below = next((n for n in range(first + 1, len(lines)) if lines[n].strip()), 0)
-    fields = _split(lines[below], separator)
-    is_size = below and columns == len(fields)
-    if not is_size or rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
-        return 0
-    if columns == 2 and not read_column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
-        either = "a row, or the size of the table: write a line of names above it"
-        raise TableError(f"line {first + 1} may be {either}")
-    return below
+# ---- what the columns are called
 
 
-# What the columns are called
+def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading | None, list[str]]:
+    """Return names and units from the lines above the first row, None if they name no columns; and notes.
 
-
-def _heading(above: Sequence[str], separator: str, row: Sequence[str]) -> Heading | None:
-    """Return the names and units in the lines above the first row of numbers; None if they name no columns.
-
-    The names are in the line that names the time, with at most a line of units below it; else in the last
-    line, or in the one above it if the last one holds units. Either may be a comment.
+    The names are in the last line that names the time, else in the last line, or in the one above it if the
+    last one holds units. Either may be a comment. Below the lines that a mapping skips they follow at once.
     """
-    lines = [(n, line) for n, line in enumerate(above, 1) if line.strip(_RULE)]
-    while len(lines) > 1 and lines[-1][1].count('"') % 2:  # a name of two lines
-        lines[-2:] = [(lines[-2][0], f"{lines[-2][1]} {lines[-1][1]}")]
-    if not lines:
-        return None
-    below: list[str] = []
-    for _, line in reversed(lines):
-        if names := next(filter(_names_time, _ways(line, separator, row)), None):
-            place = next(n for n, name in enumerate(names) if _names_time([name]))
-            units = (_units(text, separator, row, place) for text in below)
-            return _named(names, next(filter(None, units), []))
-        if not _is_comment(line) and not (all(map(_is_comment, below)) and _units(line, separator, row, 0)):
-            break
-        below.append(line)
-    number, line = lines[-1]
-    names = next(reversed(_ways(line, separator, row)), None)
-    # What begins like a row is passed over as no title.
-    for n, text in lines if names is None else lines[-1:]:
-        numbers = [bool(NUMBER.fullmatch(field)) for field in _split(text, separator)]
-        like_row = len(numbers) == len(row) or 2 * sum(numbers) > max(len(numbers), 2)
-        if not _is_comment(text) and numbers and numbers[0] and like_row:
-            raise TableError(f"line {n} begins like a row of numbers, but is none")
-    if _is_comment(line) and (names is None or any(map(NUMBER.fullmatch, names))):
-        return None
-    if names is None:
+    lines = [line for line in above if line.text.strip(_RULE)]
+    if dialect.names is not None:
+        _check_above(lines, layout)
+        stated = next(iter(_fitting([dialect.names], layout.row)), [])
+        return (_named(stated, []) if stated else None), []
+    while len(lines) > 1 and lines[-1].text.count('"') % 2:  # a name of two lines
+        lines[-2:] = [_Line(lines[-2].number, f"{lines[-2].text} {lines[-1].text}")]
+    ways = [layout.ways(line.text) for line in lines]
+    likely = [n for n, each in enumerate(ways) if any(_time(way) is not None for way in each)]
+    if dialect.skip is not None:
+        likely = [n for n, line in enumerate(lines) if ways[n] or not layout.is_comment(line.text)][:1]
+    place = likely[-1] if likely else _last_names(lines, ways, layout)
+    if place is None:
+        return None, []
+    if not ways[place]:
+        count = f"line {lines[place].number} names {len(layout.words(lines[place].text))}"
         raise TableError(
-            f"line {len(above) + 1} holds {len(row)} numbers, but line {number} names "
-            f"{len(_words(line, separator))}: each column needs a name, or none does"
+            f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names, skip or separator')}"
         )
-    titles = next(reversed(_ways(lines[-2][1], separator, row)), None) if len(lines) > 1 else None
-    return _named(names, []) if titles is None or not _are_units(names) else _named(titles, names)
+    names = next((way for way in ways[place] if _time(way) is not None), ways[place][-1])
+    units = _units_below(lines[place + 1 :], layout, _time(names))
+    return _named(names, units), list(_titles(lines[:place], names, layout))
 
 
-def _without_comment_sign(line: str) -> str:
-    return line.lstrip(" " + _COMMENT).rstrip(" ")
+def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout: _Layout) -> int | None:
+    """Return the place of the last line, or of the one above units; None if it is a comment without names."""
+    last = len(lines) - 1
+    _check_above(lines[last:] if last >= 0 and ways[last] else lines, layout)
+    if last < 0:
+        return None
+    names = ways[last][-1] if ways[last] else []
+    if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
+        if layout.may_be_row(lines[last].text):
+            raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
+        return None
+    return last - 1 if last and _are_units(names) and ways[last - 1] else last
 
 
-def _words(line: str, separator: str) -> list[str]:
-    line = _without_comment_sign(line)
-    return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
+def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
+    """Reject what begins like a row and is none: it is passed over as no title."""
+    for line in lines:
+        is_number = [bool(NUMBER.fullmatch(field)) for field in _split(line.text, layout.separator)]
+        like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
+        if is_number[:1] == [True] and like_row:
+            keys = settled(f"skip = {line.number} (a title), or decimal, thousands")
+            raise TableError(f"line {line.number} begins like a row of numbers, but is none: {keys}")
 
 
-def _ways(line: str, separator: str, row: Sequence[str]) -> list[list[str]]:
-    """Return the ways to split a line into the names of all columns.
+def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> list[str]:
+    """Return the units in the one line below the names that is no remark; empty without such a line."""
+    units: list[str] = []
+    for line in lines:
+        fields = layout.units(line.text, time)
+        if not fields and layout.is_comment(line.text) and not _is_heading(line.text, layout):
+            if layout.may_be_row(line.text):
+                raise TableError(f"line {line.number} may be a comment or a row: {settled('comment')}")
+            continue
+        if units or not fields:
+            problem = "holds units again" if fields else "is neither units nor a row of numbers"
+            raise TableError(f"line {line.number}, below the names, {problem}: {settled('names')}")
+        units = fields
+    return units
 
-    The last one is as the numbers are separated; any other must give a name of the time.
-    """
-    others = [_words(line, other) for other in _SEPARATORS if other not in (separator, _SPACES)]
-    aligned = re.split(r"\s{2,}|\t", line.lstrip(" " + _COMMENT).rstrip())
-    others.append([field.strip('"') for field in aligned])
-    return [*filter(_names_time, _fitting(others, row)), *_fitting([_words(line, separator)], row)]
+
+def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> Iterator[str]:
+    """Yield which lines above the names could be names too; reject what is likely to belong to them."""
+    stated = any(_ANGLES.search(line.text) for line in lines)
+    for line in lines:
+        comment = layout.is_comment(line.text)
+        if not stated and re.search(r"(?i)\b(units?|degrees|radians)\b", line.text):
+            yield f"line {line.number} is passed over: {line.text.strip()[:60]!r}"
+        units = layout.units(line.text, _time(names))
+        for fields in _fitting([units or layout.words(line.text)], layout.row):
+            written = [n for n, entry in enumerate(fields) if entry]
+            whole = not comment and layout.separator != _SPACES and {*range(1, len(fields))} <= {*written}
+            if units or (whole and (len(fields) > 2 or not all(names[n] for n in written))):
+                may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
+                raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
+            if len(written) > 1 and not comment:
+                yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 
-def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str]:
-    """Return the fields of a line that holds units, that of the time in a given place; empty if it does not.
-
-    A comment with as many words as there are columns need not hold units.
-    """
-    ways = _fitting([_split(_without_comment_sign(line), separator), *_ways(line, separator, row)], row)
-    for way in ways:
-        if _are_units(way) or same_dimension(parse_unit(_bare(way[time]) or ""), parse_unit("s")):
-            return way
-    return [] if _is_comment(line) or not ways or NUMBER.fullmatch(ways[0][time]) else ways[0]
+def _is_heading(line: str, layout: _Layout) -> bool:
+    """Whether a comment holds the names, with the time, or the units of all columns."""
+    return any(_time(way) is not None or _are_units(way) for way in layout.ways(line))
 
 
 def _fitting(ways: Iterable[list[str]], row: Sequence[str]) -> list[list[str]]:
@@ -316,12 +433,10 @@ def _fitting(ways: Iterable[list[str]], row: Sequence[str]) -> list[list[str]]:
     return fitting
 
 
-def _is_time(name: str) -> bool:
-    return name.casefold() == "time" or name == "t"
-
-
-def _names_time(fields: Sequence[str]) -> bool:
-    return any(_is_time(_name_and_unit(field)[0]) for field in fields)
+def _time(fields: Sequence[str]) -> int | None:
+    """Return the place of the name of the time, None without one."""
+    names = [_name_and_unit(field)[0] for field in fields]
+    return next((n for n, name in enumerate(names) if name.casefold() == "time" or name == "t"), None)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
@@ -333,9 +448,15 @@ def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
             parts[n] = names[n].strip('"'), None
     final = [name for name, _ in parts]
     if twice := next((name for name in final if name and final.count(name) > 1), None):
-        raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
-    below = [_bare(field) for field in units] or [None] * len(parts)
-    return [(name, unit or beside) for (name, beside), unit in zip(parts, below, strict=True)]
+        raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {settled('names')}")
+    heading: Heading = []
+    for (name, beside), entry in zip(parts, units or [""] * len(parts), strict=True):
+        below = _bare(entry)
+        if beside and below and beside != below and parse_unit(beside) != parse_unit(below):
+            both = f"column {name!r} states {beside!r} beside its name and {below!r} below it"
+            raise TableError(f"{both}: {settled('names')}")
+        heading.append((name, beside or below))
+    return heading
 
 
 def _bare(field: str) -> str | None:
@@ -358,91 +479,82 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _are_units(fields: Sequence[str]) -> bool:
-    """Whether all fields are units, or in brackets."""
-    written = [field for field in fields if field]
-    return bool(written) and all(parse_unit(field) is not None or _bare(field) != field for field in written)
+    """Whether all fields are units, or in brackets, and not all are numbers."""
+    written = [entry for entry in fields if entry and not NUMBER.fullmatch(entry)]
+    units = (parse_unit(entry) is not None or _bare(entry) != entry for entry in filter(None, fields))
+    return bool(written) and all(units)
 
 
-# The rows of numbers
+# ---- the rows of numbers
 
 
-def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
-    """Return the rows, as many lines, without comments and quotation marks, and their separator.
+def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Line]) -> None:
+    """Reject a comment below the first row that may be a row, or that is another heading."""
+    if not any(sign in text for sign in layout.comments):
+        return
+    known = {line.text.strip() for line in above}
+    for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
+        line = match[0]
+        is_row = layout.may_be_row(line)
+        if line.strip() not in known and (is_row or _is_heading(line, layout)):
+            number = text.count("\n", 0, offset + match.start()) + 1
+            problem = "a comment or a row" if is_row else "a comment or another heading"
+            raise TableError(f"line {number} may be {problem}: {line.strip()[:60]!r}: {settled('comment')}")
+
+
+def _rows(body: str, layout: _Layout) -> str:
+    """Return the rows, as many lines, without comments.
 
     A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
     """
-    if any(sign in body for sign in _COMMENT):
-        body = _without_comments(re.sub(rf"(?m)^[ \t]*[{_COMMENT}].*", "", body), separator)
+    separator = layout.separator
+    if any(sign in body for sign in layout.comments):
+        signs = "|".join(map(re.escape, layout.comments))
+        body = re.sub(rf"(?m)^[ \t]*(?:{signs}).*", "", body)
+        body = _without_comments(body, separator, layout.comments)
     if separator != _SPACES:
         if f" {separator}" in body or " \n" in body:
-            body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space
+            body = re.sub(
+                rf" +(?=[{re.escape(separator)}\n])", "", body
+            )  # pandas rounds what ends with a space
         if f"\n{separator}" in body:  # a spreadsheet's empty rows
-            body = re.sub(rf"(?m)^{separator}+$", "", body)
-    if '"' not in body:
-        return body, separator
-    lines, delimiter = body.split("\n"), separator
-    if separator == _SPACES:
-        lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
-    rows: list[str] = []
-    with suppress(csv.Error):
-        for fields in reader:
-            if reader.line_num > len(rows) + 1:  # it takes a quoted line end for a part of a field
-                break
-            rows.append(_UNIT_SEPARATOR.join(fields))
-    if len(rows) < len(lines):
-        raise TableError(f"line {first + len(rows)}: a quotation mark is not closed in its field")
-    return "\n".join(rows), _UNIT_SEPARATOR
+            body = re.sub(rf"(?m)^{re.escape(separator)}+$", "", body)
+    return body
 
 
-def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
-    """Return the decimal sign, and the rows without the sign that separates thousands.
+def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
+    """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
+    decimal = dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or "")
+    if decimal or (separator == "," and '"' not in body):
+        return decimal or "."
+    edge = r" \t\n" if separator == _SPACES else rf"{re.escape(separator)}\n"
+    quote = '"' if separator == "," else '"?'
+    before, end = rf"(?:\A|[{edge}])[ \t]*{quote}", rf"{quote}[ \t]*(?=[{edge}]|\Z)"
 
-    The signs are those of the numbers of the whole text.
-    """
-    if separator == ",":
-        return ".", body
-    edge = r" \t\n" if separator == _SPACES else rf"{separator}\n"
-    before, end = rf"(?P<before>(?:\A|[{edge}])[ \t]*)", rf"[ \t]*(?=[{edge}]|\Z)"
+    def number(pattern: str) -> str | None:
+        match = re.search(rf"{before}(?P<n>{pattern}){end}", body)
+        return match and match["n"]
 
-    def number(pattern: str) -> re.Match[str] | None:
-        return re.search(rf"{before}(?P<n>{pattern}){end}", body)
-
-    def one(sign: str) -> str:
-        return rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
-
-    def both(thousands: str, decimal: str) -> str:
-        """Match where each sign can have no other meaning."""
-        groups, rest = rf"[+-]?[1-9]\d{{0,2}}(?:[{thousands}]\d{{3}})", rf"[{decimal}]\d*"
-        return rf"(?:{groups}{{2,}}(?:{rest})?|{groups}{rest}){_EXPONENT}"
-
-    patterns = {sign: [one(sign), both(".", ","), both(",", ".")] for sign in ".,"}
+    signs = (rf"[+-]?(?=[.,]?\d)[\d.,]*[{sign}][\d.,]*{_EXPONENT}" for sign in ".,")
     seen = {
-        sign: match["n"]
-        for sign, tried in patterns.items()
-        if sign in body and (match := next(filter(None, map(number, tried)), None))
+        sign: n for sign, pattern in zip(".,", signs, strict=True) if sign in body and (n := number(pattern))
     }
-    signs = "".join(seen)
-    if not signs:
-        return ".", body
-    if len(signs) == 1 and number(rf"(?![+-]?[1-9]\d{{0,2}}[{signs}]\d{{3}}{end}){one(signs)}"):
-        return signs, body
-    readings = [(d, g) for d, g in ((".", ","), (",", ".")) if g in signs and number(both(g, d))]
-    if len(readings) != 1:
-        numbers = " and ".join(map(repr, seen.values()))
-        raise TableError(
-            f"whether a point or a comma is the decimal sign is not clear from {numbers}: export the numbers "
-            "without thousands separators, and not with three decimals"
-        )
-    decimal, group = readings[0]
-    grouped = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{_EXPONENT}"
-    return decimal, re.sub(
-        rf"{before}{grouped}{end}", lambda match: match[0].replace(group, "").rstrip(" "), body
-    )
+    if not seen or (separator == "," and "," not in seen):
+        return "."
+    sign, *others = seen
+    one = rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
+    if others or not number(rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}"):
+        numbers = " and ".join(map(repr, dict.fromkeys(seen.values())))
+        not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
+        raise TableError(f"{not_clear}: {settled('decimal, and thousands if that is separated')}")
+    return sign
 
 
 def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> pd.DataFrame:
     """Return the rows as pandas reads them; columns with anything but numbers are text."""
+    if '"' in body and (match := re.search(r'(?m)^[^"\n]*"(?:[^"\n]*"[^"\n]*")*[^"\n]*$', body)):
+        number = first + body.count("\n", 0, match.start())
+        raise TableError(f"line {number}: a quotation mark is not closed in its field")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
@@ -453,7 +565,6 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
                 header=None,
                 names=range(count),
                 index_col=False,
-                quoting=csv.QUOTE_NONE,
                 skipinitialspace=True,
                 keep_default_na=False,
                 na_values=[""],
@@ -463,7 +574,7 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
         for n, line in enumerate(body.split("\n"), first):
             if len(fields := _split(line, separator)) > count:
                 message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
-                raise TableError(message) from None
+                raise TableError(f"{message}: {settled('separator')}") from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
     if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
         raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")

@@ -22,9 +22,19 @@ import pandas as pd
 
 from comparison.files import check_size
 from comparison.tables.channels import Array, Channel, channels, is_uncertainty
-from comparison.tables.dialect import NUMBER, Column, Source, decoded, parse_text, position, read_column
+from comparison.tables.dialect import (
+    NUMBER,
+    Column,
+    Source,
+    decoded,
+    parse_text,
+    position,
+    read_column,
+    settled,
+)
 from comparison.tables.mapping import (
     TIME,
+    Dialect,
     Mapping,
     Quantity,
     Rule,
@@ -51,14 +61,22 @@ _EXPORT = "save its sheet as CSV"
 _LONGEST = 600.0  # s to read a MATLAB file
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, dialect: Dialect | None = None) -> Source:
     """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
     with readable(path):
         check_size(path, LARGEST)
         with path.open("rb") as file:
             head = file.read(_HEAD)
-        source = _source(path, head)
+        source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
+    if source.angles:  # of channels of the press it is known which are angles
+        units = {name: known.unit for name, known in channels().items() if "rad" in known.unit}
+        columns = [
+            each._replace(unit=units[each.name].replace("rad", source.angles))
+            if each.unit is None and each.name in units
+            else each
+            for each in columns
+        ]
     source = replace(source, columns=columns)
     with unread(source.notes):
         source = replace(source, events=read_contacts(path))
@@ -69,7 +87,7 @@ def open_source(path: Path) -> Source:
     return source
 
 
-def _source(path: Path, head: bytes) -> Source:
+def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
     if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
         raise TableError(rule)
     if head.startswith(b"PAR1"):
@@ -78,13 +96,14 @@ def _source(path: Path, head: bytes) -> Source:
             path, [read_column(str(name), None, frame[name]) for name in frame], plain="time" in frame
         )
     if head.startswith(b"PK\x03\x04"):
-        return parse_text(path, _sheet(path), ("\t",), ".")
+        cells = {"separator": "\t", "decimal": ".", "thousands": None, "comment": dialect.comment or ""}
+        return parse_text(path, _sheet(path), dialect.model_copy(update=cells))
     # Of MATLAB's files version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
     if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head):
         return Source(path, *_vectors(path))
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise TableError(_BINARY)
-    return parse_text(path, decoded(path.read_bytes()))
+    return parse_text(path, decoded(path.read_bytes()), dialect)
 
 
 def _sheet(path: Path) -> str:
@@ -211,7 +230,10 @@ def read_tables(
     if only is not None:
         mapping = mapping.model_copy(update={"compare": list(only)})
     compare = None if mapping.compare is None else [TIME, *mapping.compare]
-    sources = [each if isinstance(each, Source) else open_source(each) for each in paths]
+    sources = [
+        each if isinstance(each, Source) else open_source(each, mapping.dialect.of(side))
+        for each, side in zip(paths, sides, strict=True)
+    ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [
         _by_rules(source, _rules(source, side, mapping), mapping)
@@ -221,7 +243,12 @@ def read_tables(
     left_out = _add_shared(sources, assigned, ruled, mapping, compare)
     completed = list(_complete(sources, assigned, compare))
     known = _definitions(sources, assigned, mapping)
-    warnings = [*_assumptions(sources, known), *completed]
+    bare = [name for name, channel in known.items() if not channel.unit]
+    stating = {source.angles: source.path for source in sources}
+    if bare and {"deg", "rad"} <= stating.keys():
+        files = f"{stating['deg']} states degrees for all angles, {stating['rad']} radians"
+        raise TableError(f"{files}: state the units of {', '.join(bare)} in a mapping (--mapping)")
+    warnings = [*_assumptions(sources, known, bare), *completed]
     tables = []
     for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
         if others and only is None:
@@ -274,7 +301,8 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assi
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
-        times = source.names[:1] if source.nameless else ["t"]
+        usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
+        times = source.names[:1] if source.nameless else usual
     known = {*channels(), *mapping.channels}
     assigned: Assigned = {}
     for column, rule in zip(source.columns, own, strict=True):
@@ -380,7 +408,7 @@ def _unit(column: Column, rule: Rule) -> str | None:
     return column.unit if rule.unit is None else rule.unit
 
 
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
+def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel], bare: Sequence[str]) -> Iterable[str]:
     for source in sources:
         yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
@@ -388,7 +416,9 @@ def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Itera
         for column in source.columns:
             if column.name in known and column.unit is not None and is_prose(column.unit):
                 yield f"{source.path.name}: {column.unit!r} beside {column.name} is not a unit"
-    if bare := [name for name, channel in known.items() if not channel.unit]:
+        if bare and source.angles == "deg":
+            yield f"{source.path.name}: its header states degrees for all angles, which are not converted"
+    if bare:
         yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
 
 
@@ -399,8 +429,12 @@ def _converted(
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        hint = "" if name == TIME else "; a mapping (--mapping) with compare = [...] leaves it out"
-        raise TableError(f"{where} is not a number in data row {row}: {text!r}{hint}")
+        hint = settled("skip, or comment if the line begins one")
+        if re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text):
+            hint = settled("decimal, thousands")
+        elif name != TIME:
+            hint = f"a mapping (--mapping) with compare = [...] leaves it out; else {hint}"
+        raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
     stated = _unit(column, rule)

@@ -140,8 +140,37 @@ class Quantity(Section):
     factor: Real = 1.0  # of its columns in both tables: what they are normalised by
 
 
+_Sign = Annotated[str, Field(min_length=1, max_length=1)]
+
+
+class Dialect(Section):
+    """How a text table is written; None is to be guessed, or refused where there are two ways."""
+
+    separator: _Sign | None = None  # of the columns; a space: any number of spaces and tabs
+    decimal: Literal[".", ","] | None = None
+    thousands: _Sign | None = None
+    skip: Annotated[int, Field(ge=0)] | None = None  # lines above that of the names, or above the numbers
+    names: list[str] | None = None  # of the columns, with units as in "x [mm]"; []: they have none
+    comment: str | None = None  # sign with which comments begin; "": there are none
+
+
+class Dialects(Dialect):
+    """Dialect of all tables, and what differs from it in one of them."""
+
+    a: Dialect = Dialect()
+    b: Dialect = Dialect()
+    ideal: Dialect = Dialect()
+
+    def of(self, side: str) -> Dialect:
+        """Return the dialect of the tables of a side: "a", "b" or "ideal"."""
+        own: Dialect = getattr(self, side)
+        return self.model_copy(update={key: getattr(own, key) for key in own.model_fields_set})
+
+
 class Mapping(Section):
     """Contents of a mapping file."""
+
+    dialect: Dialects = Dialects()
 
     compare: Annotated[list[str], Field(min_length=1)] | None = None
     """Channels to compare; None: all, and both tables must hold the same."""
@@ -196,7 +225,7 @@ def _faults(mapping: Mapping) -> Iterator[str]:
             rate = getattr(given, "rate", None)
             if rate is not None and (rate == name or rate not in every):
                 yield f"{where}: rate = {rate!r} is not another {known}"
-    if not any(mapping.model_dump().values()):
+    if not mapping.model_fields_set:
         yield "names no column"
 
 

@@ -16,6 +16,7 @@ except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
 _KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
+_TIMES = ("time", "t", "tout")
 
 
 def main() -> None:
@@ -32,12 +33,12 @@ def main() -> None:
             resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
         )
     content = loadmat(file, appendmat=False, squeeze_me=True)
-    if "Aclass" in content:  # the lines of names need their full width
-        content = _trajectory(loadmat(file, appendmat=False))
-    variables = _variables(content)
-    others = {name: what for name, value in variables.items() if (what := _other(np.asarray(value)))}
+    # The lines of names need their full width.
+    full = loadmat(file, appendmat=False) if "Aclass" in content else None
+    variables = _variables(content) if full is None else _trajectory(full)
+    others = {name: text for name, value in variables.items() if (text := _other(value))}
     vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
-    described = [f"{name} ({what})" for name, what in others.items()]
+    described = [f"{name} ({text})" for name, text in others.items()]
     packed = io.BytesIO()
     np.savez(packed, np.array(list(vectors), dtype=str), np.array(described, dtype=str), *vectors.values())
     sys.stdout.buffer.write(packed.getvalue())
@@ -47,25 +48,33 @@ def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
 
     ``Aclass`` says by "binTrans" or "binNormal" whether the matrices are transposed. Of each name
-    ``dataInfo`` has the matrix (0: the abscissa, 1: constants, 2: over time) and, with its sign, the row.
+    ``dataInfo`` has the matrix (0: the abscissa of all) and, with its sign, the row. A matrix has its times
+    in its first row; of one of two times, such as the constants in ``data_1``, all values must be equal.
     """
     transposed = "binTrans" in "".join(map(str, content["Aclass"]))
     names = [str(line) for line in content["name"]]
     if transposed:
         names = ["".join(letters) for letters in zip(*names, strict=True)]
-    info, constant, varying = (
-        content[key] if transposed else content[key].T for key in ("dataInfo", "data_1", "data_2")
-    )
-    variables = {}
-    for name, matrix, row in zip(names, info[0].astype(int), info[1].astype(int), strict=True):
-        place = abs(row) - 1
-        values = constant[place, 0] + np.zeros(varying.shape[1]) if matrix == 1 else varying[place]
-        variables[name.strip()] = -values if row < 0 else values
+    data = {key: value if transposed else value.T for key, value in content.items() if key.startswith("data")}
+    times = data["data_2"][0]
+    variables: dict[str, Any] = {}
+    for name, number, row in zip(names, *data["dataInfo"][:2].astype(int), strict=True):
+        matrix, place = data[f"data_{number or 2}"], abs(row) - 1
+        values, sign = matrix[place], -1 if row < 0 else 1
+        if number == 0 or np.array_equal(matrix[0], times):
+            variables[name.strip()] = sign * values if row < 0 else values
+        elif (values == values[0]).all():
+            variables[name.strip()] = sign * values[0] + np.zeros(times.size)
+        else:
+            variables[name.strip()] = f"of data_{number}, which has times of its own"
     return variables
 
 
 def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the variables of a file; of structures their fields, of several named ``structure.field``."""
+    """Return the variables of a file; of structures their fields, of matrices with a row a time columns.
+
+    The fields of several structures are named ``structure.field``, columns ``matrix(1)``.
+    """
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
     structures = {
         name: variables.pop(name)
@@ -74,14 +83,39 @@ def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
     }
     for name, structure in structures.items():
         fields = {key: structure[key][()] for key in structure.dtype.names}
+        if "signals" in fields:
+            fields = _signals(name, fields)
         if len(structures) > 1 or set(fields) & set(variables):
             fields = {f"{name}.{key}": value for key, value in fields.items()}
         variables |= fields
+    times = [name for name in variables if name.rpartition(".")[2].lower() in _TIMES]
+    for name in times[1:]:  # such as tout beside the time of a structure
+        if structures and np.array_equal(variables[name], variables[times[0]]):
+            del variables[name]
+    size = np.size(variables[times[0]]) if times else 0
+    for name, value in list(variables.items()):
+        if np.ndim(value) == 2 and value.shape[0] == size != value.shape[1] and value.dtype.kind in "fiu":
+            del variables[name]
+            variables |= {f"{name}({n})": column for n, column in enumerate(value.T, 1)}
     return variables
 
 
-def _other(value: np.ndarray) -> str:
+def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the signals of Simulink's structure, with its time if it has one, by their labels or blocks."""
+    signals = np.atleast_1d(fields["signals"])
+    variables = {"time": fields["time"]} if np.size(fields.get("time", [])) else {}
+    for n, signal in enumerate(signals, 1):
+        known = {key: str(signal[key]) for key in signals.dtype.names or () if np.size(signal[key]) == 1}
+        label = known.get("label") or known.get("blockName", "").rpartition("/")[2] or f"{name}.signals({n})"
+        variables[f"{label}.signals({n})" if label in variables else label] = signal["values"]
+    return variables
+
+
+def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
+    if isinstance(value, str) and value.startswith("of data_"):
+        return value
+    value = np.asarray(value)
     if value.dtype.names is not None:
         return "structure"
     if value.dtype.kind not in "fiu":

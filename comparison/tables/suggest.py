@@ -8,7 +8,6 @@ import json
 import re
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from math import ceil, inf, isnan, log, log10, nan
@@ -16,14 +15,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from comparison.formatting import number
 from comparison.scene import command_line
 from comparison.tables.channels import JOINTS, Array, channels
 from comparison.tables.dialect import Column
 from comparison.tables.foreign import open_source
-from comparison.tables.mapping import TIME, parse_unit, same_dimension
+from comparison.tables.mapping import TIME, Dialect, Dialects, parse_unit, same_dimension
 
 SURE, LIKELY, DOUBTFUL = "sure", "likely", "doubtful"
 _GRID = 2000  # times at which columns are held against each other
@@ -31,7 +29,6 @@ _GRID = 2000  # times at which columns are held against each other
 _FITS = 0.3  # two models of one motion are nearer, but for what chatter separates
 _SIZE = 0.7  # the logarithm of a ratio of standard deviations, within which the name decides
 _RIVAL = 5.0  # times the distance of the best fit, within which another column fits as well
-_CORRELATES = 0.9
 _CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
 
 # The units that programs write, the SI unit first.
@@ -69,16 +66,15 @@ _WORDS = {
     "reaction y": "fy",
 }
 _MEANING = {spelling: words.split() for words, spellings in _WORDS.items() for spelling in spellings.split()}
-_BODIES = {"slider", "crank", "journal", "corner", "reaction", "guide", "energy"}
 
 
 class Guess(NamedTuple):
-    """What a column is thought to be, and what that rests on; a conversion is that of a mapping's rule."""
+    """Channel of a column, and the evidence for it; a conversion is that of a mapping's rule."""
 
     side: str  # "a" or "b"
     column: str
-    channel: str
-    unit: str
+    channel: str  # of the press; where neither name nor unit tells one of the name of the other column
+    unit: str | None  # None: both tables state it, or neither does
     sign: int
     offset: float
     stated: bool | None  # whether the table states the unit; None if nothing tells it
@@ -89,28 +85,25 @@ class Guess(NamedTuple):
 
 
 class Suggestion(NamedTuple):
-    """Guesses of the columns of two tables, the time first; and all other columns."""
+    """Guesses of the columns of two tables, the time first; and side and name of all other columns."""
 
     paths: tuple[Path, Path]
+    dialects: Dialects
     guesses: list[Guess]
-    left: list[tuple[str, str, list[tuple[str, float]]]]
-    """Side and name of a column, and the other table's columns that correlate with it, by how much."""
-
-    def channels(self, *, doubtful: bool) -> list[str]:
-        """Return the channels that guesses assign columns to, the doubtful guesses or the others."""
-        pairs = {guess.channel: guess.sureness == DOUBTFUL for guess in self.guesses if guess.channel != TIME}
-        return [channel for channel, doubt in pairs.items() if doubt == doubtful]
+    left: list[tuple[str, str]]
 
 
-@dataclass(frozen=True)
-class _Side:
+class _Side(NamedTuple):
     letter: str
     native: bool  # recorded by this project: its channels are known
     time: Column | None
     columns: list[Column]  # all others that are numbers
+    others: list[str]
 
     def knows(self, column: Column) -> bool:
-        return self.native and column.name in {TIME, *channels()}
+        """Whether a column is a channel by its name alone, in its unit."""
+        named = column.name in channels() and not column.unit
+        return named or (self.native and column.name in {TIME, *channels()})
 
     def units(self, column: Column, si: str) -> list[str]:
         """Return the units that a column of this dimension may be in: the one that is known, or the usual."""
@@ -119,69 +112,68 @@ class _Side:
 
 
 class _Fit(NamedTuple):
-    """A channel that is a column of both, the second converted: ``sign * column + offset`` in its unit."""
+    """Channel that is a column of both, the second converted: ``sign * column + offset`` in its unit."""
 
     channel: str
-    units: tuple[str, str]
+    units: tuple[str, ...]  # empty: of a channel of one's own
     sign: int = 1
     offset: float = 0.0
     distance: float = nan
     size: float = nan  # the logarithm of the ratio of their standard deviations
 
     @property
-    def plain(self) -> bool:
-        return self.sign == 1 and self.offset == 0.0
+    def order(self) -> float:
+        """What the data do not tell apart is in the first, the most usual units."""
+        return inf if isnan(self.distance) else round(self.distance + self.size, 6)
 
 
-def suggest(a: Path, b: Path) -> Suggestion:
+def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> Suggestion:
     """Guess what the columns of two tables are; errors of reading are `TableError`."""
-    sides = [_side(letter, path) for letter, path in (("a", a), ("b", b))]
-    sides.sort(key=lambda side: not side.native)  # of two the one that is known comes first
-    first, second = sides
-    times = _times(first, second)
-    data = [[], []] if times is None else _on_one_grid(sides, times)
-    fits: dict[tuple[int, int], _Fit] = {}
-    score = np.zeros((len(first.columns), len(second.columns)))
-    for n, m in product(*(range(len(side.columns)) for side in sides)):
-        pair = first.columns[n], second.columns[m]
-        fit = _fit(sides, pair, (data[0][n], data[1][m]) if data[0] else None)
-        if fit is not None:
-            near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
-            fits[n, m], score[n, m] = fit, 2 * near + sum(_named(c.name) == fit.channel for c in pair)
+    dialects = dialects or Dialects()
+    sides = [_side(letter, path, dialects.of(letter)) for letter, path in (("a", a), ("b", b))]
+    sides.sort(key=lambda side: not side.native)  # the known one first
+    times, data = _on_one_grid(sides)
+    pairs = list(product(range(len(sides[0].columns)), range(len(sides[1].columns))))
+    columns = {(n, m): (sides[0].columns[n], sides[1].columns[m]) for n, m in pairs}
+    tried = {p: _fit(sides, columns[p], (data[0][p[0]], data[1][p[1]]) if data else None) for p in pairs}
+    fits = {place: fit for place, fit in tried.items() if fit is not None}
+
+    def score(place: tuple[int, int]) -> float:
+        fit = fits[place]
+        near = 0.0 if isnan(fit.distance) else max(0.0, 1.0 - fit.distance)
+        return 2 * near + sum(_named(column.name) == fit.channel for column in columns[place])
+
     guesses: list[Guess] = []
-    rows, columns = linear_sum_assignment(score, maximize=True)
-    for n, m in sorted(zip(rows.tolist(), columns.tolist(), strict=True), key=lambda at: -score[at]):
-        fit = fits.get((n, m))
-        if fit is None or any(guess.channel == fit.channel for guess in guesses):
-            continue
+    taken: set[tuple[str, str]] = set()
+    for n, m in sorted(fits, key=score, reverse=True):
+        fit = fits[n, m]
+        both = {(side.letter, column.name) for side, column in zip(sides, columns[n, m], strict=True)}
         rivals = [other.distance for (k, j), other in fits.items() if (k == n) != (j == m)]
         unique = not any(distance <= _RIVAL * fit.distance for distance in rivals)
-        guesses += _guesses(sides, (first.columns[n], second.columns[m]), fit, unique=unique)
-    taken = {(guess.side, guess.column) for guess in guesses}
-    taken |= {("a" if guess.side == "b" else "b", guess.partner) for guess in guesses}
-    guesses.sort(key=lambda guess: list(channels()).index(guess.channel))
-    left = [
-        (side.letter, column.name, _correlating(data[k][n], sides[1 - k], data[1 - k]) if data[k] else [])
-        for k, side in enumerate(sides)
-        for n, column in enumerate(side.columns)
-        if (side.letter, column.name) not in taken
-    ]
-    if times is not None and first.time is not None and second.time is not None:
+        own = list(_guesses(sides, columns[n, m], fit, unique=unique))
+        if own and not both & taken and all(guess.channel != fit.channel for guess in guesses):
+            guesses, taken = [*guesses, *own], taken | both
+    order = dict(zip(channels(), range(len(channels())), strict=True))
+    guesses.sort(key=lambda guess: order.get(guess.channel, len(order)))
+    every = [(s.letter, name) for s in sides for name in (*(c.name for c in s.columns), *s.others)]
+    if times is not None and sides[0].time is not None and sides[1].time is not None:
         # Two tables that tell the same motion at the same times have the right unit.
         nearest = min([times.distance, *(guess.distance for guess in guesses if guess.distance >= 0)])
-        told = times._replace(distance=nearest)
-        guesses = [*_guesses(sides, (first.time, second.time), told, unique=True), *guesses]
-    return Suggestion((a, b), guesses, left)
+        pair, times = (sides[0].time, sides[1].time), times._replace(distance=nearest)
+        guesses = [*_guesses(sides, pair, times, unique=True), *guesses]
+    return Suggestion((a, b), dialects, guesses, [name for name in every if name not in taken])
 
 
-def _side(letter: str, path: Path) -> _Side:
-    source = open_source(path)
+def _side(letter: str, path: Path, dialect: Dialect) -> _Side:
+    source = open_source(path, dialect)
     numbers = [each for each in source.columns if each.text is None]
     times = [
         each for each in numbers if _named(each.name) in ("", TIME) and (np.diff(each.numbers) >= 0).all()
     ]
     time = min(times, key=lambda each: _named(each.name) != TIME, default=None)
-    return _Side(letter, source.record is not None, time, [each for each in numbers if each is not time])
+    others = [f"{each.name} (text)" for each in source.columns if each.text is not None] + source.others
+    columns = [each for each in numbers if each is not time]
+    return _Side(letter, source.record is not None, time, columns, others)
 
 
 @cache
@@ -203,39 +195,35 @@ def _named(name: str) -> str:
     return name if name in channels() else meanings.get(words, meanings.get(words | {"slider"}, ""))
 
 
-def _times(first: _Side, second: _Side) -> _Fit | None:
-    """Return the units of the times, where one that is not stated follows from the other table's span."""
-    if first.time is None or second.time is None:
-        return None
-    spans = [float(np.ptp(time.numbers)) for time in (first.time, second.time)]
-    fits = []
-    for one, other in product(first.units(first.time, "s"), second.units(second.time, "s")):
-        ratio = abs(log(spans[0] * _factor(one) / (spans[1] * _factor(other)))) if all(spans) else nan
-        fits.append(_Fit(TIME, (one, other), distance=round(ratio, 2), size=0.0))
-    return min(fits, key=_order)
-
-
 def _factor(unit: str) -> float:
     known = parse_unit(unit)
     return nan if known is None else float(known.factor)
 
 
-def _order(fit: _Fit) -> tuple[float, int]:
-    """Order fits by distance, and what the data do not tell apart by how usual its units are."""
-    usual = _UNITS["s"] if fit.channel == TIME else _UNITS.get(channels()[fit.channel].unit, [])
-    rank = sum(usual.index(unit) for unit in fit.units if unit in usual)
-    return (inf if isnan(fit.distance) else round(fit.distance + fit.size, 6)), rank
+def _on_one_grid(sides: Sequence[_Side]) -> tuple[_Fit | None, list[list[Array]]]:
+    """Return the units of the times, which follow from the spans where they are not stated, and the columns.
 
-
-def _on_one_grid(sides: Sequence[_Side], times: _Fit) -> list[list[Array]]:
-    """Return the columns of both tables at times that both span; none where there are no such times."""
-    spans = [s.time.numbers * _factor(unit) for s, unit in zip(sides, times.units, strict=True) if s.time]
-    start, end = max(span[0] for span in spans), min(span[-1] for span in spans)
-    grid = np.linspace(start, end, _GRID if end > start else 0)
-    return [
-        [np.interp(grid, span, column.numbers) for column in side.columns if grid.size]
-        for side, span in zip(sides, spans, strict=True)
+    These are at times that both tables span; there are none without such times.
+    """
+    if any(side.time is None for side in sides):
+        return None, []
+    known = [(side, side.time) for side in sides if side.time is not None]
+    fits = []
+    for units in product(*(side.units(time, "s") for side, time in known)):
+        spans = [
+            float(np.ptp(time.numbers)) * _factor(unit) for (_, time), unit in zip(known, units, strict=True)
+        ]
+        distance = round(abs(log(spans[0] / spans[1])), 2) if all(spans) else nan
+        fits.append(_Fit(TIME, units, distance=distance, size=0.0))
+    best = min(fits, key=lambda fit: fit.order)
+    at = [time.numbers * _factor(unit) for (_, time), unit in zip(known, best.units, strict=True)]
+    start, end = max(each[0] for each in at), min(each[-1] for each in at)
+    grid = np.linspace(start, end, _GRID)
+    columns = [
+        [np.interp(grid, time, column.numbers) for column in side.columns]
+        for side, time in zip(sides, at, strict=True)
     ]
+    return best, columns if end > start else []
 
 
 def _fit(
@@ -250,26 +238,35 @@ def _fit(
         si = channels()[channel].unit
         for units in product(sides[0].units(pair[0], si), sides[1].units(pair[1], si)):
             if all(same_dimension(parse_unit(unit), parse_unit(si)) for unit in units):
-                fits += [_Fit(channel, units), *(() if data is None else _conversions(channel, units, data))]
-    return min(fits, key=_order, default=None)
+                fits.append(_conversion(_Fit(channel, units), data))
+    best = min(fits, key=lambda fit: fit.order, default=None)
+    stated = {column.unit for column in pair}
+    if not known and len(stated) == 1 and (best is None or stated == {None}):
+        own = _conversion(_Fit(pair[0].name, ("1", "1")), data)
+        alike = pair[0].name == pair[1].name or ((own.sign, own.offset) == (1, 0) and own.distance <= _FITS)
+        if alike and (best is None or own.distance <= best.distance or len({*best.units}) == 1):
+            return own._replace(units=())
+    return best
 
 
-def _conversions(channel: str, units: tuple[str, str], data: tuple[Array, Array]) -> Iterator[_Fit]:
-    """Yield how near two columns in these units come, with either sign, and with an offset where it tells."""
-    factor = _factor(units[1])
-    a, b = data[0] * _factor(units[0]), data[1] * factor
+def _conversion(fit: _Fit, data: tuple[Array, Array] | None) -> _Fit:
+    """Return how near two columns in these units come, with a sign and an offset where these tell."""
+    if data is None or any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
+        return fit  # in some unit, or with an offset, a constant equals any other
+    factor = _factor(fit.units[1])
+    a, b = data[0] * _factor(fit.units[0]), data[1] * factor
     deviation = float(np.std(a))
-    if any(np.std(each) <= _CONSTANT * np.abs(each).max() for each in data):
-        return  # in some unit, or with an offset, a constant equals any other
-    size = abs(log(deviation / float(np.std(b))))
+    fit = fit._replace(size=abs(log(deviation / float(np.std(b)))))
     for sign in (1, -1):
         apart = a - sign * b
         plain, spread = float(np.sqrt(np.mean(apart**2))) / deviation, float(np.std(apart)) / deviation
-        if sign == 1 or plain <= _FITS:
-            yield _Fit(channel, units, sign, 0.0, plain, size)
+        offset = 0.0
         if 1e-3 < plain > _RIVAL * spread and spread <= _FITS:
             digits = ceil(-log10(max(spread * deviation / factor, 1e-12)))
-            yield _Fit(channel, units, sign, round(float(np.mean(apart)) / factor, digits), spread, size)
+            offset, plain = round(float(np.mean(apart)) / factor, digits), spread
+        if sign == 1 or (plain <= _FITS and plain < fit.distance):
+            fit = fit._replace(sign=sign, offset=offset, distance=plain)
+    return fit
 
 
 def _guesses(
@@ -277,44 +274,36 @@ def _guesses(
 ) -> Iterator[Guess]:
     """Yield the guesses of two columns, but of one that is known; none if neither names nor data tell."""
     foreign = [column for side, column in zip(sides, pair, strict=True) if not side.knows(column)]
-    named = any(_named(column.name) == fit.channel for column in foreign)
+    names = {_named(column.name) or column.name for column in pair}
+    named = any(_named(column.name) == fit.channel for column in foreign) or (
+        not fit.units and len(names) == 1
+    )
     stated = [side.knows(column) or column.unit is not None for side, column in zip(sides, pair, strict=True)]
-    near = fit.distance <= _FITS
+    near, plain = fit.distance <= _FITS, (fit.sign, fit.offset) == (1, 0.0)
     # Names alone must be those of both.
-    alike = named and (len(foreign) < 2 or _named(pair[0].name) == _named(pair[1].name))
+    alike = named and (len(foreign) < 2 or len(names) == 1)
     if not (alike or (near and (named or unique))):
         return
-    # If neither unit is stated the ratio of the two tells them, unless it is 1; times are then in s.
-    told = any(stated) or fit.units[0] != fit.units[1]
     sureness = DOUBTFUL
-    if told or fit.channel == TIME:
-        if near and (named or fit.plain):
-            sureness = SURE if named and fit.plain and any(stated) else LIKELY
-        elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
-            sureness = LIKELY
-    for side, column, other, unit, known in zip(sides, pair, pair[::-1], fit.units, stated, strict=True):
+    if near and (named or plain):
+        sureness = SURE if named and plain and any(stated) else LIKELY
+    elif named and (fit.size <= _SIZE or (isnan(fit.size) and all(stated))):
+        sureness = LIKELY
+    for n, (side, column, known) in enumerate(zip(sides, pair, stated, strict=True)):
         if not side.knows(column):
             yield Guess(
                 side=side.letter,
                 column=column.name,
                 channel=fit.channel,
-                unit=unit,
-                sign=fit.sign if side is sides[1] else 1,
-                offset=fit.offset if side is sides[1] else 0.0,
-                stated=known if told else None,
-                named=_named(column.name) == fit.channel,
-                partner=other.name,
+                unit=fit.units[n] if fit.units else None,
+                sign=fit.sign if n else 1,
+                offset=fit.offset if n else 0.0,
+                stated=known if fit.units or any(stated) else None,
+                named=named and _named(column.name) in ("", fit.channel),
+                partner=pair[1 - n].name,
                 distance=fit.distance,
                 sureness=sureness,
             )
-
-
-def _correlating(values: Array, other: _Side, data: Sequence[Array]) -> list[tuple[str, float]]:
-    """Return the columns of the other table that correlate with these values, three at most."""
-    with np.errstate(invalid="ignore"):  # of a constant
-        shares = [abs(float(np.corrcoef(values, each)[0, 1])) for each in data]
-    named = zip((column.name for column in other.columns), shares, strict=True)
-    return sorted((one for one in named if one[1] >= _CORRELATES), key=lambda one: -one[1])[:3]
 
 
 # ---- the mapping as a file to edit, with what each guess rests on, and as lines for the console
@@ -331,65 +320,57 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
         "# What is doubtful is commented out: uncomment what is right, in `compare` as well.",
         "",
     ]
-    assigned, doubtful = (suggestion.channels(doubtful=doubt) for doubt in (False, True))
-    if assigned:
-        lines += ["compare = [", *(f"    {json.dumps(name)}," for name in assigned)]
-        lines += [*(f"    # {json.dumps(name)}," for name in doubtful), "]"]
-    elif doubtful:
-        lines.append(f"# compare = {json.dumps(doubtful)}")
+    for side in ("", "a", "b"):
+        dialect = getattr(suggestion.dialects, side) if side else suggestion.dialects
+        if keys := sorted(dialect.model_fields_set & Dialect.model_fields.keys()):
+            lines.append(f"[dialect{side and '.'}{side}]")
+            lines += [f"{key} = {json.dumps(getattr(dialect, key), ensure_ascii=False)}" for key in keys]
+    doubts = {g.channel: g.sureness == DOUBTFUL for g in suggestion.guesses if g.channel != TIME}
+    none = "# " if all(doubts.values()) else ""
+    if doubts:
+        named = (f"{none or '# ' * doubt}    {json.dumps(name)}," for name, doubt in doubts.items())
+        lines[4:4] = [f"{none}compare = [", *named, f"{none}]"]
     for guess in suggestion.guesses:
         mark = "# " if guess.sureness == DOUBTFUL else ""
         lines += ["", f"# {guess.sureness}: {_grounds(guess)}", *(mark + line for line in _rule(guess))]
+    own = (name for name in doubts if name not in channels())
+    lines += [line for name in own for line in ("", f"[channels.{json.dumps(name, ensure_ascii=False)}]")]
     for side in "ab":
-        rest = {column: similar for letter, column, similar in suggestion.left if letter == side}
-        if rest:
+        if rest := [column for letter, column in suggestion.left if letter == side]:
             lines += ["", f'# Not assigned of "{side}":']
-        lines += textwrap.wrap(
-            "; ".join(f"{column}{_similar(similar)}" for column, similar in rest.items()),
-            100,
-            initial_indent="#   ",
-            subsequent_indent="#   ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+            lines += (f"#   {line}" for line in textwrap.wrap("; ".join(rest), 100, break_long_words=False))
     # A name may hold what TOML does not allow in a comment.
     return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)
-
-
-def _similar(columns: Sequence[tuple[str, float]]) -> str:
-    known = ", ".join(f"{name} ({share:.3f})" for name, share in columns)
-    return f" (correlates with {known})" if columns else ""
 
 
 def summary(suggestion: Suggestion) -> Iterator[str]:
     """Yield a line for each guess, and how many columns are left."""
     for guess in suggestion.guesses:
-        yield f"{guess.sureness:<8}  {guess.side}: {guess.column} is {guess.channel} ({guess.unit})"
+        unit = f" ({guess.unit})" if guess.unit else ""
+        yield f"{guess.sureness:<8}  {guess.side}: {guess.column} is {guess.channel}{unit}"
     for side in "ab":
-        if count := sum(which == side for which, *_ in suggestion.left):
-            yield f"{side}: {count} {'column is' if count == 1 else 'columns are'} not assigned"
+        if rest := [column for which, column in suggestion.left if which == side]:
+            yield f"{side}: not assigned: {', '.join(rest)}"
 
 
 def _grounds(guess: Guess) -> str:
     """Return what a guess rests on."""
-    grounds = ["by its name" if guess.named else "not by its name"]
-    if guess.channel != TIME and isnan(guess.distance):
-        grounds.append("the data do not tell")
-    elif guess.channel != TIME:
-        grounds.append(f"{number(100 * guess.distance, 2)} % (RMS) away from {guess.partner}")
-    if guess.stated is None:
-        grounds.append("no unit is stated in either table")
-    else:
-        unit = "is stated" if guess.stated else f"by comparison with {guess.partner}"
-        grounds.append(f"the unit {unit}")
-    return "; ".join(grounds)
+    unit = "no unit is stated in either table"
+    if guess.stated is not None:
+        unit = f"the unit {'is stated' if guess.stated else f'by comparison with {guess.partner}'}"
+    data = f"{number(100 * guess.distance, 2)} % (RMS) away from {guess.partner}"
+    if isnan(guess.distance):
+        data = "the data do not tell"
+    name = "by its name" if guess.named else "not by its name"
+    return "; ".join([name, *([data] if guess.channel != TIME else []), unit])
 
 
 def _rule(guess: Guess) -> Iterator[str]:
     """Yield the lines of a rule."""
     yield f"[{guess.side}.{json.dumps(guess.column, ensure_ascii=False)}]"
     yield f'channel = "{guess.channel}"'
-    yield f'unit = "{guess.unit}"'
+    if guess.unit:
+        yield f'unit = "{guess.unit}"'
     if guess.sign != 1:
         yield f"sign = {guess.sign}"
     if guess.offset:

@@ -155,13 +155,30 @@ def test_what_the_evidence_does_not_show_is_not_assigned(case, sixbar):
     assert all(name in sixbar.text("b.mapping.toml") for name in (*OPEN[case], *MOTION))
 
 
-def test_without_any_unit_equal_numbers_do_not_tell_it(sixbar):
-    for name, names in (("a.csv", "t,x,y,phi"), ("b.csv", "t,px,slider_y,phi_2")):
-        sixbar.table(name, **dict(zip(names.split(","), (TIME, *MOTION.values()), strict=True)))
+@pytest.mark.parametrize("names", ["t,x,y,phi t,px,py,phi_2", "time,x,y,q time,x,y,q", "t,a,b,c t,d,e,f"])
+def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
+    """Of channels of one's own, by the mapping as it is written; what differs is found."""
+    for name, own, change in zip(["a.csv", "b.csv"], names.split(), [0, 1e-3], strict=True):
+        data = dict(zip(own.split(","), (TIME, *MOTION.values()), strict=True))
+        data[own.split(",")[-1]] = data[own.split(",")[-1]] * (1 + change)
+        sixbar.table(name, **data)
     sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
-    sureness = {guess["column"]: guess["sureness"] for guess in sixbar.numbers}
-    assert {sureness[name] for name in ("x", "px", "y", "slider_y", "phi", "phi_2")} == {"doubtful"}
-    assert "no unit is stated in either table" in sixbar.text("b.mapping.toml")
+    assert {guess["sureness"] for guess in sixbar.numbers if guess["channel"] != "time"} == {"likely"}
+    sixbar(
+        "compare", "a.csv", "b.csv", "--mapping", "b.mapping.toml", "--tolerance", "1e-4", "--json", code=1
+    )
+    channels = sixbar.numbers["channels"]
+    assert [channel["verdict"] for channel in channels.values()] == ["agree", "agree", "differ"]
+    assert list(channels) == names.split()[0].split(",")[1:]
+
+
+def test_a_name_of_the_press_without_a_unit_is_in_si(sixbar):
+    """As without a mapping; the other table's unit follows from it."""
+    sixbar.table("a.csv", t=TIME, y=MOTION["slider_y"] * 1e3)
+    sixbar.table("b.csv", t=TIME, slider_y=MOTION["slider_y"])
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
+    guess = next(guess for guess in sixbar.numbers if guess["column"] == "y")
+    assert (guess["channel"], guess["unit"], guess["sureness"]) == ("slider_y", "mm", "sure")
 
 
 def test_a_table_over_the_crank_angle_has_no_time(sixbar):
@@ -183,10 +200,25 @@ def test_a_table_over_the_crank_angle_has_no_time(sixbar):
     assert {guess["column"]: (guess["channel"], guess["sureness"]) for guess in sixbar.numbers} == expected
 
 
-def test_a_column_that_is_left_over_tells_what_it_correlates_with(sixbar):
+def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
+    rows = "".join(f"{n};{n % 7 + 1}.500\n" for n in range(50))
+    sixbar.write("b.csv", "time;q\n" + rows)
+    sixbar.write("dialect.toml", '[dialect.b]\ndecimal = "."\n')
+    sixbar.table("a.csv", time=np.arange(50), p=np.arange(50) % 7 + 1.5)
+    sixbar.refused("compare --suggest-mapping a.csv b.csv", "state decimal", "in [dialect] of a mapping")
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--mapping", "dialect.toml")
+    command = "compare a.csv b.csv --mapping b.mapping.toml --tolerance 1e-9 --json"
+    sixbar(*command.split())
+    assert list(sixbar.numbers["channels"]) == ["p"]
+
+
+def test_what_is_left_over_is_named(sixbar):
+    """Columns that resemble none, columns of text, and other contents of a file."""
     y = np.asarray(MOTION["slider_y"])
-    columns = {"TIME": TIME, ".q2": y * 1e3, ".gauge": np.exp(3.0 * (y - y[0])), ".flat": np.ones(y.size)}
-    adams(sixbar, "b.tab", columns)
-    sixbar("compare", "--suggest-mapping", ours(sixbar), "b.tab", "--out", "m.toml")
+    savemat(
+        sixbar.folder / "b.mat", {"t": TIME, "y": y, "noise": np.cos(900 * TIME), "mass": 2.0, "m": np.eye(3)}
+    )
+    ended = sixbar("compare", "--suggest-mapping", ours(sixbar), "b.mat", "--out", "m.toml")
     left = sixbar.text("m.toml").partition('# Not assigned of "b":')[2].replace("#", "").strip()
-    assert left == ".gauge (correlates with slider_y (1.000)); .flat"
+    assert left == "noise; mass (single number); m (matrix of 3 x 3)"
+    assert "b: not assigned: noise, mass (single number), m (matrix of 3 x 3)" in ended.lines

@@ -1,16 +1,17 @@
 """One table in the dialects of all programs: the same names, units and numbers, or one line and exit code 2.
 
-The number of examples is DIALECTS, else a few. How a table is written is drawn at random too.
+A refusal names keys of a mapping's ``[dialect]``; once they are stated the table is read. DIALECTS is the
+number of dialects, which are drawn at random, each by a seed of its own.
 """
 
 import os
+import random
 import re
 from pathlib import Path
 from types import SimpleNamespace as Dialect
 
 import numpy as np
-from hypothesis import HealthCheck, given, note, settings
-from hypothesis import strategies as st
+import pytest
 
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping, parse_unit
@@ -27,12 +28,14 @@ TITLES = [
     "Press run 7", "Press\frun", "Press\vrun", "Press\x85run", "Press\u2028run", '5" pipe', '"Press',
     'run "7"', "it's", "a, b, c", "a;b;c;d", "7 runs of 3", "v1.2.3, 2026-01-01 12:00", "Δt = 0,5 s",
     "x" * 300, "", "  ", "sep=;", "===", "-----", "(", "[]", "made on a day, in May", "inDegrees=no",
-    "endheader", "\ufeff",
+    "endheader", "\ufeff", "Simulation time 10 s", "Time,13:05:00", "Samples,3", "Rate;100", "Time;13:05:00",
+    "Step size 0.01 s", "run time", "time", "t 5 x", "Units: mm",
 ]  # fmt: skip
-COMMENTS = ["# run 7", "#", "% made by hand", "! end of block", "# 1 2 3", '# "', "  # it's", "#0,1"]
+COMMENTS = ["# run 7", "#", "# made by hand", "# 1 2 3", '# "', "  # it's", "#0,1", "# s mm", "#time x"]
 ENTRIES = [
     "nan", "NaN", "-nan", "1.#QNAN", "-1.#IND", "1.#INF", "nan(ind)", "", "false", "N/A", "***", "−5", "1 5",
     "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000",
+    "#", "#5", "%5", "!", "\x1a",
 ]  # fmt: skip
 """What stands in a table instead of a number."""
 
@@ -40,14 +43,16 @@ ENTRIES = [
 OPTIONS = {
     "separator": [",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     "],
     "decimal": [".", ".", ","],
-    "thousands": ["", "", "yes"],
+    "thousands": ["", "", "", "", "yes", "'", "\u202f"],
     # A format, "D" for Fortran's exponents, or "no letter" for its exponents of three digits.
     "number": ["repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E"],
     "quotes": ["all", "names", "needed", "needed"],
-    "header": ["names", "units below", "[]", "()", "attached", "comment", "comment units", "none"],
+    "header": ["names", "units below", "[]", "()", "attached", "comment", "comment units", "none"] * 3
+    + ["units above", "units twice", "another unit", "levels"],
     "end": ["\n", "\r\n", "\r", "mixed"],  # of lines; "mixed": one of three in turn
-    "last_end": [True, False],
+    "last_end": ["", "", "none", "\x1a", "\x1a\n"],
     "encoding": ["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"],
+    "mark": "###%!",  # of comments
     "index": [False, False, True],  # a first column without a name counts the rows
     "trailing": ["", "", "rows", "all"],  # which lines end with a separator
     "blank": [None, None, 1, 3],  # before which row of the table
@@ -58,24 +63,47 @@ OPTIONS = {
 """How a table is written."""
 
 
-@st.composite
-def dialects(draw):
+def drawn_dialect(rng):
     """Draw a dialect: one of each option, as far as they go together."""
-    drawn = {name: draw(st.sampled_from(options)) for name, options in OPTIONS.items()}
+    drawn = {name: rng.choice(options) for name, options in OPTIONS.items()}
     dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
-    dialect.titles = draw(st.lists(st.sampled_from(TITLES + COMMENTS), max_size=4))
     dialect.spaces = dialect.separator.isspace() and not dialect.separator.startswith("\t")
+    if dialect.header in ("none", "comment", "comment units", "levels"):
+        dialect.index = False
+    if dialect.header == "levels" and dialect.spaces:
+        dialect.header = "names"
+    lines = TITLES + [line.replace("#", dialect.mark) for line in COMMENTS]
+    dialect.titles = rng.choices(lines, k=rng.randrange(5) if dialect.header != "none" else 0)
     grouped = dialect.thousands and dialect.number in ("repr", ".3f", ".0f")
-    dialect.thousands = {".": ",", ",": "."}[dialect.decimal] if grouped else ""
+    dialect.thousands = dialect.thousands if grouped else ""
+    if dialect.thousands == "yes":
+        dialect.thousands = {".": ",", ",": "."}[dialect.decimal]
     if dialect.thousands == "." and dialect.sign == ",":  # no program separates by what it groups with
         dialect.thousands = ""
-    if dialect.spaces or dialect.header in ("none", "comment", "comment units"):
-        dialect.index = False
     if dialect.spaces:  # several count as one
-        dialect.trailing, dialect.empty_rows = "", False
-    if dialect.header == "none":
-        dialect.titles = []
+        dialect.index, dialect.trailing, dialect.empty_rows = False, "", False
+    if dialect.comment is not None:
+        dialect.comment = (dialect.comment[0], dialect.comment[1].replace("#", dialect.mark))
+    if dialect.mark != "#":
+        dialect.inline = None
     return dialect
+
+
+def stated(keys, names, units, dialect):
+    """Return the ``[dialect]`` that states these keys."""
+    named = list(names)
+    if units is not None:
+        named = [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
+    true = {
+        "separator": " " if dialect.spaces else dialect.sign,
+        "decimal": dialect.decimal,
+        "thousands": dialect.thousands or None,
+        "skip": len(dialect.titles),
+        "names": [] if dialect.header == "none" else [""] * dialect.index + named,
+        "comment": dialect.mark,
+    }
+    also = {"names"} if dialect.header == "none" else set()  # else the first row is one of names
+    return {key: true[key] for key in keys | also if true[key] is not None}
 
 
 def meant(value, dialect):
@@ -107,7 +135,7 @@ def written(names, units, columns, dialect, instead=None):
     ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
     # A carriage return before an empty line that ends with a line feed is the end of one line.
     text = "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(everything))
-    text = text if dialect.last_end else text.rstrip("\r\n")
+    text = text.rstrip("\r\n") if dialect.last_end == "none" else text + dialect.last_end
     try:
         return text.encode(dialect.encoding)
     except UnicodeEncodeError:
@@ -144,78 +172,72 @@ def _heading(names, units, dialect):
     if units is not None and dialect.header in ("[]", "()", "attached"):
         left, right = {"[]": (" [", "]"), "()": (" (", ")"), "attached": ("[", "]")}[dialect.header]
         rows = [[f"{name}{left}{unit}{right}" for name, unit in zip(names, units, strict=True)]]
-    if units is not None and dialect.header in ("units below", "comment units"):
-        rows.append(list(units))
+    if units is not None and dialect.header in ("units below", "comment units", "units above"):
+        rows.insert(0 if dialect.header == "units above" else 1, list(units))
+    if units is not None and dialect.header in ("units twice", "another unit"):
+        if dialect.header == "another unit":
+            rows = [[f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]]
+        rows += [list(units)] * (dialect.header == "units twice") + [
+            ["ms" if u != "ms" else "s" for u in units]
+        ]
+    if dialect.header == "levels":
+        rows.insert(0, [f"b{n}" for n, _ in enumerate(names)])
     always = dialect.quotes in ("all", "names")
     lines = []
     for fields in rows:
         # Between names and their units there may be a space; of both together it needs no quotes.
-        bare = dialect.spaces and dialect.header in ("[]", "()") and not always
+        bare = dialect.spaces and dialect.header in ("[]", "()", "another unit") and not always
         line = dialect.separator.join(f if bare else _quoted(f, dialect, always) for f in fields)
         line = (dialect.sign if dialect.index else "") + line
         line += dialect.sign if dialect.trailing == "all" else ""
-        lines.append(("# " if dialect.header.startswith("comment") else "") + line)
+        lines.append((f"{dialect.mark} " if dialect.header.startswith("comment") else "") + line)
     return lines
 
 
-EXAMPLES = int(os.environ.get("DIALECTS", "100"))
-many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
-TIMES = st.sampled_from(["time", "Time", "TIME", "t"])
-VALUES = st.one_of(
-    st.sampled_from([0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875, 1e-9, 1.5e-101]),
-    st.floats(-1e6, 1e6).filter(lambda value: value == 0 or abs(value) > 1e-200),
-)
-ALWAYS = r"a point or a comma is the decimal sign is not clear from"
-"""What a table may be refused for that has names and nothing but numbers."""
-NAMELESS = (
-    "which may be names or numbers|begins like a row of numbers|has tabs and spaces between its numbers|"
-    "may be a row, or the size of the table"
-)
+EXAMPLES = int(os.environ.get("DIALECTS", "200"))
+TIMES = ["time", "Time", "TIME", "t"]
+VALUES = [0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875, 1e-9, 1.5e-101]
 
 
-@st.composite
-def tables(draw, dialect):
+def drawn_table(rng, dialect):
     """Draw names, units and columns, the time first, as this dialect can hold them."""
-    count, rows = draw(st.integers(2, 5)), draw(st.sampled_from([2, 3, 5, 7, 120]))
-    with_units = dialect.header not in ("names", "comment", "none")
-    beside = with_units and dialect.header in ("[]", "()", "attached")
+    count, rows = rng.randrange(2, 6), rng.choice([2, 3, 5, 7, 120])
+    with_units = dialect.header not in ("names", "comment", "none", "levels")
+    beside = with_units and dialect.header in ("[]", "()", "attached", "another unit")
     # A quotation mark does not go with the unit beside a name, or a comment, where spaces separate.
     bare = dialect.spaces and (beside or dialect.header.startswith("comment"))
-    names = draw(st.permutations(NAMES if bare else NAMES + SPACED))[: count - 1]
+    names = rng.sample(NAMES if bare else NAMES + SPACED, count - 1)
     units = None
     if with_units:
         known = [unit for unit in UNITS if not (dialect.spaces and " " in unit)]
         if dialect.header in ("()", "attached"):
             known = [u for u in known if "(" not in u and (u != "furlong" or dialect.header == "()")]
-        units = [draw(st.sampled_from(["s", "ms", "sec"])), *(draw(st.sampled_from(known)) for _ in names)]
+        units = [rng.choice(["s", "ms", "sec"]), *(rng.choice(known) for _ in names)]
         # Brackets at the end of a name that has a unit in brackets are the unit's.
-        marked = "below" not in dialect.header
+        marked = not dialect.header.startswith(("units", "comment"))
         names = [f"{name}.u" if name[-1] in "])" and marked else name for name in names]
-    step = {".3f": 0.125, ".0f": 1.0}.get(dialect.number, draw(st.sampled_from([0.25, 0.5, 1.0])))
+    step = {".3f": 0.125, ".0f": 1.0}.get(dialect.number, rng.choice([0.25, 0.5, 1.0]))
     columns = [[n * step for n in range(rows)]]
     for _ in names:
-        own = draw(st.lists(VALUES, min_size=min(rows, 7), max_size=min(rows, 7)))
+        own = [rng.choice([*VALUES, rng.uniform(-1e6, 1e6), rng.uniform(-9, 9)]) for _ in range(min(rows, 7))]
         # What is not whole may begin after a hundred rows.
         columns.append([float(n % 3) for n in range(rows - len(own))] + own)
-    return [draw(TIMES), *names], units, columns
+    return [rng.choice(TIMES), *names], units, columns
 
 
-Contents = dict[str, tuple[str | None, np.ndarray]]
-"""Unit and numbers by name."""
-
-
-def read(content, compare=None):
-    """Return what a table holds, or why it is refused, in one line."""
+def read(content, mapping=None):
+    """Return unit and numbers by name, or why a table is refused, in one line."""
     Path("a.csv").write_bytes(content)
-    tables, message = [], ""
+    message = ""
     try:
-        tables, _ = read_tables([Path("a.csv")], ["a"], compare and Mapping(compare=compare))
+        (table,), _ = read_tables([Path("a.csv")], ["a"], mapping and Mapping.model_validate(mapping))
     except TableError as error:
         message = str(error)
-    note(message)
     assert not re.search(r"\n|\bnp\.|dtype|<class", message)
-    units = {name: channel.unit or None for table in tables for name, channel in table.own.items()}
-    return {n: (units.get(n, "s"), table.values(n)) for table in tables for n in table.frame}, message
+    if message:
+        return {}, message
+    units = {name: channel.unit or None for name, channel in table.own.items()}
+    return {name: (units.get(name, "s"), table.values(name)) for name in table.frame}, ""
 
 
 def wanted(names, units, columns, dialect):
@@ -237,34 +259,59 @@ def same(result, expected):
         np.testing.assert_array_equal(result[name][1], numbers)
 
 
-@many
-@given(data=st.data(), dialect=dialects())
-def test_a_table_is_read_as_it_is_meant_or_refused_in_one_line(data, dialect):
-    names, units, columns = data.draw(tables(dialect))
-    content = written(names, units, columns, dialect)
-    note(repr(content))
+def check_dialect(seed):
+    """Require that a table is read as it is meant, at once or as its refusals ask; return whether at once."""
+    rng = random.Random(seed)
+    dialect = drawn_dialect(rng)
+    names, units, columns = drawn_table(rng, dialect)
+    content, expected, keys = written(names, units, columns, dialect), None, set()
+    expected = wanted(names, units, columns, dialect)
     contents, message = read(content)
-    if message:
-        assert re.search(f"{ALWAYS}|{NAMELESS}" if dialect.header == "none" else ALWAYS, message)
-    else:
-        same(contents, wanted(names, units, columns, dialect))
+    while message:
+        hint = re.search(r"state (.*) in \[dialect\]", message)
+        asked = set(re.findall("separator|decimal|thousands|skip|names|comment", hint[1] if hint else ""))
+        assert asked - keys, f"seed {seed}: {message} {content!r}"
+        keys |= asked
+        contents, message = read(content, {"dialect": stated(keys, names, units, dialect)})
+    try:
+        same(contents, expected)
+    except AssertionError as error:
+        raise AssertionError(f"seed {seed}: {keys} {content!r}") from error
+    return not keys
 
 
-@many
-@given(data=st.data(), dialect=dialects(), entry=st.sampled_from(ENTRIES))
-def test_what_is_no_number_is_refused_and_does_not_harm_the_other_columns(data, dialect, entry):
-    names, units, columns = data.draw(tables(dialect))
-    place, row = data.draw(st.integers(1, len(columns) - 1)), data.draw(st.integers(0, len(columns[0]) - 1))
+def check_entry(seed):
+    """Require that what is no number is refused, or is none, and does not harm the other columns."""
+    rng = random.Random(seed)
+    dialect = drawn_dialect(rng)
+    names, units, columns = drawn_table(rng, dialect)
+    entry, place, row = rng.choice(ENTRIES), rng.randrange(len(columns)), rng.randrange(len(columns[0]))
     if dialect.spaces and (not entry or " " in entry):
         return
     content = written(names, units, columns, dialect, (place, row, entry))
-    note(repr(content))
     expected = wanted(names, units, columns, dialect)
     name = list(expected)[place]
     result, message = read(content)
-    assert message or not np.isfinite(result[name][1]).all()
+    assert message or not np.isfinite(result[name][1]).all(), f"seed {seed}: {content!r}"
     others = {other: value for other, value in expected.items() if other != name}
-    if len(others) > 1:
-        result, message = read(content, [other for other in others if other != "time"])
+    if len(others) > 1 and name != "time":
+        result, message = read(content, {"compare": [other for other in others if other != "time"]})
         if not message:
             same(result, others)
+
+
+def check_many(seeds):
+    """At most 30 % need a mapping: what is not clear is not guessed, but most tables are clear."""
+    refused = sum(not check_dialect(seed) for seed in seeds)
+    assert refused <= 0.3 * len(seeds), f"{refused} of {len(seeds)} need a mapping"
+    for seed in seeds:
+        check_entry(seed)
+
+
+def test_a_table_is_read_as_it_is_meant_or_the_refusal_names_the_key():
+    check_many(range(EXAMPLES))
+
+
+@pytest.mark.slow
+def test_so_are_many():
+    check_many(range(10_000, 10_000 + 5 * EXAMPLES))

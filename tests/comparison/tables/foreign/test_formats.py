@@ -150,6 +150,76 @@ def test_a_result_of_dymola(transposed):
     same(read_pair(MAT)[0], COLUMNS | {"reaction_A_x": np.full(11, 7.5)})
 
 
+def trajectory(**matrices):
+    """A result of Dymola with a variable in the second row of each matrix."""
+    names = ["time", *matrices]
+    info = [[0, 1, 0, -1], *([int(name[-1]), 2, 0, -1] for name in matrices)]
+    padded = [name.ljust(10) for name in names]
+    return {
+        "Aclass": [line.ljust(11) for line in ("Atrajectory", "1.1", "", "binTrans")],
+        "name": ["".join(column) for column in zip(*padded, strict=True)],
+        "dataInfo": np.array(info).T,
+        **{f"data_{name[-1]}": np.array(matrix) for name, matrix in matrices.items()},
+    }
+
+
+@pytest.mark.parametrize(
+    ("third", "rule"),
+    [
+        ([[0.0, 1.0, 2.0], [5.0, 6.0, 7.0]], ""),  # the same times
+        ([[0.0, 2.0], [7.0, 7.0]], ""),  # constant
+        ([[0.0, 2.0], [7.0, 8.0]], "'v3 (of data_3, which has times of its own)' is not a channel"),
+        ([[0.0, 1.5, 2.0], [5.0, 6.0, 7.0]], "'v3 (of data_3, which has times of its own)'"),
+    ],
+)
+def test_a_further_matrix_of_a_result_is_read_if_its_times_are_the_same(third, rule):
+    savemat(MAT, trajectory(v2=[[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]], v3=third), format="4")
+    if rule:
+        refused(rule, MAT)
+    else:
+        expected = third[1] if len(third[1]) == 3 else [7.0, 7.0, 7.0]
+        assert read_pair(MAT)[0].values("v3").tolist() == expected
+
+
+def signals(*labels):
+    kinds = [("values", "O"), ("dimensions", "O"), ("label", "O"), ("blockName", "O")]
+    parts = np.zeros((1, len(labels)), dtype=kinds)
+    for n, label in enumerate(labels):
+        parts[0, n] = (n + np.c_[TIME, 2 * TIME][:, : n + 1], n + 1.0, label, f"press/Out{n + 1}")
+    return parts
+
+
+COLUMN = TIME.reshape(-1, 1)
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [
+        ({"tout": COLUMN, "yout": np.c_[TIME, 2 * TIME]}, "yout(1) yout(2)"),
+        ({"tout": COLUMN, "xout": COLUMN, "yout": np.c_[TIME, 2 * TIME]}, "xout yout(1) yout(2)"),
+        ({"yout": {"time": COLUMN, "signals": signals("angle", "")}}, "angle Out2(1) Out2(2)"),
+        ({"tout": COLUMN, "yout": {"time": COLUMN, "signals": signals("angle")}}, "angle"),
+        ({"tout": COLUMN, "yout": {"time": [], "signals": signals("", "F")}}, "Out1 F(1) F(2)"),
+        ({"tout": COLUMN, "a": {"time": COLUMN, "signals": signals("q")},
+          "b": {"time": COLUMN, "signals": signals("q")}}, "a.q b.q"),
+    ],
+)  # fmt: skip
+def test_what_simulink_saves(content, names):
+    savemat(MAT, content)
+    table, _, warnings = read_pair(MAT)
+    assert sorted(table.channels) == sorted(names.split())
+    np.testing.assert_array_equal(table.time, TIME)
+    column = table.values(names.split()[-1])
+    assert (np.diff(column) > 0).all()
+    assert not any("not compared" in line for line in warnings)
+
+
+@pytest.mark.parametrize("matrix", [np.eye(21), np.ones((3, 21)), np.ones((21, 2, 2)), np.ones((4, 2))])
+def test_a_matrix_whose_rows_are_no_times_is_refused(matrix):
+    savemat(MAT, {"tout": COLUMN, "yout": matrix})
+    refused("a.mat: 'yout (matrix of ", MAT)
+
+
 # Excel
 EXACT = FRAME.round(9)  # openpyxl writes 16 digits: too few for some doubles
 ROWS = EXACT.to_numpy().tolist()
@@ -182,10 +252,10 @@ def test_columns_without_names_are_numbered_and_may_begin_anywhere():
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
-        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in data row 4: 'late'"),
-        ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in data row 4"),
-        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in data row 4: 'run 2'"),
-        ([["time", "slider_y"], *ROWS], "line 2 holds 3 numbers, but line 1 names 2: each column needs"),
+        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in line 5: 'late'"),
+        ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in line 5"),
+        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
+        ([["time", "slider_y"], *ROWS], "the rows hold 3 numbers, but line 1 names 2: state names"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
     ],
 )  # fmt: skip
@@ -197,7 +267,7 @@ def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
     texts = ["no", "yes", None, *"12345678"]
     rows = [[*row, contact] for row, contact in zip(ROWS, texts, strict=True)]
     path = workbook([*NAMES, "contact\nof the corner"], *rows)
-    refused("'contact of the corner' is not a number in data row 1: 'no'", path)
+    refused("'contact of the corner' is not a number in line 2: 'no'", path)
     table, _, warnings = read_pair(path, path, f"compare = {NAMES[1:]}")
     same(table, EXACT_COLUMNS)
     assert "contact of the corner" in warnings[0]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.tables.mapping import load_mapping, parse_unit
+from comparison.tables.mapping import Dialect, load_mapping, parse_unit
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 
@@ -106,7 +106,9 @@ def test_a_mapping_gives_the_scale_of_a_channel_of_the_press_and_the_unit_of_a_n
 
 def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
     guide = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
-    _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    dialect, _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    stated = load_mapping(put("map.toml", dialect)).dialect
+    assert stated.model_fields_set == Dialect.model_fields.keys()
     assert load_mapping(put("map.toml", own)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
 
 
@@ -139,6 +141,10 @@ X = '[columns.x]\nchannel = "slider_x"\n'
         ("[channels.q]\nscale = 0", "channels.q.scale = 0 must be > 0"),
         ('[channels.q]\nrate = "v"', "rate = 'v' is not another channel"),
         ("[channels.time]\nscale = 1.0", "channels.'time': time is no channel"),
+        ('[dialect]\ndecimal = "x"', "dialect.decimal = 'x' must be"),
+        ('[dialect]\nseparator = ", "', "dialect.separator = ', '"),
+        ("[dialect.a]\nskip = -1", "dialect.a.skip = -1 must be >= 0"),
+        ("[dialect.c]\nskip = 1", "dialect.c is not a known key"),
     ],
 )
 def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
