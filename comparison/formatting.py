@@ -56,6 +56,21 @@ def instant(time: float, *others: float) -> str:
     return text
 
 
+def spans(*ends: float) -> tuple[str, str]:
+    """Return two spans by their starts and ends (s), four times in digits that tell them apart."""
+    start, end, other_start, other_end = (instant(each, *ends) for each in ends)
+    return f"{start} to {end} s", f"{other_start} to {other_end} s"
+
+
+def holes_line(where: str, holes: Sequence[tuple[float, float, int]]) -> str:
+    """Return the longest of some holes, with start, end (s) and missing rows, as a sentence of ``where``."""
+    start, end, _ = max(holes, key=lambda hole: hole[1] - hole[0])
+    missing = sum(rows for *_, rows in holes)
+    more = f" (and {len(holes) - 1} more such holes)" if len(holes) > 1 else ""
+    rows = f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
+    return f"{where} no row between {instant(start, end)} and {instant(end, start)} s{more}{rows}"
+
+
 def decade(value: float) -> str:
     """Return a power of ten for an axis: ``decade(1e-9)`` is "10⁻⁹"."""
     return f"10{str(round(math.log10(value))).translate(_SUPERSCRIPT)}"

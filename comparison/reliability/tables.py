@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.formatting import instant
+from comparison.formatting import holes_line, instant
 from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
@@ -26,7 +26,7 @@ from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, as_scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import Positive, Real
-from comparison.tables.align import SAME_GRID, hole_line, holes
+from comparison.tables.align import SAME_GRID, holes
 from comparison.tables.arguments import Options, Results, as_mapping, as_source, by_name
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
@@ -178,7 +178,7 @@ def reliability(
             count = instant(end, float(table.time[-1]))
             warnings += (f"{names[part]}: only its first {count} s count, where {last} ends",)
         if gaps := holes(table.time[counts]):
-            warnings += (hole_line(gaps, f"{names[part]} has"),)
+            warnings += (holes_line(f"{names[part]} has", gaps),)
         tables[part] = replace(table, frame=table.frame[counts])
 
     # Between its samples the ideal motion is interpolated, which every second one tells the error of.

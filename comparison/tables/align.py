@@ -3,7 +3,7 @@
 There the channels of the other are interpolated.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.formatting import instant
+from comparison.formatting import spans
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
 from comparison.tables.table import Table, TableError, slacks
 
@@ -44,15 +44,6 @@ class Hole(NamedTuple):
     start: float
     end: float
     missing: int  # rows that are missing, at the table's usual interval; 0 where that is unknown
-
-
-def hole_line(gaps: Sequence[Hole], where: str) -> str:
-    """Return the longest of some holes as a sentence whose subject and verb is ``where``."""
-    start, end, _ = max(gaps, key=lambda hole: hole.end - hole.start)
-    missing = sum(hole.missing for hole in gaps)
-    more = f" (and {len(gaps) - 1} more such holes)" if len(gaps) > 1 else ""
-    rows = f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
-    return f"{where} no row between {instant(start, end)} and {instant(end, start)} s{more}{rows}"
 
 
 def holes(time: Array) -> list[Hole]:
@@ -130,8 +121,7 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
     weights = np.ones(len(names))
-    span = float(time[-1] - time[0])
-    interval = span / (time.size - 1)
+    interval = _interval(time)
 
     def sums_of(block: slice, lag: float) -> Array:
         """Sum 1, r, g, r g, g^2, r^2 over a block: residual and rate over scale; shape (channels, 6)."""
@@ -160,7 +150,7 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     kept = np.array([_solve(sums.sum(axis=0) - part, weights)[0] for part in sums])
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
-    if not np.isfinite(lag) or not uncertainty < 0.05 * span:
+    if not np.isfinite(lag) or not uncertainty < 0.05 * np.ptp(time):
         return Shift(reason="the motion is too uniform, or the difference too irregular")
     return Shift(float(lag), uncertainty)
 
@@ -178,19 +168,16 @@ def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float
     reach = int(_REACH * n)
     lags = np.arange(-reach, reach + 1)
     count = n - np.abs(lags)
-    cost, total, ones = np.zeros(lags.size), 0.0, np.ones(n)
-
-    def products(second: Array, first: Array) -> Array:
-        """Sum products at all lags by the Fourier transform, zero-padded against wrap-around."""
-        spectrum = np.fft.rfft(second, 2 * n) * np.conj(np.fft.rfft(first, 2 * n))
-        return np.fft.irfft(spectrum, 2 * n)[lags]
-
+    cost, total = np.zeros(lags.size), 0.0
+    ones = np.fft.rfft(np.ones(n), 2 * n)
     for name, scale in scales.items():
         first, second = (np.interp(even, time, side[name]) / scale for side in (a, b))
         first, second = first - first.mean(), second - second.mean()
-        squares = products(ones, first**2) + products(second**2, ones) - 2 * products(second, first)
-        mean = (products(second, ones) - products(ones, first)) / count
-        cost += squares / count - mean**2
+        # Sums over what overlaps at each lag: correlations, zero-padded against wrap-around.
+        x, y, xx, yy = np.fft.rfft(np.array([first, second, first**2, second**2]), 2 * n)
+        squared = yy * ones.conj() + ones * xx.conj() - 2 * y * x.conj()
+        squares, sums = np.fft.irfft([squared, y * ones.conj() - ones * x.conj()], 2 * n)[:, lags]
+        cost += squares / count - (sums / count) ** 2
         total += float(np.var(first) + np.var(second)) / 2
     inner = np.flatnonzero((cost[1:-1] <= cost[:-2]) & (cost[1:-1] <= cost[2:])) + 1
     # A lag between two steps leaves an eighth of the curvature at most: without it another period of a
@@ -258,7 +245,8 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
         inside = (coarser.time >= finer.time[0] - early) & (coarser.time <= finer.time[-1] + late)
         time = coarser.time[inside]
         if time.size < 2:
-            raise TableError(f"the tables have {time.size} common times: {' against '.join(spans(a, b))}")
+            both = " against ".join(spans(*a.time[[0, -1]], *b.time[[0, -1]]))
+            raise TableError(f"the tables have {time.size} common times: {both}")
         events = coarser.events if finer.events is None else finer.events
         sides[fine], unknown = resample(finer.time, sides[fine], time, events, known)
         sides[coarse] = {name: own[inside] for name, own in sides[coarse].items()}
@@ -270,13 +258,6 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
             sides[turned][name] = _turned(sides[turned][name], sides[guide][name], known[name])
     shift = estimate(time, sides["a"], sides["b"], known)
     return Aligned(time, sides["a"], sides["b"], fine, unknown, shift)
-
-
-def spans(a: Table, b: Table) -> tuple[str, str]:
-    """Return the first and the last time of either table, in digits that tell them apart."""
-    ends = a.time[0], a.time[-1], b.time[0], b.time[-1]
-    start_a, end_a, start_b, end_b = (instant(float(end), *ends) for end in ends)
-    return f"{start_a} to {end_a} s", f"{start_b} to {end_b} s"
 
 
 def unwound(table: Table, like: Table) -> Table:

@@ -453,18 +453,19 @@ def _resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataF
     row, count = int(again.argmax()), int(again.sum())
     if not count:
         return frame
-    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such rows)"
+    rows = "row" if count == 1 else "rows"
+    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such {rows})"
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
         events = f"if these are events, say by --at-events which rows count: {', '.join(AT_EVENTS)}"
-        raise TableError(f"{where.replace('(1 such rows)', '(1 such row)')}: {events}")
+        raise TableError(f"{where}: {events}")
     first, last = ~again, np.append(~again[1:], True)
     if at_events == "both" and (inner := time[~(first | last)]).size:
         rule = "of which --at-events both leaves out the inner ones: use left (the first) or right (the last)"
         raise TableError(f"{name}: time {inner[0]!s} s has more than two rows, {rule}")
     kept = {"left": first, "right": last, "both": first | last}[at_events]
-    rows: pd.DataFrame = frame[kept].reset_index(drop=True)
+    resolved: pd.DataFrame = frame[kept].reset_index(drop=True)
     if at_events == "both":  # the same distance of all, since at 0 s the next number is denormal
-        rows["time"] += again[kept] * np.spacing(np.abs(time).max())
-    return rows
+        resolved["time"] += again[kept] * np.spacing(np.abs(time).max())
+    return resolved

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.files import json_text
-from comparison.formatting import instant
+from comparison.formatting import spans
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels, is_uncertainty
 
@@ -28,7 +28,6 @@ _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and s
 _DEEPEST = 50
 _LARGEST = 1e30  # no quantity is larger in its unit; its square does not overflow, nor it in single precision
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
-_END = 0.2  # of a step, by which the ends of tables of one span may be apart
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
@@ -150,7 +149,7 @@ def slacks(*times: Array) -> tuple[float, float]:
     rounding = 4 * float(max(np.spacing(np.abs(time).max()) for time in times))
     steps = [step[step > rounding] for step in map(np.diff, times)]  # of an event's two rows it is round-off
     first, last = (min((float(step[n]) for step in steps if step.size), default=0.0) for n in (0, -1))
-    return max(_END * first, rounding), max(_END * last, rounding)
+    return max(0.2 * first, rounding), max(0.2 * last, rounding)
 
 
 def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
@@ -172,10 +171,8 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
         yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
     early, late = slacks(time)
     if span is not None and (abs(time[0] - span[0]) > early or abs(time[-1] - span[1]) > late):
-        yield (
-            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
-            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
-        )
+        own, wanted = spans(float(time[0]), float(time[-1]), *span)
+        yield f"truncated: it spans {own} and must span {wanted}"
     events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
     if len(events):
         yield from _event_faults(events, time[0], time[-1], 0.5 * float(np.median(steps)))
@@ -213,9 +210,8 @@ def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float)
     for n in _first(end < start):
         yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
     for n in _first((start < begin - slack) | (end > stop + slack)):
-        contact = f"contact {n + 1}, {instant(start[n], begin)} to {instant(end[n], stop)} s,"
-        times = f"{instant(begin, start[n])} to {instant(stop, end[n])} s"
-        yield f"{contact} is outside the times of the table, {times}"
+        own, times = spans(float(start[n]), float(end[n]), begin, stop)
+        yield f"contact {n + 1}, {own}, is outside the times of the table, {times}"
 
 
 def _faults_beside(events: pd.DataFrame, pulses: Columns) -> Iterator[str]:

@@ -13,7 +13,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pyarrow as pa
 from pyarrow import csv, parquet
@@ -161,13 +160,14 @@ def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
     with readable(folder):
         paths = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
     left = [f"{path.name}/" if path.is_dir() else path.name for path in paths if not path.is_file()]
-    files = [path for path in paths if path.is_file()]
-    stems = {path.stem for path in files if path.suffix != ".json"}
+    files = {path.name: path for path in paths if path.is_file()}
+    stems = {path.stem for path in files.values() if path.suffix != ".json"}
+    # `write` makes pulses and extrema beside a record alone.
+    recorded = {stem for stem in stems if f"{stem}.json" in files}
+    beside = {f"{stem}.{_BESIDE['events']}" for stem in stems}
+    beside |= {f"{stem}.{end}" for stem in recorded for end in _BESIDE.values()}
     tables: dict[str, Path] = {}
-    for path in files:
-        end = next((end for end in _BESIDE.values() if path.name.endswith(f".{end}")), None)
-        if end is not None and path.name.removesuffix(f".{end}") in stems:
-            continue
+    for path in [path for name, path in files.items() if name not in beside]:
         if path.suffix == ".json":
             left.append(path.name)
         elif other := tables.get(path.stem):
@@ -196,11 +196,10 @@ def _numbers(frame: pd.DataFrame | None) -> Columns | None:
     """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
     if frame is None:
         return None
-    columns = {str(name): column.to_numpy() for name, column in frame.items()}
-    for name, values in columns.items():
-        if name != "row" and values.dtype.kind in "iu":  # such as a force
-            columns[name] = values.astype(np.float64)
-    return columns
+    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]  # such as a force
+    return {
+        str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(whole, float)).items()
+    }
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:

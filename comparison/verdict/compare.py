@@ -16,11 +16,11 @@ import numpy as np
 from comparison.accuracy.levels import Thresholds, thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
-from comparison.formatting import instant
+from comparison.formatting import holes_line, instant, spans
 from comparison.metrics.contacts import noted
 from comparison.metrics.signals import information, scaled
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align, continuous, cut, hole_line, holes, isolated, spans
+from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, BoolArray, Channel, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
@@ -85,7 +85,7 @@ def compare(
         raise TableError("further runs require equal times: a common time does not apply to them")
     _check_grids(labelled)
     if not common_time:
-        _check_ends(labels, a.base, b.base)
+        _check_ends(labels, a.base.time, b.base.time)
     aligned = align(a.base, b.base, names)
     if common_time:
         first, second, said = _common(a.base, b.base, aligned.time)
@@ -253,14 +253,14 @@ def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
                 raise TableError(f"{_named(label, which)}: its times differ from those of {label}")
 
 
-def _check_ends(labels: tuple[str, str], a: Table, b: Table) -> None:
+def _check_ends(labels: tuple[str, str], a: Array, b: Array) -> None:
     """Reject tables of which one has rows before or after those of the other."""
-    early, late = slacks(a.time, b.time)
-    if abs(a.time[0] - b.time[0]) > early or abs(a.time[-1] - b.time[-1]) > late:
-        span_a, span_b = spans(a, b)
+    early, late = slacks(a, b)
+    if abs(a[0] - b[0]) > early or abs(a[-1] - b[-1]) > late:
+        span_a, span_b = spans(*a[[0, -1]], *b[[0, -1]])
         raise TableError(
-            f"{labels[0]} spans {span_a} and {labels[1]} {span_b}: one of them is truncated, or compare "
-            "their common time alone (--common-time)"
+            f"{labels[0]} spans {span_a} and {labels[1]} {span_b}: one of them is truncated, or has another "
+            "unit or zero of time; --common-time compares where both have rows"
         )
 
 
@@ -273,7 +273,7 @@ def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str
     for label, time in list(zip(labels, times, strict=True))[: 1 if shared else 2]:
         if not (gaps := holes(time)):
             continue
-        message = hole_line(gaps, "both tables have" if shared else f"{label} has")
+        message = holes_line("both tables have" if shared else f"{label} has", gaps)
         if not shared and sum(hole.missing for hole in gaps) != 1:
             raise TableError(message)
         warnings.append(message)

@@ -12,6 +12,7 @@ from sixbar import compare
 
 STEP = 0.01
 TIME = np.arange(101) * STEP
+FINE = np.linspace(0, 1, 1001)
 RNG = np.random.default_rng(1)
 UNEVEN = np.sort(np.append(RNG.uniform(0, 1, 99), [0.0, 1.0]))
 
@@ -36,7 +37,7 @@ ONE_SPAN = {  # of equal motions: the times of both tables
     "rounded": (TIME, TIME + 1e-7),
     "rounded to three digits": (np.round(np.arange(121) / 120, 3), np.arange(121) / 120),
     "other times": (TIME, np.linspace(0, 1, 137)),
-    "finer": (TIME, np.linspace(0, 1, 1001)),
+    "finer": (TIME, FINE),
     "uneven": (UNEVEN, TIME),
     "a solver that stops behind its end": (TIME, np.append(TIME[:-1], 1.0015)),
     "a solver that starts late": (np.append(0.0009, TIME[1:]), np.linspace(0, 1, 201)),
@@ -169,8 +170,8 @@ def events(time, at, after=99.0, written="{!r}"):
         (events(TIME, [0.3]), events(TIME, [0.7]), "a has two rows at 0.3 s"),
         (events(TIME, [1.0]), events(TIME, []), "a has two rows at 1 s"),
         (events(TIME, [0.0]), events(TIME, []), "a has two rows at 0 s"),
-        (events(np.linspace(0, 1, 1001), [0.5]), events(TIME, []), "a has two rows at 0.5 s"),
-        (events(TIME, [0.5]), events(np.linspace(0, 1, 1001), []), "a has two rows at 0.5 s"),
+        (events(FINE, [0.5]), events(TIME, []), "a has two rows at 0.5 s"),
+        (events(TIME, [0.5]), events(FINE, []), "a has two rows at 0.5 s"),
         # Two rows of one event, not quite at one time.
         (events(TIME, [0.5]), text(np.sort(np.append(TIME, 0.500001))), "a has two rows at 0.5 s"),
     ],
@@ -181,26 +182,26 @@ def test_an_event_of_one_table_alone_is_refused(first, second, alone, sixbar):
     options = "--tolerance 1e-3 --at-events both"
     sixbar.refused(f"compare a.csv b.csv {options}", alone, "b has not", "--at-events left or right")
     sixbar.refused(f"compare b.csv a.csv {options}", alone, "b has not")
-    sixbar("compare", "a.csv", "a.csv", *options.split())
+    a = sixbar.folder / "a.csv"
+    assert compare(a, a, tolerance=1e-3, at_events="both").verdict == "agree"
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "code"),
+    ("first", "second", "verdict"),
     [
-        (events(TIME, [0.5]), events(TIME, [0.5], after=98.0), 1),
-        (events(TIME, [0.0, 1.0]), events(TIME, [0.0, 1.0]), 0),
-        (events(TIME, [1.0]), events(TIME, [1.0], after=98.0), 1),
-        (events(np.linspace(0, 1, 1001), [0.5]), events(TIME, [0.5]), 0),
-        (events(np.linspace(0, 1, 1001), [0.5]), events(TIME, [0.5], after=98.0), 1),
+        (events(TIME, [0.5]), events(TIME, [0.5], after=98.0), "differ"),
+        (events(TIME, [0.0, 1.0]), events(TIME, [0.0, 1.0]), "agree"),
+        (events(TIME, [1.0]), events(TIME, [1.0], after=98.0), "differ"),
+        (events(FINE, [0.5]), events(TIME, [0.5]), "agree"),
+        (events(FINE, [0.5]), events(TIME, [0.5], after=98.0), "differ"),
         # Three digits leave the two rows of the jump at one time.
-        (events(TIME, [0.5], written="{:.3f}"), events(TIME, [0.5]), 0),
+        (events(TIME, [0.5], written="{:.3f}"), events(TIME, [0.5]), "agree"),
     ],
 )
-def test_both_rows_of_an_event_are_compared(first, second, code, sixbar):
-    sixbar.write("a.csv", first)
-    sixbar.write("b.csv", second)
-    for pair in (("a.csv", "b.csv"), ("b.csv", "a.csv")):
-        sixbar("compare", *pair, *["--tolerance", "1e-3", "--at-events", "both"], code=code)
+def test_both_rows_of_an_event_are_compared(first, second, verdict, sixbar):
+    a, b = (sixbar.folder / sixbar.write(f"{name}.csv", text) for name, text in (("a", first), ("b", second)))
+    for pair in ((a, b), (b, a)):
+        assert compare(*pair, tolerance=1e-3, at_events="both").verdict == verdict
 
 
 FEW_DIGITS = {
@@ -231,6 +232,7 @@ CONTACTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0
 FOLDERS = {  # files besides run.csv of either folder, the exit code, and what is said
     "events of no table": ({"press.events.csv": ROWS}, {"press.events.csv": OTHERS}, 1, "press.events"),
     "pulses of no table": ({"press.pulses.csv": ROWS}, {"press.pulses.csv": OTHERS}, 1, "press.pulses"),
+    "another program's pulses": ({"run.pulses.csv": ROWS}, {"run.pulses.csv": OTHERS}, 1, "run.pulses"),
     "extrema of no table": ({"x.extrema.csv": ROWS}, {}, 2, "b has no table of this name"),
     "contacts of no table": ({"x.events.csv": CONTACTS}, {"x.events.csv": CONTACTS}, 2, "a/x.events.csv: "),
     "only the second has it": ({}, {"x.events.csv": ROWS}, 0, "a has none of their names: x.events.csv"),
@@ -295,13 +297,13 @@ BESIDE = {  # a file beside run.csv, and what is said
 @pytest.mark.parametrize("case", BESIDE)
 def test_another_programs_files_beside_a_table_are_named_and_not_read(case, sixbar):
     name, content, said = BESIDE[case]
-    sixbar.write("run.csv", ROWS)
-    sixbar.write("ref.csv", ROWS)
+    run, ref = (sixbar.folder / sixbar.write(table, ROWS) for table in ("run.csv", "ref.csv"))
     sixbar.write(name, content)
-    for pair in (("run.csv", "ref.csv"), ("ref.csv", "run.csv"), ("run.csv", "run.csv")):
-        err = sixbar("compare", *pair, "--tolerance", "1e-3").err
-        assert ("not read" in err) == bool(said)
-        assert said in err
+    for pair in ((run, ref), (ref, run), (run, run)):
+        result = compare(*pair, tolerance=1e-3)
+        warned = [line for line in result.warnings if "not read" in line]
+        assert (result.verdict, bool(warned)) == ("agree", bool(said))
+        assert all(said in line for line in warned)
 
 
 def test_contacts_with_a_fault_are_refused(sixbar):
