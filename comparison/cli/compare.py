@@ -95,6 +95,7 @@ def compare(
     from comparison.tables.mapping import load_mapping
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.words.causes import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
@@ -150,6 +151,7 @@ def compare(
             comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
         comparisons, title = [comparison], ""
         lines = [*channel_lines(comparison), *wrapped(shift_line(comparison))]
+    say_wrapped(*lead(comparisons), err=json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
         typer.echo(line, err=json)  # with colours
     if json:
