@@ -60,7 +60,7 @@ def _assert_agree(
     from comparison.tables.mapping import load_mapping
     from comparison.tables.table import TableError
     from comparison.verdict.recorded import compare
-    from comparison.words.verdicts import reason, scene_reason
+    from comparison.words.verdicts import reason, why
 
     __tracebackhide__ = True  # the line to show is the test's
     labels = (
@@ -83,7 +83,7 @@ def _assert_agree(
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
         return
     on = "" if result.scene is None else f" on scene {result.name!r}"
-    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {scene_reason(result)}"]
+    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {why(result)}"]
     lines += [
         f"  {name}: {channel.verdict}: {reason(channel)}"
         for name, channel in result.channels.items()

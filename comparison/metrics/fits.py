@@ -1,7 +1,7 @@
 """Linear relation of two signals, with the errors of its coefficients."""
 
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class Fit:
     offset: float
     ratio_error: float
     offset_error: float
-    left: float  # RMS of the remainder over that of b - a; nan where there is no difference
+    left: float  # RMS of the remainder over that of b - a; nan without b - a, inf of multiples of zero
 
 
 def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit:
@@ -27,6 +27,8 @@ def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit
     Errors by the delete-one jackknife over blocks of the samples, whatever the correlation of the remainder
     within a block, and for what the numbers are rounded by.
     """
+    if scaled and not a.any():
+        return Fit(nan, nan, nan, nan, inf)
     design = np.column_stack([a] * scaled + [np.ones(a.size)] * moved)
     target = b if scaled else b - a
     count = min(_BLOCKS, a.size)

@@ -78,7 +78,7 @@ def gravity(results: Channels, tables: Tables) -> list[Cause]:
     if x is None or ax is None or ay is None or len(starts) < 2:
         return []
     flight = ax.time < min(starts)
-    if flight.sum() < _FLIGHT:
+    if flight.sum() < _FLIGHT or not ay.a[flight].any():
         return []
     difference, follows, moved = -ax.difference[flight], ay.a[flight], np.abs(x.difference[flight])
     if np.abs(difference).max() <= _LEAST * np.abs(follows).max() or moved[0] > _STEADY * moved.max():

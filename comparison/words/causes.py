@@ -74,7 +74,7 @@ def cause(one: Cause, scene: SceneComparison) -> str:
             return f"{late} is later than {early} by {size} in {name}"
         case "friction":
             its, own = (f"{value:.6g}" for value in one.values)
-            return f"friction over normal force is {its} in {a} and {own} in {b}, {known} times: friction"
+            return f"friction over normal force is {its} in {a} and {own} in {b}, {known} times"
         case "gravity":
             size = _known(one.value, one.uncertainty, unit, sign=True)
             return f"before the first contact {name} differs by {size} in {b}, whatever slider_ay is: gravity"
@@ -113,7 +113,7 @@ def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str])
         for label, factor in ((labels[1], times), (labels[0], 1.0 / times)):
             if abs(size / factor - 1.0) <= max(_UNIT if one.left > 1e-6 else 1e-6, one.uncertainty / size):
                 rest = labels[0] if label == labels[1] else labels[1]
-                return f"{text}: {other} in {label} and {unit} in {rest}?"
+                return f"{text}: perhaps {other} in {label} and {unit} in {rest}"
     return text
 
 

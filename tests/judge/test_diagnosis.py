@@ -78,7 +78,10 @@ TABLES = {
         "slider_y of b is 0.0001000000 m below that of a",
     ),
     "shift": ({"time": lambda f: f["time"] + 1e-4}, "b is later than a by 0.0001000000 s in slider_x"),
-    "unit": ({"slider_x": lambda f: 1e3 * f["slider_x"]}, "that of a: mm in b and m in a?"),
+    "unit": (
+        {"slider_x": lambda f: 1e3 * f["slider_x"]},
+        "times that of a: perhaps mm in b and m in a",
+    ),
 }
 
 
