@@ -4,6 +4,7 @@ Faults of tables in a table of `sixbar run`, judged by `sixbar compare`; faults 
 runs Exudyn's model of another scene than it is given, or loses a contact, judged by `sixbar validate`.
 """
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -162,8 +163,11 @@ def test_the_fault_of_a_model_is_said_first(engine, first_lines, tmp_path, fault
     engine(scene, result)
     (tmp_path / "press.toml").write_text(PRESS)
     command = ("validate", "press.toml", "--models", "reference,wrong", "--quick", "--jobs", "1")
-    for line in first_lines(*command):
+    junit, summary = tmp_path / "o" / "junit.xml", tmp_path / "o" / "summary.json"
+    for line in (*first_lines(*command), junit.read_text("utf-8")):
         assert re.search(said, line), line
+    (cause,) = json.loads(summary.read_text("utf-8"))["scenes"][0]["causes"]
+    assert re.search(said, cause["sentence"])
 
 
 def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_press_is_lost(
