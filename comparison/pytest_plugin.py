@@ -160,18 +160,18 @@ class _Pair:
     def distance(self) -> str:
         """Return how far the expected table is from the one obtained."""
         from comparison.tables.table import TableError
-        from comparison.words.verdicts import scene_reason
+        from comparison.words.verdicts import why
 
         try:
             result = self.judged(self.expected, self.labels[0])
         except TableError as error:
             return f"cannot compare: {error}"
-        return f"{result.verdict}: {scene_reason(result)}"
+        return f"{result.verdict}: {why(result)}"
 
     def failure(self) -> str:
         """Return why the test fails, if it does; then the table obtained stays beside the expected one."""
         from comparison.tables.table import TableError
-        from comparison.words.verdicts import reason, scene_reason
+        from comparison.words.verdicts import reason, why
 
         try:
             result = self.judged(self.expected, self.labels[0])
@@ -181,7 +181,7 @@ class _Pair:
             self.remove()
             return ""
         on = "" if result.scene is None else f" on scene {result.name!r}"
-        lines = [f"{' and '.join(self.labels)}{on}: {result.verdict}: {scene_reason(result)}"]
+        lines = [f"{' and '.join(self.labels)}{on}: {result.verdict}: {why(result)}"]
         lines += [
             f"  {channel.channel}: differ: {reason(channel)}" for channel in result.with_verdict("differ")
         ]
@@ -226,7 +226,7 @@ class _Pair:
     def write(self) -> None:
         """Write the expected table; a `TableError`, and none, if it could not be compared afterwards."""
         from comparison.tables.table import TableError
-        from comparison.words.verdicts import scene_reason
+        from comparison.words.verdicts import why
 
         path = self.written
         assert path is not None
@@ -239,7 +239,7 @@ class _Pair:
             except TableError as error:
                 raise TableError(f"{str(error).replace(folder, '')}; {path} is not written") from None
         if result.verdict == "differ":
-            raise TableError(f"{path} is not written: read again, it would differ: {scene_reason(result)}")
+            raise TableError(f"{path} is not written: read again, it would differ: {why(result)}")
         _write(table, path)
         self.remove()
 

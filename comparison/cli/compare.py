@@ -90,6 +90,7 @@ def compare(
     from comparison.verdict.criteria import Criteria
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.words.causes import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
@@ -135,6 +136,7 @@ def compare(
             comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
         comparisons, title = [comparison], ""
         lines = [*channel_lines(comparison), *wrapped(shift_line(comparison))]
+    say_wrapped(*lead(comparisons), err=json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
         typer.echo(line, err=json)  # with colours
     if json:

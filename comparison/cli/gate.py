@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from comparison.cli import console
-from comparison.cli.console import print_json, progress, say, say_wrapped, warn
+from comparison.cli.console import print_json, progress, say, warn, wrapped
 
 if TYPE_CHECKING:
     from comparison.scene import Scene
 
 BASELINE = Path("sixbar-baseline.toml")
-SHOWN = 20  # lines of regressions on a terminal; the files hold all
+SHOWN = 15  # lines on a terminal at most; the files hold all
 
 
 def gate(
@@ -46,8 +46,9 @@ def gate(
     from comparison.regression.check import gate as hold_against
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
+    from comparison.report.gate import write_gate
     from comparison.scene import load_scene
-    from comparison.words.record import check_message, gate_notes, gate_summary, of_gate
+    from comparison.words.record import gate_lines, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
@@ -61,12 +62,14 @@ def gate(
     chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
-    checks, remarks, regressions = of_gate(result), gate_notes(result), result.regressions
-    lines = [f"note: {note}" for note in remarks]
-    lines += [f"REGRESSION {check_message(check)}" for check in regressions[:SHOWN]]
-    if len(regressions) > SHOWN:
-        lines.append(f"... and {len(regressions) - SHOWN} more")
-    say_wrapped(*([] if quiet else lines), gate_summary(result), rest="    ", err=json)
+    checks, remarks, found = of_gate(result), gate_notes(result), gate_lines(result)
+    texts = [f"REGRESSION {line}" for line in found] + [f"note: {note}" for note in remarks]
+    summary = wrapped(gate_summary(result), rest="    ")
+    lines = [] if quiet else [line for text in texts for line in wrapped(text, rest="    ")]
+    left = SHOWN - 1 - len(summary)  # the path of the page is the last line
+    if len(lines) > left:
+        lines = [*lines[: left - 1], f"... {len(lines) - left + 1} more lines are on the page"]
+    say(*lines, *summary, err=json)
     numbers: dict[str, Any] = {
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
         "exit_code": result.exit_code,
@@ -78,7 +81,8 @@ def gate(
     counts: dict[tuple[str, str], Counter[str]] = {}
     for case in checks:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
-    sentences = [f"{gate_summary(result)}.", *(f"Note: {note}." for note in remarks)]
+    sentences = [f"{line}." for line in (*found[:1], gate_summary(result))]
+    sentences += [f"Note: {note}." for note in remarks]
     with replacing_in(folder) as part:
         write_junit(checks, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")
@@ -93,7 +97,8 @@ def gate(
             ],
             cases=checks,
         )
-    say(str(folder / "summary.md"), err=json)
+        write_gate(result, part / "report.html", command=numbers["command"], lead=found)
+    say(str(folder / "report.html"), err=json)
     return result.exit_code
 
 

@@ -42,6 +42,7 @@ from comparison.verdict.criteria import check_gate
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
+from comparison.words.causes import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
 from comparison.words.verdicts import ratio_name
 
@@ -91,6 +92,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     if models == MODELS and request.accuracy is None:
         record = judge.verdicts_record()
         sentences.append(words.departures(judge.departures(scenes, comparisons, record), record["made"]))
+    say_wrapped(*lead(comparisons), err=request.json)
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours
     say_wrapped(*sentences, err=request.json)
@@ -324,7 +326,12 @@ def write_validation(
         cases = of_comparisons(comparisons)
         cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
         write_junit(cases, part / "junit.xml", name="sixbar validate")
-        lines = [words.headline(comparisons), words.incomplete(comparisons, missing), f"Made by: {command}"]
+        lines = [
+            *lead(comparisons),
+            words.headline(comparisons),
+            words.incomplete(comparisons, missing),
+            f"Made by: {command}",
+        ]
         write_job_summary(
             part / "summary.md",
             title="Cross-validation of the two models",

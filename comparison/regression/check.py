@@ -15,6 +15,7 @@ import numpy as np
 
 from comparison.accuracy.levels import thresholds, thresholds_record
 from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.metrics.signals import scaled
 from comparison.models import platform_name, versions
 from comparison.regression.record import (
     CONFIRMING,
@@ -30,7 +31,7 @@ from comparison.regression.record import (
     settings,
 )
 from comparison.scene import Scene
-from comparison.tables.channels import channels
+from comparison.tables.channels import Channel, channels
 from comparison.tables.table import Table
 
 COUNTERS_ELSEWHERE = 0.05
@@ -55,7 +56,9 @@ class Kind(Enum):
     UNPREDICTABLE = auto()  # no sample is, at which something happens
     EXCITED = auto()  # extent, of a channel in which nothing happened
     NO_SAMPLE = auto()  # time of a checkpoint, s
-    MOVED = auto()  # time, value, before, off, threshold of the worst checkpoint; count of points are off
+    # Of the first checkpoint that is off time, value, before, off, threshold, share of the scale; count of
+    # points are off, the largest share is at peak; rows of all: time, before, threshold, value; curve now
+    MOVED = auto()
 
 
 Finding = tuple[Kind | None, dict[str, Any]]
@@ -179,7 +182,7 @@ def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[
         elif name in record.unpredictable:
             findings[name] = Kind.UNPREDICTABLE, {}
         elif name in record.channels:
-            findings[name] = _moved(name, record.channels[name], table)
+            findings[name] = _moved(channels()[name], record.channels[name], table, job.scene)
         else:
             extent = float(np.ptp(table.values(name)))
             still = extent < channels()[name].floor
@@ -193,22 +196,29 @@ def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Findi
     return (Kind.CHANGED, {"values": values}) if values else _NOTHING
 
 
-def _moved(name: str, points: Sequence[Checkpoint], table: Table) -> Finding:
-    """Find the checkpoint furthest outside its threshold."""
+def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: Scene) -> Finding:
+    """Find the first checkpoint outside its threshold, and the largest difference."""
     time, before, threshold = np.reshape(points, (-1, 3)).T
     at = _nearest(table, points)
     # A checkpoint's time is rounded to nine digits.
     missing = np.abs(table.time[at] - time) > 0.01 * np.ptp(table.time) / (table.time.size - 1)
     if missing.any():
         return Kind.NO_SAMPLE, {"time": time[missing.argmax()]}
-    value = table.values(name)[at]
+    curve = table.values(channel.name)
+    value = curve[at]
     off = np.abs(value - before)
-    if (off <= threshold).all():
+    outside = off > threshold
+    if not outside.any():
         return _NOTHING
-    worst = int((off / threshold).argmax())
+    first, largest = int(outside.argmax()), int(np.where(outside, off, 0.0).argmax())
     columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
-    numbers: dict[str, Any] = {key: float(column[worst]) for key, column in columns.items()}
-    return Kind.MOVED, numbers | {"count": int((off > threshold).sum()), "points": len(points)}
+    numbers: dict[str, Any] = {key: float(column[first]) for key, column in columns.items()}
+    extent = float(max(np.ptp(curve), np.ptp(before)))
+    shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
+    numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
+    numbers |= {"count": int(outside.sum()), "points": len(points)}
+    rows = np.column_stack([time, before, threshold, value])
+    return Kind.MOVED, numbers | {"rows": rows, "curve": (table.time, curve)}
 
 
 def _nearest(table: Table, points: Sequence[Checkpoint]) -> list[int]:

@@ -33,6 +33,7 @@ from comparison.tables.table_files import read
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.verdict.validate import Pair, Standing
 from comparison.words import differences, verdicts
+from comparison.words.causes import lead
 from comparison.words.reliability import notes
 from comparison.words.verdicts import SYMBOLS, standing, standings
 
@@ -234,6 +235,7 @@ def render(
         worst=max(figures, key=severity, default=None),
         verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
+        lead=lead(scenes),
         tiers=list(dict.fromkeys(tier.tier for tier in judged)),
         ratio=verdicts.ratio_name(comparisons),
         threshold="uncertainty" if limits else threshold,

@@ -87,8 +87,8 @@ class Shift:
 
     @property
     def seen(self) -> bool:
-        """Whether the shift exceeds its uncertainty."""
-        return abs(self.value) > self.uncertainty
+        """Whether the shift is a finding: above three times its uncertainty, six standard errors."""
+        return abs(self.value) > 3.0 * self.uncertainty
 
 
 def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:

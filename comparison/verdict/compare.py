@@ -25,6 +25,7 @@ from comparison.tables.channels import Array, BoolArray, Channel, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
 from comparison.verdict.criteria import Criteria
+from comparison.verdict.diagnosis import diagnose, differing_keys
 from comparison.verdict.results import (
     Basis,
     ChannelComparison,
@@ -142,6 +143,7 @@ def compare(
         allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
+    attribution = attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene)
     return SceneComparison(
         labels,
         verdict,
@@ -156,7 +158,15 @@ def compare(
         shift=aligned.shift,
         allowed_shift=allowed_shift,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
-        attribution=attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene),
+        attribution=attribution,
+        causes=diagnose(
+            results,
+            (a.base, b.base),
+            shift=aligned.shift,
+            period=period,
+            outside_from=attribution.outside_from,
+            agree=verdict == "agree",
+        ),
     )
 
 
@@ -177,18 +187,18 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str
 def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     """Find the scene that both tables record, with warnings; settings of solvers and output may differ.
 
-    None where they record none; None and a warning where they record two that differ.
+    Of two that differ the first; None where its channels or times are not those of the second, or without a
+    record.
     """
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
         return None, ()
-    # With the keys that an earlier version did not write.
-    known_a, known_b = (own.data if (own := table.scene) else table.provenance["scene"] for table in (a, b))
-    sections = {*known_a, *known_b} - {"scene", "solver", "output"}
-    if changed := sorted(key for key in sections if known_a.get(key) != known_b.get(key)):
-        return None, (
-            f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
-        )
+    warnings: tuple[str, ...] = ()
+    if changed := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):
+        said = f"the tables are of different scenes ({', '.join(changed)})"
+        if a.scene is None or b.scene is None or {"drive", "joints"} & {*changed}:
+            return None, (f"{said}: the scales are ranges",)
+        warnings = (f"{said}: scales and drawing are of the first",)
     solvers: dict[str, Any] = {}  # of the model that wrote each table
     for table, record in ((a, record_a), (b, record_b)):
         model = table.provenance.get("model")
@@ -197,7 +207,7 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     # Scales and channels do not depend on settings, and the model of a table need not be installed here.
     for solver in (solvers, {}):
         try:
-            return scene_from_mapping(record_a | {"solver": solver}), ()
+            return scene_from_mapping(record_a | {"solver": solver}), warnings
         except SceneError as error:
             reason = error
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
@@ -358,7 +368,7 @@ def _exceeded_shift(
         times += [position.tolerance / scale] if scale else []
     limit, shift = min(times, default=0.0), aligned.shift
     limit = max(limit, time_tolerance) if limit else limit
-    exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit
+    exceeded = limit and shift.seen and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan
 
 

@@ -396,7 +396,9 @@ def settle(
         opinion = third_opinion(last)
     if opinion == "differ":
         return confirmed(last)
-    return replace(last, comparison=replace(last.comparison, verdict="indeterminate", unsettled=True))
+    return replace(
+        last, comparison=replace(last.comparison, verdict="indeterminate", unsettled=True, causes=())
+    )
 
 
 def without_violation(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import cached_property
 from math import inf, isnan, nan
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -298,6 +298,31 @@ class Attribution:
     strict_helps: bool = False  # the model that limits the coverage runs coarser than at "strict"
 
 
+@dataclass(frozen=True)
+class Cause:
+    """A cause of a difference that the data name, see `comparison.verdict.diagnosis`; unknown values are nan.
+
+    ``value`` is, of a kind: "ratio" b over a, of the channels; "offset" and "constant" in their unit, b's; a
+    "shift" in s, by which b is late; "friction", "stiffness" and "restitution" a ratio again, of the
+    coefficient, of the contact's stiffness and of an impulse; "gravity" the change of ax, m/s^2.
+    """
+
+    kind: Literal[
+        "keys", "ratio", "offset", "constant", "shift",
+        "friction", "stiffness", "restitution", "gravity", "contact",
+    ]  # fmt: skip
+    channels: tuple[str, ...] = ()
+    value: float = nan
+    uncertainty: float = nan  # of the value, two standard errors
+    left: float = nan  # RMS of the difference without this cause over that with it
+    offset: float = 0.0  # beside a ratio, in the channel's unit
+    values: tuple[float, float] = (nan, nan)  # the coefficient of each run
+    time: float = nan  # start of a contact, s, and where it is
+    place: str = ""
+    side: str = ""  # "a" or "b", which lacks that contact
+    keys: tuple[tuple[str, Any, Any], ...] = ()  # of the scenes, with the values of both
+
+
 class Doubt(Enum):
     """Why a difference could not be confirmed."""
 
@@ -362,6 +387,7 @@ class SceneComparison:
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)
+    causes: tuple[Cause, ...] = ()  # that the data name, those that explain most first
     tight: SceneComparison | None = None  # the same scene at the tight tier
     shift: Shift | None = None  # estimated time shift between the two as they are compared
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts

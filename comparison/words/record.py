@@ -13,6 +13,7 @@ from comparison.tables.channels import channels
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
+from comparison.words.causes import causes
 from comparison.words.reliability import missing
 
 _OF_CHANNEL = (
@@ -69,6 +70,10 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "refined": comparison.refined,
         "title": comparison.title,
         "verdict": comparison.verdict,
+        "causes": [
+            asdict(one) | {"sentence": text}
+            for one, text in zip(comparison.causes, causes(comparison), strict=True)
+        ],
         "reason": words.scene_reason(comparison),
         "decisive_channel": decisive and decisive.channel,
         "ratio": decisive and decisive.ratio,
@@ -198,8 +203,9 @@ _MESSAGES = {
     Kind.NO_SAMPLE: "{name} has no sample at t = {time:g} s, where the baseline has a checkpoint",
     Kind.EXCITED: "in {name} nothing happened in the baseline, its range was below {floor:g} {unit}; now it "
     "is {extent:.3g} {unit}",
-    Kind.MOVED: "{name} at t = {time:g} s is {value:.15g} {unit}, in the baseline {before:.15g} {unit}: off "
-    "by {off:.2g} {unit}, the threshold is {threshold:.2g} {unit} ({count} of {points} checkpoints are off)",
+    Kind.MOVED: "{name} at t = {time:g} s is {value:.12g} {unit}, in the baseline {before:.12g} {unit}: off "
+    "by {off:.2g} {unit}, {size} of its scale, the threshold is {threshold:.2g} {unit} ({count} of {points} "
+    "checkpoints are off)",
 }
 _THRESHOLDS = (
     "comparison/accuracy/thresholds.toml is not what the baseline was made with: its numbers change only "
@@ -238,9 +244,38 @@ def check_message(check: Check) -> str:
     else:
         channel = channels().get(name)
         about = {"floor": channel.floor, "unit": channel.unit} if channel else {}
+        if "share" in data:
+            about["size"] = _share(data["share"])
         text = _MESSAGES[kind].format(name=name, **about, **data)
     where = "" if check.run is None else f"{_group(check)}, "
     return f"{where}scene {check.scene!r}: {text}"
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.2g}%"
+
+
+def gate_lines(gate: Gate) -> list[str]:
+    """Return what a reader needs first: when, where and how large; then each run, other checks, counters."""
+    moved = moved_first(gate)
+    runs: dict[tuple[str, str], list[Check]] = {}
+    for check in moved:
+        runs.setdefault((check.scene, _group(check)), []).append(check)
+    lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in moved[:1]]
+    for (scene, run), checks in runs.items():
+        worst = max(checks, key=lambda check: float(check.data["largest"]))
+        said = "1 channel deviates" if len(checks) == 1 else f"{len(checks)} channels deviate"
+        most = f"{worst.name} by {_share(worst.data['largest'])} of its scale at t = {worst.data['peak']:g} s"
+        lines.append(f"{run}, scene {scene!r}: {said}, most of all {most}")
+    rest = [check for check in gate.regressions if check.kind is not Kind.MOVED]
+    ordered = sorted(rest, key=lambda check: check.name in ("settings", "counters"))
+    return lines + [check_message(check) for check in ordered]
+
+
+def moved_first(gate: Gate) -> list[Check]:
+    """Return the channels that deviate, by when they first do, of equal times the largest first."""
+    moved = (check for check in gate.regressions if check.kind is Kind.MOVED)
+    return sorted(moved, key=lambda check: (check.data["time"], -check.data["share"]))
 
 
 def _or_missing(value: object) -> object:

@@ -25,6 +25,7 @@ from comparison.verdict.results import (
     rank,
 )
 from comparison.verdict.validate import Departure, Standing
+from comparison.words.causes import causes
 from comparison.words.differences import attribution_lines, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
 
@@ -189,8 +190,9 @@ def _step(scene: SceneComparison) -> float:
 
 
 def why(scene: SceneComparison) -> str:
-    """Return the reason of the verdict, preceded by what its runs and its confirmation need explained."""
-    return ". ".join(filter(None, (confirmation(scene), finer_runs(scene), scene_reason(scene))))
+    """Return the causes, what the runs and the confirmation need explained, and the reason of the verdict."""
+    said = *causes(scene), confirmation(scene), finer_runs(scene), scene_reason(scene)
+    return ". ".join(filter(None, said))
 
 
 def mark(scene: SceneComparison) -> str:
@@ -344,7 +346,7 @@ def card(scene: SceneComparison) -> Card:
         for change in scene.attribution.refinements
         if not isnan(change.observed)
     )
-    sentence = "; ".join(filter(None, (scene_reason(scene, brief=True), mark(scene))))
+    sentence = "; ".join(filter(None, (*causes(scene), scene_reason(scene, brief=True), mark(scene))))
     return Card(f"{sentence}.", order, *_next(scene))
 
 
@@ -367,7 +369,7 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     if scene.confirmation is not None and scene.confirmation.suspicious:
         what = "A discontinuous event decides"
         return (f"{what}; look at it at finer settings:", (closer,)) if closer else (f"{what}.", ())
-    return "Nothing to do.", ()
+    return "", ()
 
 
 def _third_opinion(scene: SceneComparison, ran: Scene) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show, width):
         ("confirmed", "✗", "bad", [*MOVED, "confirmed by at least 30 runs"]),
         ("undecided", "?", "open", ["are indeterminate", "required: at least 50%", "--accuracy strict"]),
         ("underestimated", "✓", "good", ["uncertainty underestimated 6.4 times"]),
-        ("press", "✓", "good", ["excited channels agree, nearest to its limit", "Nothing to do."]),
+        ("press", "✓", "good", ["excited channels agree, nearest to its limit"]),
     ],
 )
 def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):

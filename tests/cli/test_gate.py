@@ -1,5 +1,7 @@
 """`sixbar gate`: a baseline is made, held, and a change of a model, a scene or the file is seen."""
 
+import re
+
 import pytest
 
 SCENE = '[scene]\nextends = "ideal"\n[drive]\ncycles = 0.02\n[output]\ngroups = []\n'
@@ -26,7 +28,8 @@ def baseline(recorded, sixbar):
 
 @pytest.mark.usefixtures("baseline")
 def test_what_is_unchanged_passes_and_a_scene_that_changed_is_a_regression(sixbar):
-    assert sixbar(*GATE).lines[-1] == "g/summary.md"
+    assert sixbar(*GATE).lines[-1] == "g/report.html"
+    assert "<svg" not in sixbar.text("g/report.html")
     result = sixbar.json("g/gate.json")
     assert (result["exit_code"], {check["status"] for check in result["checks"]}) == (0, {"passed"})
     assert result["command"] == "sixbar gate --baseline b.toml"
@@ -37,8 +40,19 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_is_a_regression(sixba
     assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(result["checks"])
     assert str(len(result["checks"])) in sixbar.text("g/summary.md")
     sixbar.write("tiny.toml", SCENE + "[mechanism.rod4]\nlength = 0.2400001\n")
-    ended = sixbar(*GATE, code=1)
-    assert "REGRESSION" in ended.out
+    ended = sixbar(*GATE, code=1, COLUMNS="500")
+    # When, which run, where, how large; the runs, and counters last.
+    first = (
+        "REGRESSION from t = 0.0008 s on: .* scene 'tiny': slider_y at t = 0.0008 s is .*: off by 1e-07 m, 0"
+    )
+    assert re.match(first, ended.lines[0]), ended.lines[0]
+    assert re.match("REGRESSION .* scene 'tiny': . channels deviate, most of all slider_", ended.lines[1])
+    assert "counter" not in "".join(ended.lines[:3])
+    assert ended.lines[-1] == "g/report.html"
+    page = sixbar.text("g/report.html")
+    assert page.index("from t = 0.0008 s on: ") < page.index("checks failed") < page.index("<svg")
+    assert page.count("<figure") == page.count('role="img"') > 1
+    assert len(sixbar(*GATE, code=1, COLUMNS="40").lines) == 15
     assert sixbar.json("g/gate.json")["exit_code"] == 1
     assert "failure" in {tag for tag, _ in sixbar.junit("g/junit.xml").values()}
     assert "failed" in sixbar.text("g/summary.md")

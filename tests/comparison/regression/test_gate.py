@@ -103,9 +103,12 @@ def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_thr
     number = r"(-?[\d.e-]+)"
     said = (
         rf"exudyn tight, scene 'own': slider_x at t = {number} s is {number} m, in the baseline {number} m: "
-        rf"off by {number} m, the threshold is {number} m \(\d of 5 checkpoints are off\)"
+        rf"off by {number} m, {number}% of its scale, the threshold is {number} m "
+        r"\(\d of 5 checkpoints are off\)"
     )
-    time, value, before, off, threshold = map(float, re.search(said, out).groups())
+    message = checks()["exudyn tight", "slider_x"]
+    time, value, before, off, share, threshold = map(float, re.match(said, message).groups())
+    assert share == pytest.approx(100 * off / 2e-4, rel=0.05)  # of the clearance
     assert 0 <= time <= 0.8
     assert abs(value - before) == pytest.approx(off, rel=0.02)
     assert threshold < off < 2e-4 * 1e-3 * 1.02

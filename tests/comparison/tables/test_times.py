@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.tables.align import SAME_GRID, Hole, estimate, holes, isolated
+from comparison.tables.align import SAME_GRID, Hole, Shift, estimate, holes, isolated
 from comparison.words.verdicts import shift as shift_sentence
 
 EVEN = np.arange(201) * 0.01
@@ -89,6 +89,8 @@ def test_equal_results_have_none_and_an_offset_is_none():
     assert not same.seen
     assert same.uncertainty == pytest.approx(SAME_GRID * PERIOD / 1000, rel=1e-12)
     assert shift_sentence(same, ("a", "b")).startswith("No significant time shift")
+    picosecond = shift_sentence(Shift(1.11e-12, 9.2e-13), ("a", "b"))  # 1.2 of its uncertainties
+    assert picosecond.startswith("No significant time shift")
     moved = estimate(TIME, a, a | {"slider_y": a["slider_y"] + 0.01, "slider_x": a["slider_x"] + 1e-3})
     assert abs(moved.value) < 1e-12
 

@@ -15,6 +15,7 @@ from comparison.execution.run import Job
 from comparison.scene import load_scene
 from comparison.verdict.results import Confirmation, SceneComparison
 from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
+from comparison.words.causes import causes
 from comparison.words.differences import contact, instant_of
 from comparison.words.verdicts import card, scene_reason
 from tests.helpers.known_error import USUAL, KnownError, growing
@@ -197,16 +198,17 @@ def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
     failed = Job(load_scene("150rpm-0.2mm"), "exudyn")
     crashed = replace(scene, verdict="cannot compare", channels={}, error="it crashed", failed=failed)
     for comparison, said, advice, command in (
-        (scene, "", "Nothing to do.", ""),
+        (scene, "", "", ""),
         (confirmed, "confirmed by at least 30 runs", "Find which model errs, by a third opinion:", "--set "),
-        (corrected, "uncertainty underestimated 6.4 times", "Nothing to do.", ""),
+        (corrected, "uncertainty underestimated 6.4 times", "", ""),
         (suspicious, "uncertainty underestimated 6.4 times", "A discontinuous event decides.", ""),
         (undecided, "", "See whether finer settings decide it:", strict),
         (crashed, "", "Repeat the run that failed, alone:", "sixbar run 150rpm-0.2mm --model exudyn --out "),
         (replace(crashed, failed=None), "", "Run the scene again once the cause is removed:", scene.command),
     ):
         shown = card(comparison)
-        assert shown.sentence == "; ".join(filter(None, (scene_reason(comparison, brief=True), said))) + "."
+        parts = *causes(comparison), scene_reason(comparison, brief=True), said
+        assert shown.sentence == "; ".join(filter(None, parts)) + "."
         assert shown.advice == advice
         assert bool(shown.commands) == bool(command)
         assert command in " ".join(shown.commands)
