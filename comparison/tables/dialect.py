@@ -117,7 +117,11 @@ class _Layout(NamedTuple):
     def may_be_row(self, line: str) -> bool:
         """Whether a comment may be a row, its first field no number: not if its sign is stated."""
         fields = _fields(line.strip(" "), self.separator, self.comments)
-        alike = all(NUMBER.fullmatch(each) or self.is_comment(each) for each in fields)
+        digits = (re.fullmatch(r"[^a-z]*\d[^a-z]*", each, re.IGNORECASE) for each in fields)
+        alike = all(
+            found or NUMBER.fullmatch(each) or self.is_comment(each)
+            for found, each in zip(digits, fields, strict=True)
+        )
         fits = len(fields) == len(self.row) and (alike or self.separator != _SPACES)
         return self.comments == _COMMENTS and fits and not self.units(line, None)
 
@@ -358,12 +362,12 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
 def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout: _Layout) -> int | None:
     """Return the place of the last line, or of the one above units; None if it is a comment without names."""
     last = len(lines) - 1
-    _check_above(lines[last:] if last >= 0 and ways[last] else lines, layout)
-    if last < 0:
-        return None
-    names = ways[last][-1] if ways[last] else []
-    if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
-        if layout.may_be_row(lines[last].text):
+    names = ways[last][-1] if lines and ways[last] else []
+    if lines and layout.is_comment(lines[last].text) and any(map(NUMBER.fullmatch, names)):
+        names = []
+    _check_above(lines[last:] if names else lines, layout)
+    if not lines or (not names and layout.is_comment(lines[last].text)):
+        if lines and layout.may_be_row(lines[last].text):
             raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
         return None
     return last - 1 if last and _are_units(names) and ways[last - 1] else last
