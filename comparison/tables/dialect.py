@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.tables.channels import Array
+from comparison.tables.channels import Array, channels
 from comparison.tables.mapping import Dialect, parse_unit, same_dimension
 from comparison.tables.table import Columns, TableError
 
@@ -188,8 +188,12 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     frame = _frame(body, first + 1, layout.separator, decimal, len(layout.row))
     if len(frame) != len(numbers):
         raise TableError("a quotation mark is not closed in its field")
+    stated_angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
+    angles = None if not stated_angles else "deg" if stated_angles[-1] in ("yes", "true", "1") else "rad"
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
+        if angles and not unit and name in channels() and "rad" in channels()[name].unit:
+            unit = channels()[name].unit.replace("rad", angles)
         column = read_column(name or position(len(columns)), unit, frame[n], decimal, numbers)
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
@@ -198,13 +202,12 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     texts = {column.text[0] if column.text else "" for column in columns}
     if len(texts) == 1 and (place := texts.pop()) not in ("", f"line {numbers[0]}"):
         raise TableError(f"{place} holds text below rows of numbers: save one block of columns per file")
-    angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
     names = [name for name, _ in heading or ()]
     return Source(
         path,
         columns,
         notes=notes,
-        angles=("deg" if angles[-1] in ("yes", "true", "1") else "rad") if angles else None,
+        angles=angles,
         nameless=[column.name for column in columns[:1]] == [position(0)] and _time(names) is None,
         plain="time" in names and [line.text for line in above] == [",".join(names)],
     )
