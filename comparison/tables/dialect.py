@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.tables.channels import Array
+from comparison.tables.channels import Array, channels
 from comparison.tables.mapping import Dialect, parse_unit, same_dimension
 from comparison.tables.table import Columns, TableError
 
@@ -117,7 +117,11 @@ class _Layout(NamedTuple):
     def may_be_row(self, line: str) -> bool:
         """Whether a comment may be a row, its first field no number: not if its sign is stated."""
         fields = _fields(line.strip(" "), self.separator, self.comments)
-        alike = all(NUMBER.fullmatch(each) or self.is_comment(each) for each in fields)
+        digits = (re.fullmatch(r"[^a-z]*\d[^a-z]*", each, re.IGNORECASE) for each in fields)
+        alike = all(
+            found or NUMBER.fullmatch(each) or self.is_comment(each)
+            for found, each in zip(digits, fields, strict=True)
+        )
         fits = len(fields) == len(self.row) and (alike or self.separator != _SPACES)
         return self.comments == _COMMENTS and fits and not self.units(line, None)
 
@@ -184,8 +188,12 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     frame = _frame(body, first + 1, layout.separator, decimal, len(layout.row))
     if len(frame) != len(numbers):
         raise TableError("a quotation mark is not closed in its field")
+    stated_angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
+    angles = None if not stated_angles else "deg" if stated_angles[-1] in ("yes", "true", "1") else "rad"
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
+        if angles and not unit and name in channels() and "rad" in channels()[name].unit:
+            unit = channels()[name].unit.replace("rad", angles)
         column = read_column(name or position(len(columns)), unit, frame[n], decimal, numbers)
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
@@ -194,13 +202,12 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     texts = {column.text[0] if column.text else "" for column in columns}
     if len(texts) == 1 and (place := texts.pop()) not in ("", f"line {numbers[0]}"):
         raise TableError(f"{place} holds text below rows of numbers: save one block of columns per file")
-    angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
     names = [name for name, _ in heading or ()]
     return Source(
         path,
         columns,
         notes=notes,
-        angles=("deg" if angles[-1] in ("yes", "true", "1") else "rad") if angles else None,
+        angles=angles,
         nameless=[column.name for column in columns[:1]] == [position(0)] and _time(names) is None,
         plain="time" in names and [line.text for line in above] == [",".join(names)],
     )
@@ -358,12 +365,12 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
 def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout: _Layout) -> int | None:
     """Return the place of the last line, or of the one above units; None if it is a comment without names."""
     last = len(lines) - 1
-    _check_above(lines[last:] if last >= 0 and ways[last] else lines, layout)
-    if last < 0:
-        return None
-    names = ways[last][-1] if ways[last] else []
-    if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
-        if layout.may_be_row(lines[last].text):
+    names = ways[last][-1] if lines and ways[last] else []
+    if lines and layout.is_comment(lines[last].text) and any(map(NUMBER.fullmatch, names)):
+        names = []
+    _check_above(lines[last:] if names else lines, layout)
+    if not lines or (not names and layout.is_comment(lines[last].text)):
+        if lines and layout.may_be_row(lines[last].text):
             raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
         return None
     return last - 1 if last and _are_units(names) and ways[last - 1] else last

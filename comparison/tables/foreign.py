@@ -69,14 +69,6 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    if source.angles:  # of channels of the press it is known which are angles
-        units = {name: known.unit for name, known in channels().items() if "rad" in known.unit}
-        columns = [
-            each._replace(unit=units[each.name].replace("rad", source.angles))
-            if each.unit is None and each.name in units
-            else each
-            for each in columns
-        ]
     source = replace(source, columns=columns)
     with unread(source.notes):
         source = replace(source, events=read_contacts(path))

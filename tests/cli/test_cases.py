@@ -54,3 +54,14 @@ def test_a_case_ends_as_it_must(command, tolerance, code, words, cases):
     if code == 2 and not any((cases.folder / part).is_dir() for part in command.split()[:2]):
         assert ended.out == ""
         assert len([line for line in ended.err.splitlines() if "warning" not in line]) == 1
+
+
+def test_a_scene_may_begin_with_a_byte_order_mark(sixbar):
+    """As editors of Windows write it; in UTF-16 it is one line."""
+    text = '[scene]\nextends = "ideal"\n'
+    sixbar.write("plain.toml", text)
+    sixbar.write("marked.toml", text.encode("utf-8-sig"))
+    sixbar.write("wide.toml", text.encode("utf-16"))
+    plain, marked = (sixbar("plan", f"{name}.toml").out for name in ("plain", "marked"))
+    assert plain.replace("plain", "marked") == marked
+    sixbar.refused("plan wide.toml", "wide.toml", "cannot be read")

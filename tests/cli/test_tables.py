@@ -93,14 +93,15 @@ def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
 
 
 NO_TABLES = [
-    *((PLAIN.replace(LAST, bad), "x| 11") for bad in ("nan", "inf", "", "1.#QNAN", "N/A", "1 500")),
+    *((PLAIN.replace(LAST, bad), "x|row 11") for bad in ("nan", "inf", "")),
+    *((PLAIN.replace(LAST, bad), "x|line 12") for bad in ("1.#QNAN", "N/A", "1 500")),
     (PLAIN.replace("x,v", "x,x"), "b.csv|'x'|twice"),
     (PLAIN.replace("x,v", "x,w"), "'v'"),
     ("time,x\n" + rows(columns=(TIME, X)), "'v'"),
     ("time,x,v\n" + rows(columns=(TIME[::-1], X, V)), "b: time|row 2"),
     ("time,x,v\n" + rows(columns=(TIME[:8], X[:8], V[:8])), "0.7 s|truncated"),
     (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
-    (PLAIN + PLAIN, "row 11"),
+    (PLAIN + PLAIN, "line 13"),
     ("time,x,v\n", "no row"),
     ("time,x,v\n0,1,2\n", "b: 1 data rows"),
     ("# " + "a" * 200_000 + "\n" + PLAIN, "line of more than"),
