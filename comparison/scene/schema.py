@@ -17,6 +17,8 @@ from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
+SMALLEST = 1e-30
+"""No product of the few numbers that a formula of the models has leaves the range of the machine, 1e-308."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Of a scene, which names files."""
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
@@ -380,6 +382,9 @@ class SceneKeys(Section):
 
     def _broken(self) -> Iterator[tuple[str, object, str]]:
         """Yield key, value and rule where values exclude each other that are valid by themselves."""
+        for key, value in _numbers(self.model_dump(exclude={"solver", "compare", "reliability"})):
+            if value and not SMALLEST <= abs(value) <= 1.0 / SMALLEST:
+                yield key, value, f"must be 0 or between {SMALLEST:g} and {1.0 / SMALLEST:g}, of either sign"
         speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
         if speed == 0:
             yield "drive.speed_rpm", speed, "must not be zero"
@@ -418,3 +423,15 @@ class SceneKeys(Section):
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             yield "drive.cycles", cycles, bound
+
+
+def _numbers(values: object, key: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the real numbers of a section, with their dotted keys."""
+    if isinstance(values, float):
+        yield key, values
+    elif isinstance(values, dict):
+        for name, each in values.items():
+            yield from _numbers(each, f"{key}.{name}".lstrip("."))
+    elif isinstance(values, list):
+        for each in values:
+            yield from _numbers(each, key)
