@@ -17,8 +17,8 @@ from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
-SMALLEST = 1e-30
-"""No product of the few numbers that a formula of the models has leaves the range of the machine, 1e-308."""
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Of a number that is not 0: a product of the few that a formula has stays within the machine's 1e308."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Of a scene, which names files."""
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
@@ -382,9 +382,6 @@ class SceneKeys(Section):
 
     def _broken(self) -> Iterator[tuple[str, object, str]]:
         """Yield key, value and rule where values exclude each other that are valid by themselves."""
-        for key, value in _numbers(self.model_dump(exclude={"solver", "compare", "reliability"})):
-            if value and not SMALLEST <= abs(value) <= 1.0 / SMALLEST:
-                yield key, value, f"must be 0 or between {SMALLEST:g} and {1.0 / SMALLEST:g}, of either sign"
         speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
         if speed == 0:
             yield "drive.speed_rpm", speed, "must not be zero"
@@ -399,7 +396,7 @@ class SceneKeys(Section):
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
             yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
-            yield "load.table", rows, "must have rising depths"
+            yield "load.table", rows, "must have rising depths; a jump is two rows at nearly one depth"
         if len(set(self.output.groups)) < len(self.output.groups):
             yield "output.groups", self.output.groups, "must not contain a group twice"
         for name, settings in (self.solver.model_extra or {}).items():
@@ -423,6 +420,9 @@ class SceneKeys(Section):
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             yield "drive.cycles", cycles, bound
+        for key, value in _numbers(self.model_dump(exclude={"solver", "compare", "reliability"})):
+            if value and not SMALLEST <= abs(value) <= LARGEST:
+                yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"
 
 
 def _numbers(values: object, key: str = "") -> Iterator[tuple[str, float]]:
