@@ -10,6 +10,7 @@ import platform
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
+from copy import deepcopy
 from functools import cache
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
 from importlib.util import find_spec
@@ -129,6 +130,25 @@ def load(name: str) -> Callable[..., Any]:
         kind = type(simulate).__name__
         raise EngineError(f"model {name!r}: {point.value!r} is not a function but a {kind}")
     return simulate  # type: ignore[no-any-return] # the result is checked on return
+
+
+def check(name: str, scene: Mapping[str, Any]) -> dict[str, float]:
+    """Let a model check a scene without running it, by its function's ``check``, if any.
+
+    Returns
+    -------
+    dict
+        Forces of the workpiece, N: ``load_at_start`` and ``largest_load``; empty where the model tells none.
+
+    Raises
+    ------
+    ValueError
+        One line, where the model refuses the scene.
+    EngineError
+        If it cannot be imported.
+    """
+    own = getattr(load(name), "check", None)
+    return dict(own(deepcopy(scene)) or {}) if own is not None else {}
 
 
 def declared(name: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equation
 | Eqs. 1-6 | corners, walls, gaps | `corners` |
 | Eqs. 7-13 | the laws of a side of the slider, modified Coulomb friction | `laws` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
-| - | load of a workpiece | `workpiece` |
+| - | load of a workpiece, its forces in a turn of the crank | `workpiece`, `pushes` |
 | - | memory of the contacts: impact speeds, and what their table says | `memory` |
 | Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
 | Eqs. 14-21, reduced | what the drive leaves free, explicit | `tree` |

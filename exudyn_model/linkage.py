@@ -145,17 +145,19 @@ def assemble(parameters: Parameters) -> InitialState:
         If the linkage cannot be closed at the start or somewhere in a crank cycle.
     """
     mechanism, initial = parameters.mechanism, parameters.initial
-    if parameters.guide is None:
-        offset, angle, vx, omega = mechanism.reference_offset, 0.0, 0.0, 0.0
-        reach = [offset]
-    else:
+    # An ideal slider's line; where the slider has clearance, also the centre line that the tree counts from
+    lines, offset, angle, vx, omega = [mechanism.reference_offset], mechanism.reference_offset, 0.0, 0.0, 0.0
+    if parameters.guide is not None:
         offset, angle, vx, omega = initial.offset, initial.angle, initial.vx, initial.omega
-        reach = [-parameters.guide.clearance, parameters.guide.clearance]
-    lines = np.array([mechanism.guide_x + one for one in reach])
+        lines.append(0.0)
     start = mechanism.crank_angle
-    _close(mechanism, start + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False), lines)
+    _require_a_turn(mechanism, np.array([mechanism.guide_x + line for line in lines]))
     x5 = mechanism.guide_x + offset
-    angles = np.array([start, *_close(mechanism, np.array([start]), np.array([x5]))[:, 0, 0], angle])
+    try:
+        others = _close(mechanism, np.array([start]), np.array([x5]))[:, 0, 0]
+    except ValueError as error:
+        raise ValueError(f"initial.slider_offset = {offset} m: {error}") from None
+    angles = np.array([start, *others, angle])
     u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     n = np.stack([-u[:, 1], u[:, 0]], axis=1)
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
@@ -184,6 +186,19 @@ def assemble(parameters: Parameters) -> InitialState:
     places[SLIDER][0], rates[SLIDER][0] = x5, vx  # not the round-off of cos(arccos)
     speeds = [w1, w2, w3, w4, omega]
     return InitialState(np.column_stack([places, angles]), np.column_stack([rates, speeds]))
+
+
+def _require_a_turn(mechanism: Mechanism, lines: NDArray[np.float64]) -> None:
+    """Raise a ValueError unless the linkage closes over a turn with the slider on each of these lines."""
+    positions = mechanism.crank_angle + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False)
+    pivot_x, pivot_y = mechanism.rocker_pivot
+    stretched = math.atan2(pivot_y, pivot_x) + np.array([0.0, math.pi])  # A nearest to H, and farthest
+    angles = _close(mechanism, np.concatenate([positions, stretched]), lines)
+    # Closer about the crank angles at which joint C is leftmost and rightmost
+    c_x = np.cos(angles[1, 0, :_POSITIONS])
+    between = np.linspace(-1.0, 1.0, 101) * (2.0 * math.pi / _POSITIONS)
+    for outermost in (c_x.argmin(), c_x.argmax()):
+        _close(mechanism, positions[outermost] + between, lines)
 
 
 def _close(

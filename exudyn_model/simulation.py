@@ -15,7 +15,9 @@ from exudyn_model.corners import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import bounds, judge, observed
 from exudyn_model.kernels import seal
+from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
+from exudyn_model.pushes import pushes
 from exudyn_model.tables import (
     ACCELERATIONS,
     JOURNAL,
@@ -87,7 +89,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         In one line: what cannot be simulated or assembled.
     """
     started = time.perf_counter()
-    parameters = read_scene(scene)
+    parameters, _ = _accepted(scene)
     integration = parameters.integration
     try:
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -139,6 +141,24 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         remedy=remedy,
         pulses=recorder.contacts.pulses(events),
     )
+
+
+def check(scene: Mapping[str, Any]) -> dict[str, float]:
+    """Raise the ValueError with which :func:`simulate` refuses a scene; else return the workpiece's forces.
+
+    ``load_at_start`` and ``largest_load``, N: that on an ideal slider in a turn of the crank.
+    """
+    return dict(zip(("load_at_start", "largest_load"), _accepted(scene)[1], strict=True))
+
+
+simulate.check = check  # type: ignore[attr-defined]
+
+
+def _accepted(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
+    """Read a scene that can be assembled; return the forces of its workpiece too, N."""
+    parameters = read_scene(scene)
+    start = assemble(parameters)
+    return parameters, pushes(parameters, start.positions[SLIDER, 1])
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:

@@ -4,6 +4,7 @@
 |---|---|---|
 | Fig. 4, Tables 1, 2 | the scene's numbers, bad input | `parameters` |
 | rows 1-8 of Eq. 16 | driven four-bar, all bodies, ideal mechanism in closed form | `linkage`, `ideal` |
+| t = 0 | what can be assembled | `assembly` |
 | Eqs. 1-6 | corners, walls, gaps, both sides' forces | `contact` |
 | Eqs. 7-11 | contact laws, each of a side | `laws` |
 | Eqs. 12-13 | modified Coulomb friction | `friction` |

@@ -108,7 +108,7 @@ def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
     The power law begins as a power of the time: towards that instant each interval is half as long.
     """
     passed = _at_kinks(m, load, times)
-    if passed.size and not load.starts.size:
+    if passed.size and not load.depths.size:
         interval = float(np.diff(times).max())
         near = interval * 0.5 ** np.arange(30)
         passed = np.concatenate(

@@ -233,7 +233,7 @@ def advance(
                 factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
                 next_h = min(largest, h * factor)
             to_kink = share_to_kink(model.load, nodes.slider[0], nodes.slider[END], h)
-            if to_kink < 1.0:
+            if to_kink < 1.0 and t + h * to_kink > t:
                 place, final = NONE, False
                 h *= to_kink
                 continue

@@ -12,7 +12,9 @@ from reference_model.linkage import Array
 from reference_model.workpiece import Load
 
 ON_IT = 2.0e-12
-"""m; nearer to a kink than that a step begins or ends on it."""
+"""m; nearer to the surface of a power law than that a step begins or ends on it."""
+BEYOND = 1.0e-13
+"""m; so far beyond a kink of a table a step ends and the next one begins, give or take as much."""
 _FIRST = 1.0e-6
 """m by which a step goes into the workpiece, at first: of the energy at a depth of 1 mm 3e-8."""
 _SHARE = 0.25
@@ -29,8 +31,9 @@ def _height(share: float, y0: float, d0: float, y1: float, d1: float) -> float:
 
 @inlined
 def share_to_kink(load: Load, start: Array, end: Array, h: float) -> float:
-    """Return the share of a step of `h` (s) at which the slider first passes a kink of its load; 1: none.
+    """Return the share of a step of `h` (s) at which the slider has first passed a kink of its load; 1: none.
 
+    A table's by `BEYOND`: it may be so steep that its force jumps there, and the next step begins behind it.
     `start` and `end` are the slider's motion at both ends, shape (9,).
     """
     if load.surface == -math.inf:
@@ -41,10 +44,13 @@ def share_to_kink(load: Load, start: Array, end: Array, h: float) -> float:
     for hi in (turn, 1.0):
         first, last = _height(lo, y0, d0, y1, d1), _height(hi, y0, d0, y1, d1)
         nearest, kink = math.inf, 0.0
-        for i in range(max(1, load.starts.size)):
-            height = load.surface - (load.starts[i] if load.starts.size > 0 else 0.0)
+        for i in range(max(1, load.depths.size)):
+            near, height = ON_IT, load.surface
+            if load.depths.size > 0:
+                near = BEYOND
+                height += (near if last > first else -near) - load.depths[i]
             before, after = first - height, last - height
-            if before * after < 0.0 and ON_IT < abs(before) < nearest and abs(after) > ON_IT:
+            if before * after < 0.0 and near < abs(before) < nearest and abs(after) > near:
                 nearest, kink = abs(before), height
         if nearest < math.inf:
             for _ in range(60):
@@ -66,7 +72,7 @@ def step_in_workpiece(load: Load, slider: Array, h: float) -> float:
     depth.
     """
     depth, speed = load.surface - slider[1], abs(slider[4])
-    if depth < -ON_IT or load.starts.size > 0 or load.exponent == math.floor(load.exponent):
+    if depth < -ON_IT or load.depths.size > 0 or load.exponent == math.floor(load.exponent):
         return h
     # The time that the slider takes from the surface, or to it, also where it is about to turn.
     speed += math.sqrt(0.5 * abs(slider[7]) * max(depth, 0.0))

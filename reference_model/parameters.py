@@ -85,6 +85,8 @@ class Parameters:
     load: Load
     reach: tuple[float, float]
     """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
+    guide_x: float
+    """Centre line of the guide, m."""
     slider_offset: float
     """Start of the slider's centre relative to guide_x, m."""
     slider_angle: float
@@ -126,8 +128,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     Raises
     ------
     ValueError
-        One line naming the key, where the scene asks for what this model does not simulate or its linkage
-        cannot be assembled.
+        One line naming the key, where the scene asks for what this model does not simulate.
     """
     mechanism, initial = scene["mechanism"], scene["initial"]
     joints, solver = scene["joints"], scene["solver"]["reference"]
@@ -154,6 +155,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         law=_read_law(scene, guide),
         load=_read_load(scene["load"]),
         reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
+        guide_x=guide,
         slider_offset=float(initial["slider_offset"]),
         slider_angle=0.0 if ideal_slider else float(initial["slider_angle"]),
         slider_omega=0.0 if ideal_slider else float(initial["slider_omega"]),
@@ -169,7 +171,6 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         alpha=float(solver["baumgarte_alpha"]),
         beta=float(solver["baumgarte_beta"]),
     )
-    _require_assembly(p.mechanism)
     _require_tolerance(p, float(scene["clearance"]["slider"]))
     return p
 
@@ -300,18 +301,6 @@ def _compliance(contact: Mapping[str, Any], part: str) -> float:
 def point_stiffness(compliance: float, radius: float) -> float:
     """Return K = 4 sqrt(R) / (3 (sigma_m + sigma_n)) of a contact of the given radius (Eq. 10), N/m^1.5."""
     return 4.0 / (3.0 * compliance) * math.sqrt(radius)
-
-
-def _require_assembly(m: Mechanism) -> None:
-    """Raise unless the four-bar O-A-B-H closes over the whole revolution of the crank."""
-    pivot = math.hypot(m.Hx, m.Hy)
-    near, far = abs(pivot - m.L1), pivot + m.L1
-    longest, shortest = m.L2 + m.Ls3, abs(m.L2 - m.Ls3)
-    if far >= longest or near <= shortest:
-        raise ValueError(
-            f"mechanism: the linkage cannot be assembled over a whole revolution: crank pin to rocker pivot "
-            f"is {near:.6g}..{far:.6g} m, rod 2 and rocker reach {shortest:.6g}..{longest:.6g} m"
-        )
 
 
 def _require_tolerance(p: Parameters, slider_clearance: float) -> None:

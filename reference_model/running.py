@@ -40,7 +40,6 @@ from reference_model.linkage import (
     bodies_from_rods,
     four_bar_rods,
     rod4_from_slider,
-    rod4_of_ideal_slider,
     turning,
 )
 from reference_model.minimal import TIP_ROWS, Minimal
@@ -103,21 +102,9 @@ def start(p: Parameters, model: Model) -> Array:
 
     All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says;
     y and vy follow from rod 4. With clearance at A the pin is centred.
-
-    Raises
-    ------
-    ValueError
-        One line, where rod 4 does not reach.
     """
     m = p.mechanism
-    _, rocker = four_bar_rods(m, np.linspace(0.0, p.period, 1000))
-    with np.errstate(invalid="ignore"):
-        reached = np.isfinite(rod4_of_ideal_slider(m, rocker)[2])
-    if not reached.all():
-        raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
     theta4, w4 = rod4_from_slider(m, *p.reach)
-    if not math.isfinite(theta4):
-        raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
     rod2, rocker = four_bar_rods(m, np.zeros(1))
     if isinstance(model, Minimal):
         return np.array([theta4, p.slider_angle, w4, p.slider_omega])

@@ -1,7 +1,7 @@
 """The load of a workpiece on the slider's centre: its force and its energy, of the height y5 alone.
 
-The force is a power law, or of a table a sum of ramps, of which one begins at each row. What is here works on
-numbers and on arrays of them alike.
+The force is a power law, or linear between the rows of a table. What is here works on numbers and on
+arrays of them alike.
 """
 
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from reference_model.linkage import Array
 
 
 class Load(NamedTuple):
-    """P(h), h = surface - y5 > 0: force (h / depth)^exponent + the sum of the bends (h - starts) > 0."""
+    """P(h) for h = surface - y5 > 0: force (h / depth)^exponent, or that of the rows."""
 
     surface: float
     """y5 at which the slider meets the workpiece, m; -inf: there is none."""
@@ -21,10 +21,10 @@ class Load(NamedTuple):
     depth: float
     """... this depth, m."""
     exponent: float
-    starts: Array
-    """Depths of a table's rows, m, ..."""
-    bends: Array
-    """... and by how much the slope of the force changes there, N/m."""
+    depths: Array
+    """Of a table's rows, m, from 0; empty: a power law, ..."""
+    forces: Array
+    """... and the forces there, N; beyond the last row its own."""
 
 
 NO_LOAD = Load(-np.inf, 0.0, 1.0, 1.0, np.empty(0), np.empty(0))
@@ -32,9 +32,8 @@ NO_LOAD = Load(-np.inf, 0.0, 1.0, 1.0, np.empty(0), np.empty(0))
 
 def tabulated(surface: float, rows: Array) -> Load:
     """Return the load of a table, shape (n, 2): linear between its rows (m, N), constant beyond them."""
-    slopes = np.diff(rows[:, 1]) / np.diff(rows[:, 0])
-    bends = np.diff(slopes, prepend=0.0, append=0.0)
-    return Load(surface, 0.0, 1.0, 1.0, np.ascontiguousarray(rows[:, 0]), bends)
+    depths, forces = np.ascontiguousarray(rows.T)
+    return NO_LOAD._replace(surface=surface, depths=depths, forces=forces)
 
 
 def exists(load: Load) -> bool:
@@ -46,15 +45,21 @@ def kinks(load: Load) -> Array:
     """Return the heights at which the force is not smooth, m."""
     if not exists(load):
         return np.empty(0)
-    return load.surface - (load.starts if load.starts.size else np.zeros(1))
+    return load.surface - (load.depths if load.depths.size else np.zeros(1))
 
 
 def load_force(load: Load, y: Any) -> Any:
     """Return the force (N) along +y on a slider whose centre is at the height `y` (m)."""
     h = np.maximum(load.surface - y, 0.0)
     force = load.force * (h / load.depth) ** load.exponent
-    for i in range(load.starts.size):
-        force = force + load.bends[i] * np.maximum(h - load.starts[i], 0.0)
+    # Each row's force times its weight, which is exactly 0 outside the two segments beside it: however steep
+    # these are, nothing is left of a row that has been passed.
+    after = 0.0 * h
+    for i in range(load.depths.size - 1, 0, -1):
+        width = load.depths[i] - load.depths[i - 1]
+        share = np.minimum(np.maximum(h - load.depths[i - 1], 0.0), width) / width
+        force = force + load.forces[i] * (share - after)
+        after = share
     return force
 
 
@@ -62,6 +67,11 @@ def load_energy(load: Load, y: Any) -> Any:
     """Return the energy (J) stored in the workpiece: the integral of the force over the depth."""
     h = np.maximum(load.surface - y, 0.0)
     energy = load.force * h / (load.exponent + 1.0) * (h / load.depth) ** load.exponent
-    for i in range(load.starts.size):
-        energy = energy + 0.5 * load.bends[i] * np.maximum(h - load.starts[i], 0.0) ** 2
+    for i in range(1, load.depths.size):
+        width = load.depths[i] - load.depths[i - 1]
+        depth = np.minimum(np.maximum(h - load.depths[i - 1], 0.0), width)
+        mean = load.forces[i - 1] + 0.5 * (load.forces[i] - load.forces[i - 1]) * (depth / width)
+        energy = energy + mean * depth
+    if load.depths.size:
+        energy = energy + load.forces[-1] * np.maximum(h - load.depths[-1], 0.0)
     return energy

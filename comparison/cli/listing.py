@@ -66,15 +66,20 @@ def channels(
 def plan(scene: console.SceneName, overrides: console.Overrides = None, json: console.AsJson = False) -> int:
     """Show what each model integrates for a scene, and the cost.
 
-    Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.
+    Also what it leaves out and why. A scene that a model refuses is refused here too.
+    SCENE: a shipped scene or the path of a TOML file.
     """
     from comparison.accuracy.levels import plan as plan_run
+    from comparison.execution.run import checked
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
+    from comparison.scene.loading import heavy_load
     from comparison.words.accuracy import channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
-    warn(loaded.warnings)
+    forces = [checked(loaded, model) for model in MODELS]
+    loads = [line for each in forces if (line := heavy_load(loaded.data, each))]
+    warn((*loaded.warnings, *loads[:1]))
     plans = [plan_run(loaded, model) for model in MODELS]
     if json:
         return print_json([asdict(planned) for planned in plans])

@@ -14,8 +14,10 @@ import numpy as np
 from comparison.execution.pool import Died, Share, work
 from comparison.execution.store import fetch, keep
 from comparison.formatting import number, percent, quantity
-from comparison.models import OWN, code_hash, fingerprint, load, platform_name
+from comparison.models import OWN, EngineError, code_hash, fingerprint, load, platform_name
+from comparison.models import check as check_scene
 from comparison.scene import Scene, SceneError, digest
+from comparison.scene.loading import heavy_load
 from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError, check
 
@@ -97,6 +99,17 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
     """Run one scene by one model in this process; nothing is stored, errors are those of `successful`."""
     job = Job(scene, model)
     return successful(_with_scene(_attempt(job, progress), scene), job)
+
+
+def checked(scene: Scene, model: str) -> dict[str, float]:
+    """Return what `comparison.models.check` does; a `SceneError` if the model refuses the scene."""
+    try:
+        return check_scene(model, scene.data)
+    except EngineError:
+        raise
+    except ValueError as error:
+        outcome = Outcome("bad input", " ".join(str(error).split()))
+        raise SceneError(describe(Job(scene, model), outcome)) from error
 
 
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
@@ -189,7 +202,9 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         result = load(job.model)(deepcopy(job.scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status != "success":
-            return Outcome(result.status, result.remedy, partial=table)
+            load_line = heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
+            remedy = "; ".join(filter(None, (result.remedy, load_line)))
+            return Outcome(result.status, remedy, partial=table)
         check(table, *_demands(job.scene), name=f"the {job.model} run")
     except TableError as error:
         return Outcome("unusable", str(error))

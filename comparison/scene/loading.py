@@ -320,6 +320,9 @@ STEPS_PER_CONTACT = 8
 LARGEST_TILT = 0.05
 """rad, of a slider in its guide: 3 degrees, four times that of the largest shipped clearance."""
 
+HEAVIEST_LOAD = 1e5
+"""Slider's weights: in the paper's press 1.7e5 N, which presses a corner of steel deeper than its radius."""
+
 
 def implausible(data: Mapping[str, Any]) -> Iterator[str]:
     """Yield a line for each implausible value of a complete scene: key, value, unit, reason."""
@@ -436,6 +439,18 @@ def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
     if depth > reach / 2.0:
         where = "load.table: a depth of" if load["table"] else "load.depth ="
         yield f"{where} {depth:g} m is as large as the linkage, {reach:g} m: its unit is m"
+
+
+def heavy_load(data: Mapping[str, Any], forces: Mapping[str, float]) -> str:
+    """Return a line if a model's forces of the workpiece (`comparison.models.check`) are absurd, else ""."""
+    weight = data["mechanism"]["slider"]["mass"] * 9.81
+    keys = "load.surface and load.table" if data["load"]["table"] else "load.surface, load.depth, load.force"
+    for name, where in (("load_at_start", "at the start"), ("largest_load", "at bottom dead centre")):
+        force = forces.get(name, 0.0)
+        if force > HEAVIEST_LOAD * weight:
+            push = f"{force:.2g} N {where}, {force / weight:.1g} times the slider's weight"
+            return f"load: the workpiece pushes with {push}: check {keys}"
+    return ""
 
 
 def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:

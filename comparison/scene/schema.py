@@ -18,6 +18,8 @@ from comparison.models import engine_names, is_setting
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 LEAST_RESTITUTION = 0.01  # of damping factors that divide by it: 160 there, twice those of any metal
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Of a number that is not 0: a product of the few that a formula has stays within the machine's 1e308."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Of a scene, which names files."""
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
@@ -412,7 +414,7 @@ class SceneKeys(Section):
         if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
             yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
-            yield "load.table", rows, "must have rising depths"
+            yield "load.table", rows, "must have rising depths; a jump is two rows at nearly one depth"
         if len(set(self.output.groups)) < len(self.output.groups):
             yield "output.groups", self.output.groups, "must not contain a group twice"
         for name, settings in (self.solver.model_extra or {}).items():
@@ -436,3 +438,18 @@ class SceneKeys(Section):
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             yield "drive.cycles", cycles, bound
+        for key, value in _numbers(self.model_dump(exclude={"solver", "compare", "reliability"})):
+            if value and not SMALLEST <= abs(value) <= LARGEST:
+                yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"
+
+
+def _numbers(values: object, key: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the real numbers of a section, with their dotted keys."""
+    if isinstance(values, float):
+        yield key, values
+    elif isinstance(values, dict):
+        for name, each in values.items():
+            yield from _numbers(each, f"{key}.{name}".lstrip("."))
+    elif isinstance(values, list):
+        for each in values:
+            yield from _numbers(each, key)

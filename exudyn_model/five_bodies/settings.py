@@ -4,12 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from exudyn_model.linkage import driven_rod4, linkage_array
 from exudyn_model.parameters import Parameters
+from exudyn_model.pushes import pushes
 from exudyn_model.run import quiet_settings
-from exudyn_model.workpiece import workpiece_array, workpiece_forces
 
 SPECTRAL_RADIUS = 0.9
 PARTS = 4096
@@ -18,7 +15,6 @@ not enough for a corner that starts 10 mm inside its wall."""
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
-_TURN = 720  # crank angles at which the force of a workpiece is looked at
 _MUCH = 4 * 40
 """Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
 
@@ -128,18 +124,13 @@ def _weight(parameters: Parameters) -> float:
     """Return what the joints bear, N.
 
     The weight of all bodies, at gravity and the acceleration of the crank's tip together, and the largest
-    force of a workpiece, with the slider on the guide's centre line.
+    force of a workpiece on an ideal slider.
     """
     mechanism = parameters.mechanism
     bodies = (mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider)
     acceleration = mechanism.crank.length * mechanism.omega**2 + abs(mechanism.gravity)
     weight = acceleration * math.fsum(body.mass for body in bodies)
-    if parameters.load is None:
-        return weight
-    linkage = linkage_array(mechanism)
-    driven = (driven_rod4(mechanism.period * k / _TURN, linkage) for k in range(_TURN))
-    heights = np.array([tip.y + mechanism.rod4.length * math.sin(angle) for tip, angle, *_ in driven])
-    return weight + float(workpiece_forces(heights, workpiece_array(parameters.load))[0].max())
+    return weight + pushes(parameters, math.inf)[1]
 
 
 def exudyn_settings(settings: Settings) -> Any:

@@ -147,8 +147,9 @@ class Solution:
         q, v, multipliers = self._vectors
         with np.errstate(over="ignore"):
             start = constraints(system, np.zeros(1), q[:, None], v[:, None])
-        # Lengths are near 1 m: round-off of a few operations is some 1e-16
-        if not (start.position[0] <= 1e-13 and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
+        # Round-off of a few operations is some 1e-16 of the lengths, which are near 1 m or longer
+        size = max(1.0, *(float(np.abs(body.position[:2]).max()) for body in system.bodies))
+        if not (start.position[0] <= 1e-13 * size and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
         if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
             correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)

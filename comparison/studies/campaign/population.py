@@ -1,7 +1,7 @@
 """The random scenes of the campaign: three in four drawn from ranges that both models carry to the end.
 
 One in four is a shipped scene of which only the start is moved. One in eight besides has a workpiece, the law
-of ADAMS, or both. All numbers are in ``population.toml``.
+of ADAMS, or both, and one in eight a guide of another material. All numbers are in ``population.toml``.
 """
 
 import tomllib
@@ -45,6 +45,8 @@ def case(number: int, seed: int) -> Case:
     texts = {"scene.name": f"campaign-{number}", "scene.title": f"Scene {number} of the seed {seed}"}
     if number % DATA["every"] == DATA["every"] - 1:
         drawn = _at_work(drawn, np.random.default_rng([seed, number, 1]))
+    if number % DATA["every"] == DATA["every"] // 2 - 1:
+        drawn = _another_guide(drawn, np.random.default_rng([seed, number, 2]))
     common = {"drive.cycles": DATA["cycles"], "output.groups": ["accelerations", "corners"]}
     scene = at_tier(drawn.with_values(common | texts), "tight")
     return Case(number, scene, bool(rng.uniform() < DATA["family_share"]))
@@ -79,6 +81,14 @@ def _at_work(base: Scene, rng: np.random.Generator) -> Scene:
     elif which != "law":
         values |= {"load.force": force, "load.depth": depth, "load.exponent": exponent}
     return base.with_values(values)
+
+
+def _another_guide(base: Scene, rng: np.random.Generator) -> Scene:
+    """Return a scene whose guide is of a material of its own."""
+    foundation = base.data["contact"]["law"] == "foundation"
+    modulus = log_uniform(rng, RANGES["of a foundation" if foundation else "Young's modulus"][:2])
+    poisson = float(rng.uniform(*RANGES["Poisson's ratio"][:2]))
+    return base.with_values({"contact.youngs_modulus.guide": modulus, "contact.poisson.guide": poisson})
 
 
 def _anywhere(rng: np.random.Generator) -> Scene:

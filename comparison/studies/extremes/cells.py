@@ -62,6 +62,7 @@ PERTURBED = Method("minimal, strict, perturbed", "reference", STRICT.changes)
 
 LAWS = ("hertz-corners", "foundation", "paper-switching")
 LITERAL_LAW = LAWS[2]
+IMPACT = "adams-impact"  # of which axes of its own are run, and points of the hypercube
 SEED = 1  # of the Latin hypercube
 CYCLES, SAMPLES = 1.0, 250
 """An error bound is one over the first cycle; samples of a cycle."""
@@ -70,8 +71,10 @@ _DATA: dict[str, list[dict[str, Any]]] = tomllib.loads(
     files("comparison.studies.extremes").joinpath("axes.toml").read_text("utf-8")
 )
 _PARTS, _RANGES = _DATA["part"], _DATA["range"]
-AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "only" not in part))
-"""Those that are run under all laws; the first is the scene as it is."""
+AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if not {"only", "law"} & part.keys()))
+"""Those that are run under `LAWS`; the first is the scene as it is."""
+OWN_AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "law" in part))
+"""Those of the law `IMPACT` alone."""
 UNITS = {part["axis"]: part["unit"] for part in _PARTS if "unit" in part}
 _BASE = load_scene(BASE).data
 
@@ -128,7 +131,7 @@ def cells(axes: Sequence[str], points: int) -> list[Cell]:
     """
     asked: list[Cell] = []
     for law in LAWS:
-        for axis in axes:
+        for axis in (axis for axis in axes if axis not in OWN_AXES):
             parts = [part for part in _PARTS if part["axis"] == axis]
             along = [cell for part in parts for cell in _cells(part, law)]
             if law == LAWS[0]:
@@ -136,6 +139,8 @@ def cells(axes: Sequence[str], points: int) -> list[Cell]:
             elif law != LITERAL_LAW or parts[0].get("literal"):
                 asked += dict.fromkeys((along[0], along[-1]))
     asked += [cell for part in _PARTS if "only" in part for cell in _cells(part, LAWS[0])]
+    own = [part for part in _PARTS if part["axis"] in axes and "law" in part]
+    asked += [cell for part in own for cell in _cells(part, IMPACT)]
     return asked + hypercube(points, SEED)
 
 
@@ -157,7 +162,8 @@ def hypercube(count: int, seed: int) -> list[Cell]:
     """Return cells drawn over all ranges at once.
 
     The start lies from wall to wall and a tenth of the clearance inside it, tilted up to the wedge; of ten
-    points one is under the paper's literal switch, of the others each second one under the foundation.
+    points one is under the paper's literal switch, one under ADAMS' law, of the others each second one under
+    the foundation; of five one has a workpiece.
     """
     cells = []
     for number, u in enumerate(qmc.LatinHypercube(len(_RANGES) + 2, rng=seed).random(count).tolist()):
@@ -171,7 +177,9 @@ def hypercube(count: int, seed: int) -> list[Cell]:
         values["initial.slider_offset"] = 1.1 * offset * clearance
         # Corners of a diagonal touch at about 2 clearances / length.
         values["initial.slider_angle"] = angle * clearance / 0.035
-        law = LITERAL_LAW if number % 10 == 9 else LAWS[number % 2]
+        if number % 5 != 2:
+            del values["load.force"]
+        law = {9: LITERAL_LAW, 4: IMPACT}.get(number % 10, LAWS[number % 2])
         cells.append(Cell(HYPERCUBE, f"{number + 1}", law, COMMON, values))
     return cells
 

@@ -15,7 +15,18 @@ from comparison.report import svg
 from comparison.scene import load_scene
 from comparison.studies.extremes import cells as grid
 from comparison.studies.extremes import limits, steps
-from comparison.studies.extremes.cells import AXES, COMPARED, HYPERCUBE, LARGER, LAWS, METHODS, Cause, Class
+from comparison.studies.extremes.cells import (
+    AXES,
+    COMPARED,
+    HYPERCUBE,
+    IMPACT,
+    LARGER,
+    LAWS,
+    METHODS,
+    OWN_AXES,
+    Cause,
+    Class,
+)
 from comparison.studies.extremes.runs import BENCHMARK, LIMIT
 from comparison.studies.shared.study import Columns, Study, curves, markdown, part, write_csv
 
@@ -84,7 +95,7 @@ def page(results: Results) -> Mapping[str, object]:
         "limits": [f"{limit:g}" for limit in (LIMIT, grid.SHORT_LIMIT, grid.LONG_LIMIT)],
         "benchmark": BENCHMARK,
         "counts": crossed(runs, "formulation", METHODS, "class", classes),
-        "by_law": crossed(runs, "law", LAWS, "class", classes),
+        "by_law": crossed(runs, "law", (*LAWS, IMPACT), "class", classes),
         "larger": larger,
         "causes": crossed(larger, "cause", Cause, "formulation", METHODS),
         "stops": crossed(stopped, "formulation", METHODS, "status"),
@@ -123,7 +134,7 @@ def together(runs: pd.DataFrame) -> pd.DataFrame:
     rows = [[*key, len(group), where(group)] for key, group in groups]
     table = pd.DataFrame(rows, columns=["law", *TITLES.values(), "cells", "which"])
     return table.sort_values("cells", ascending=False, kind="stable").sort_values(
-        "law", key=lambda law: law.map(LAWS.index), kind="stable"
+        "law", key=lambda law: law.map((*LAWS, IMPACT).index), kind="stable"
     )
 
 
@@ -221,7 +232,7 @@ STUDY = Study(
     "extremes",
     # What has a known answer only the models can give, not few and short runs.
     small=Config(axes=AXES[:3], points=12, known=None),
-    full=Config(axes=AXES, points=200, known=steps.FULL),
+    full=Config(axes=(*AXES, *OWN_AXES), points=200, known=steps.FULL),
     measure=measure,
     page=page,
     draw=draw,

@@ -120,6 +120,6 @@ def test_the_contact_time_is_that_of_the_short_contacts_of_a_run(changes):
 
 def test_numbers_at_the_ends_of_the_machine_are_no_internal_error():
     for key in ("drive.speed_rpm", "contact.exponent", "mechanism.rod4.length", "contact.corner_radius"):
-        for value in (1e-300, 1.0, 1e300):
-            if (key, value) != ("contact.exponent", 1e-300):
+        for value in (1e-30, 1.0, 1e30):
+            if (key, value) != ("contact.exponent", 1e-30):
                 assert load_scene("both-clearances", {key: value}).name

@@ -28,7 +28,9 @@ CHANGES = st.fixed_dictionaries(
     optional={
         "clearance.slider": st.floats(1e-6, 1e-2),
         "drive.cycles": st.integers(1, 9),
-        "mechanism.rocker_pivot": st.lists(st.floats(-1, 1), min_size=2, max_size=2),
+        "mechanism.rocker_pivot": st.lists(
+            st.floats(-1, 1).map(lambda x: round(x, 12)), min_size=2, max_size=2
+        ),
         "joints.slider": st.just("clearance"),
         "output": st.fixed_dictionaries({"groups": st.just(["energy", "joints"])}),
         "scene.title": TEXT,

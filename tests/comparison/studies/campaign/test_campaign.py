@@ -114,6 +114,14 @@ def test_every_scene_starts_between_its_walls_and_is_the_same_whatever_the_count
     joints = [population.loose_joints(each.scene) for each in drawn]
     assert joints.count(["slider"]) > joints.count(["slider", "crank_pin"]) > joints.count(["crank_pin"]) > 4
     assert 5 <= sum(each.scene.data["contact"]["law"] == "foundation" for each in drawn) <= 25
+    # One in eight each has a workpiece or the law of ADAMS, and a guide of its own material.
+    at_work = [
+        bool(data["load"]["force"] or data["load"]["table"]) + 2 * (data["contact"]["law"] == "adams-impact")
+        for data in (each.scene.data for each in drawn)
+    ]
+    assert (sum(map(bool, at_work)), set(at_work)) == (300 // 8, {0, 1, 2, 3})
+    unequal = [isinstance(each.scene.data["contact"]["youngs_modulus"], dict) for each in drawn]
+    assert [each.number % 8 for each in drawn if unequal[each.number]] == [3] * 38
     assert 0.03 < np.mean([each.family for each in drawn]) < 0.17
 
 

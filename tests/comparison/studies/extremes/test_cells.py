@@ -15,6 +15,7 @@ from comparison.studies.extremes.cells import (
     COLUMNS,
     FULL,
     HYPERCUBE,
+    IMPACT,
     LAWS,
     MINIMAL,
     STRICT,
@@ -79,6 +80,9 @@ RANGES = {
     "clearance.slider": (1e-9, 5e-3),
     "drive.speed_rpm": (1.0, 6000.0),
     "contact.youngs_modulus": (1e6, 1e13),
+    "contact.youngs_modulus.guide": (1e6, 1e13),
+    "load.force": (1.0, 1e5),
+    "contact.damping": (0.0, 1e6),
     "friction.coefficient": (0.0, 2.0),
     "drive.cycles": (10.0, 10_000.0),
     "solver.exudyn.step": (1e-7, 1e-2),
@@ -91,6 +95,14 @@ def test_each_cell_is_there_once_and_the_ranges_that_are_asked_for_are_reached()
         values = [float(of[key]) for cell in EVERY_CELL if key in (of := {**cell.changes, **cell.settings})]
         values = [value for value in values if key != "drive.speed_rpm" or value > 0]
         assert (min(values), max(values)) == pytest.approx(ends, rel=0.05)
+    laws = Counter(cell.law for cell in EVERY_CELL if cell.axis == HYPERCUBE)
+    assert laws.keys() == {*LAWS, IMPACT}
+    # Each is a scene; another material of the guide is beside that of the slider.
+    for cell in EVERY_CELL:
+        assert cell.scene.data["contact"]["law"] == cell.law
+        if "contact.youngs_modulus.guide" in cell.changes:
+            guide = cell.scene.data["contact"]["youngs_modulus"]["guide"]
+            assert guide == cell.changes["contact.youngs_modulus.guide"]
 
 
 GONE = row([], "step-too-small")
