@@ -87,7 +87,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
         for tier in result.comparison.tiers
     ]
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=request.allow_indeterminate)
-    sentences = [words.headline(comparisons), words.incomplete(comparisons, missing)]
+    sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
     if models == MODELS and request.accuracy is None:
         record = judge.verdicts_record()
         sentences.append(words.departures(judge.departures(scenes, comparisons, record), record["made"]))
@@ -293,7 +293,8 @@ def write_page(
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
     path = folder / "report.html"
-    write_text(render(comparisons, title=title, command=command, origin=origin()), path)
+    html = render(comparisons, title=title, command=command, missing=missing, origin=origin())
+    write_text(html, path)
     return path
 
 
@@ -324,7 +325,7 @@ def write_validation(
         cases = of_comparisons(comparisons)
         cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
         write_junit(cases, part / "junit.xml", name="sixbar validate")
-        lines = [words.headline(comparisons), words.incomplete(comparisons, missing), f"Made by: {command}"]
+        lines = [words.incomplete(comparisons, missing), words.headline(comparisons), f"Made by: {command}"]
         write_job_summary(
             part / "summary.md",
             title="Cross-validation of the two models",

@@ -37,7 +37,14 @@ from comparison.tables.mapping import (
     same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
+from comparison.tables.table_files import (
+    LARGEST,
+    read_beside,
+    read_columns,
+    read_parquet,
+    read_record,
+    readable,
+)
 
 # ---- files, whose first bytes tell what they are, not their ending
 
@@ -61,6 +68,8 @@ def open_source(path: Path) -> Source:
         source = _source(path, head)
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
     source = replace(source, columns=columns, events=read_beside(path, "events"))
+    if source.events is not None:  # pulses are theirs
+        source = replace(source, pulses=read_columns(path, "pulses"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
         extrema, record = read_record(path)
         source = replace(source, extrema=extrema, record=record)
@@ -181,6 +190,7 @@ def as_source(results: Table | pd.DataFrame | str | Path, label: str) -> Path | 
         Path(label),
         columns,
         events=table.events,
+        pulses=table.pulses,
         extrema=table.extrema,
         cycle_extrema=table.cycle_extrema,
         record=table.provenance,
@@ -243,7 +253,7 @@ def read_tables(
         own = {name: channel for name, channel in known.items() if name in columns}
         rows = _resolved(frame, at_events, str(source.path))
         made = Table(rows, source.events, source.extrema, provenance, own)
-        tables.append(replace(made, cycle_extrema=source.cycle_extrema))
+        tables.append(replace(made, pulses=source.pulses, cycle_extrema=source.cycle_extrema))
     return tables, tuple(warnings)
 
 

@@ -39,7 +39,7 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = _numbers(read_beside(path, "pulses")), _numbers(read_beside(path, "cycle_extrema"))
+    pulses, by_cycle = (read_columns(path, name) for name in ("pulses", "cycle_extrema"))
     return Table(frame, read_beside(path, "events"), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
@@ -93,6 +93,21 @@ def read_beside(path: Path, name: str) -> pd.DataFrame | None:
             return None
         check_size(beside, LARGEST)
         return _read_csv(beside)
+
+
+def read_columns(path: Path, name: str) -> Columns | None:
+    """Read the pulses or cycle_extrema beside a table as real numbers, pulses with integer rows; or None.
+
+    What is no number will be refused.
+    """
+    frame = read_beside(path, name)
+    if frame is None:
+        return None
+    columns = {str(name): column.to_numpy() for name, column in frame.items()}
+    for name, values in columns.items():
+        if name != "row" and values.dtype.kind in "iu":  # such as a force
+            columns[name] = values.astype(np.float64)
+    return columns
 
 
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -160,17 +175,6 @@ def check_format(path: Path) -> None:
 
 def _beside(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_BESIDE[name]}")
-
-
-def _numbers(frame: pd.DataFrame | None) -> Columns | None:
-    """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
-    if frame is None:
-        return None
-    columns = {str(name): column.to_numpy() for name, column in frame.items()}
-    for name, values in columns.items():
-        if name != "row" and values.dtype.kind in "iu":  # such as a force
-            columns[name] = values.astype(np.float64)
-    return columns
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
