@@ -145,6 +145,8 @@ def _packed(
                 "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept])[:1].tolist(),
             }
         )
+    if not any(contact_of(curve.channel.name, scene) for curve in curves):
+        pulses = [()] * len(events)
     resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
     names = [curve.channel.name for curve in curves]
     head |= {

@@ -344,16 +344,16 @@ class Viewer {
       if (over) this.scale(event.deltaY < 0 ? 0.8 : 1.25, this.range[0] + (event.clientX - over.left) / over.width * (this.range[1] - this.range[0]));
     }, {passive: false});
     this.area.addEventListener("pointerdown", () => this.area.focus({preventScroll: true}));
-    const help = element("details", {className: "more"}, element("summary", {}, "Keys and marks"), element("p", {className: "soft"}, this.help(judged, touches)));
+    const help = element("details", {className: "more"}, element("summary", {}, "Keys and marks"), element("p", {className: "soft"}, this.help(judged)));
     this.root.querySelector(".mount").replaceChildren(bar, picker, this.readout, this.area, help);
     this.running(Boolean(this.timer));
   }
 
-  help(judged, touches) {
-    const {contacts, pulses, labels, samples, of} = this.data;
+  help(judged) {
+    const {channels, contacts, pulses, labels, samples, of} = this.data;
     const parts = ["Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first beyond, space plays."];
     if (judged) parts.push("Shaded: not predictable.");
-    if (touches) parts.push("Triangles: peaks of contacts of which the event tables give no more.");
+    if (channels.some(c => c.contact >= 0) && contacts.flat().length > pulses.flat().length) parts.push("Triangles: peaks of contacts whose course is not known.");
     if (pulses.flat().length) {
       const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
       parts.push(`Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`);
