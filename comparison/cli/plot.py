@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -74,7 +75,8 @@ def _usual(tables: list[Path], end: str) -> Path:
 
 
 def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
-    """Read one table or two by their names; refuse numbers of these channels that cannot be drawn."""
+    """Read one table or two by their names; refuse numbers of these channels, and contacts that are drawn."""
+    from comparison.report.curves import contact_of
     from comparison.tables.table import check
     from comparison.tables.table_files import read
 
@@ -88,5 +90,7 @@ def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
     tables = {label: read(path) for label, path in named.items()}
     for label, table in tables.items():
         used = table.only([name for name in channels if name != "time"])  # which is no channel
+        if any(contact_of(name, None) for name in used.channels):
+            used = replace(used, events=table.events, pulses=table.pulses)
         check(used, used.channels, name=label)
     return tables

@@ -88,7 +88,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
         for tier in result.comparison.tiers
     ]
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=request.allow_indeterminate)
-    sentences = [words.headline(comparisons), words.incomplete(comparisons, missing)]
+    sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
     if models == MODELS and request.accuracy is None:
         record = judge.verdicts_record()
         sentences.append(words.departures(judge.departures(scenes, comparisons, record), record["made"]))
@@ -228,19 +228,20 @@ def validate_pairs(request: Request, models: Sequence[str], folder: Path) -> tup
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
+    known = any(tier.known for _, tier in tiers)  # by a tolerance all samples are judged
     rows = [
         (
             name,
             tier.tier,
             tier.verdict,
-            percent(tier.coverage).replace(NO_BREAK, " "),
+            *([percent(tier.coverage).replace(NO_BREAK, " ")] if known else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
             _note(tier),
         )
         for name, tier in tiers
     ]
-    headings = ("scene", "tier", "verdict", "coverage", ratio_name(comparisons), "")
-    heading, *lines = columns([headings, *rows], right=(3, 4), verdict=2)
+    headings = ("scene", "tier", "verdict", *["coverage"] * known, ratio_name(comparisons), "")
+    heading, *lines = columns([headings, *rows], right=(3, 3 + known), verdict=2)
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
@@ -263,8 +264,10 @@ def _note(tier: SceneComparison) -> str:
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, largest difference, coverage, samples outside, RMS."""
-    heading = ("channel", "verdict", "max", "unit", "max/scale", "coverage", "outside", "rms", "rms/scale")
+    """Return one line per channel: verdict, largest difference, coverage if known, samples outside, RMS."""
+    known = comparison.known  # by a tolerance all samples are judged
+    covered = ["coverage"] * known
+    heading = ("channel", "verdict", "max", "unit", "max/scale", *covered, "outside", "rms", "rms/scale")
     rows = [
         (
             channel.channel,
@@ -272,14 +275,14 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
             f"{channel.max_difference:.3g}",
             channel.unit,
             f"{channel.max_scaled:.3g}",
-            f"{channel.coverage:.1%}",
+            *[f"{channel.coverage:.1%}"] * known,
             str(channel.outside) if isfinite(channel.worst_threshold) else "",
             f"{channel.rms_difference:.3g}",
             f"{channel.rms_scaled:.3g}",
         )
         for channel in comparison.channels.values()
     ]
-    return columns([heading, *rows], right=(2, 4, 5, 6, 7, 8), verdict=1)
+    return columns([heading, *rows], right=(2, 4, 5, 6, 7, 7 + known), verdict=1)
 
 
 def write_page(
@@ -295,7 +298,8 @@ def write_page(
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
     path = folder / "report.html"
-    write_text(render(comparisons, title=title, command=command, origin=origin()), path)
+    html = render(comparisons, title=title, command=command, missing=missing, origin=origin())
+    write_text(html, path)
     return path
 
 
@@ -327,9 +331,9 @@ def write_validation(
         cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
         write_junit(cases, part / "junit.xml", name="sixbar validate")
         lines = [
+            words.incomplete(comparisons, missing),
             *lead(comparisons),
             words.headline(comparisons),
-            words.incomplete(comparisons, missing),
             f"Made by: {command}",
         ]
         write_job_summary(

@@ -17,7 +17,8 @@ from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.assessment import Difference
 from comparison.report import svg
-from comparison.tables.channels import UNCERTAINTY, Array, channels
+from comparison.report.curves import Line, common_extremes, guide_of, least_range, scene_lines, table_line
+from comparison.tables.channels import UNCERTAINTY, channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
@@ -30,23 +31,17 @@ _LONGEST = 24  # letters of a name in a legend
 _COLUMNS = 1200  # of a picture's curve: enough to be enlarged three times
 
 
-def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:
-    """Return what is subtracted to draw a channel: of x the guide's centre line (m), else 0."""
-    if channel.channel != "slider_x" or scene.scene is None:
-        return 0.0
-    return float(scene.scene["mechanism"]["guide_x"])
-
-
 def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str) -> Markup:
     """Draw a channel of two samples or more: both models, and below them their difference."""
     with svg.style():
         figure = Figure(layout="constrained")
         figure.set_figheight(3.3)
         upper, lower = figure.subplots(2, 1, sharex=True)
-        zero = relative_to_guide(scene, channel)
+        zero = guide_of(channel.channel, scene.scene)
         named = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")
-        curves = [(channel.time, channel.a - zero), (channel.time, channel.b - zero)]
-        _curves(upper, curves, named, channel.unit)
+        curves = [each.less(zero) for each in scene_lines(scene, channel)]
+        least = least_range(channel.definition, scene.scene, common_extremes(curves))
+        _curves(upper, curves, named, channel.unit, least)
         upper.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         _difference(lower, channel)
         shades = svg.spans(~channel.predictable, channel.time)
@@ -67,14 +62,22 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
 
 
 def _curves(
-    axes: Axes, curves: Sequence[tuple[Array, Array]], name: str, unit: str, columns: int = svg.COLUMNS
+    axes: Axes, curves: Sequence[Line], name: str, unit: str, least: float, columns: int = svg.COLUMNS
 ) -> float:
-    """Draw one curve or two, times and values each; return what the values are divided by."""
-    factor, scaled = prefix(max(float(np.nanmax(np.abs(values))) for _, values in curves), unit)
-    for n, ((time, values), line) in enumerate(zip(curves, svg.MODEL_LINES, strict=False)):
-        kept = svg.envelope(values, columns)
-        axes.plot(time[kept], values[kept] / factor, label=f"model {n}", **line)
+    """Draw one curve or two, on an axis of a least range; return what the values are divided by."""
+    low, high = common_extremes(curves)
+    factor, scaled = prefix(max(abs(low), abs(high), least), unit)
+    for n, (each, style) in enumerate(zip(curves, svg.MODEL_LINES, strict=False)):
+        kept = svg.envelope(each.values, columns)
+        axes.plot(each.time[kept], each.values[kept] / factor, label=f"model {n}", **style)
+        if each.peak.size:  # of all contacts one path, which is interrupted
+            stems = svg.upper_envelope(each.peak, columns)
+            time, gap = each.peak_time[stems], np.full(stems.size, np.nan)
+            heights = np.column_stack([np.zeros(stems.size), each.peak[stems] / factor, gap])
+            axes.plot(np.column_stack([time, time, gap]).ravel(), heights.ravel(), **style)
     axes.margins(y=0.06)
+    if high - low < least:
+        axes.set_ylim(*((low + high + side * 1.12 * least) / (2 * factor) for side in (-1, 1)))
     axes.set_ylabel(f"{name}\n({scaled})" if scaled else name, parse_math=False)
     return factor
 
@@ -88,7 +91,7 @@ def _difference(axes: Axes, channel: ChannelComparison) -> None:
     shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
     # Two decades at least, and no more than the sixteen of double precision.
     positive = shown[shown > 0.0]
-    high = float(positive.max(initial=0.0)) or 1.0
+    high = float(positive.max(initial=channel.definition.floor)) if positive.size else 1.0
     low = max(float(positive.min()) if positive.size else 0.1, high * 1e-16)
     axes.set_yscale("log", nonpositive="clip")
     axes.set_ylim(min(low, high / 100) / 2.5, high * 4)
@@ -140,7 +143,7 @@ def picture(
         figure.set_figheight(max(2.2, 1.35 * len(names) + 0.8))
         axes = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
         for panel, name in zip(axes, names, strict=True):
-            _panel(panel, name, parts)
+            _panel(panel, name, parts, (low, high))
         axes[-1].set_xlabel("time (s)")
         figure.align_ylabels(axes)
         if len(tables) > 1:
@@ -149,24 +152,29 @@ def picture(
     return figure
 
 
-def _panel(panel: Axes, name: str, tables: Mapping[str, Table]) -> None:
+def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[float, float]) -> None:
     for label, table in tables.items():
         if name not in table.frame:
             raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
-    known, zero = channels().get(name.removesuffix(UNCERTAINTY)), 0.0
+    known = channels().get(name.removesuffix(UNCERTAINTY))
+    known_scene = next(iter(tables.values())).scene
+    scene = None if known_scene is None else known_scene.data
     title = known.label.replace(", ", ",\n") if known else name
     if known and known.name != name:
         title = f"estimated error of {title}"
-    if name == "slider_x" and (scene := next(iter(tables.values())).scene) is not None:
-        title, zero = "slider x − guide", scene.data["mechanism"]["guide_x"]
-    curves = [(table.time, table.values(name) - zero) for table in tables.values()]
-    factor = _curves(panel, curves, title, known.unit if known else "", _COLUMNS)
-    for table, (time, values), line in zip(tables.values(), curves, panel.lines, strict=True):
+    if zero := guide_of(name, scene):
+        title = "slider x − guide"
+    curves = [table_line(table, name).within(*span).less(zero) for table in tables.values()]
+    least = least_range(channels().get(name), scene, common_extremes(curves))
+    factor = _curves(panel, curves, title, known.unit if known else "", least, _COLUMNS)
+    for table, style in zip(tables.values(), svg.MODEL_LINES, strict=False):
         if name + UNCERTAINTY in table.frame:
-            u = table.values(name + UNCERTAINTY)
+            values, u = table.values(name) - zero, table.values(name + UNCERTAINTY)
             low, high = (values - u) / factor, (values + u) / factor
             kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
-            panel.fill_between(time[kept], low[kept], high[kept], color=line.get_color(), alpha=0.25, lw=0)
+            panel.fill_between(
+                table.time[kept], low[kept], high[kept], color=style["color"], alpha=0.25, lw=0
+            )
 
 
 def write_picture(figure: Figure, path: Path) -> None:

@@ -5,12 +5,14 @@ The report has the verdict, the worst channel, an overview and the scenes.
 
 import base64
 import hashlib
+import re
 import subprocess
 from cmath import rect
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from itertools import count
 from math import isnan, radians, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +23,7 @@ from markupsafe import Markup
 
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, quantity
-from comparison.metrics.contacts import WINDOW, noted
+from comparison.metrics.contacts import WINDOW
 from comparison.models import platform_name
 from comparison.reliability.assessment import MARGIN
 from comparison.report import tables
@@ -204,12 +206,21 @@ def render(
     *,
     title: str,
     command: str,
+    missing: Sequence[str] = (),
     origin: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the page of scenes, which ``command`` reproduces; equal arguments give identical text."""
+    """Return the page of scenes, which ``command`` reproduces; equal arguments give identical text.
+
+    ``missing`` are the names of scenes that were to be compared and were not: the page is incomplete.
+    """
     # Equally severe scenes stay in their order.
     scenes = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
-    cells = [(scene, tier, f"s{n}-{tier.tier}") for n, scene in enumerate(scenes) for tier in scene.tiers]
+    keys = anchors([scene.name for scene in scenes])
+    cells = [
+        (scene, tier, f"{key}--{tier.tier}")
+        for scene, key in zip(scenes, keys, strict=True)
+        for tier in scene.tiers
+    ]
     judged = [tier for _, tier, _ in cells]
     channels = [channel for tier in judged for channel in tier.channels.values()]
     of_tables = bool(scenes) and all(scene.ran is None and scene.failed is None for scene in scenes)
@@ -230,7 +241,10 @@ def render(
         command=command,
         origin=origin,
         scenes=scenes,
+        keys=keys,
         cells=cells,
+        missing=missing,
+        incomplete=verdicts.incomplete(comparisons, missing),
         failing=[cell for cell in cells if rank(cell[1].verdict) > rank("agree")],
         worst=max(figures, key=severity, default=None),
         verdict_of_all=verdicts.overall_verdict(comparisons),
@@ -264,6 +278,20 @@ def render(
         differences=differences,
         notes=notes,
     )
+
+
+def anchors(names: Sequence[str]) -> list[str]:
+    """Return the id of each scene's section: its name, if that is a valid and unique one.
+
+    Parts of a section have two hyphens in their ids, which none of these has.
+    """
+    given, ids = {"overview", "definition", "scope", "reproduce", "all-channels"}, []
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_.+=]+", "-", name).strip("-") or "scene"
+        numbered = (f"{plain}-{n}" if n > 1 else plain for n in count(1))
+        ids.append(next(each for each in numbered if each not in given))
+        given.add(ids[-1])
+    return ids
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
@@ -325,6 +353,7 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
         rows=rows,
         lead=standings([row.standing for row in rows]),
         sentence=standing,
+        keys=anchors([row.name for row in rows]),
         plots=[_plots(row, folder, models) for row in rows],
         command=command,
     )
@@ -341,13 +370,9 @@ def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
                 tables[model] = read(folder / "-".join(pair) / "tables" / f"{row.name}-{model}.csv")
     if len(tables) < 2 or any(table.time.size < 2 for table in tables.values()):
         return ""
-    scene: Mapping[str, Any] = next(iter(tables.values())).provenance.get("scene") or {}
-    return table_plots(
-        tables,
-        [name for name in channels() if not name.startswith("corner_") or name.endswith("_normal")],
-        period=60.0 / abs(float(scene["drive"]["speed_rpm"])) if scene else None,
-        guide=float(scene["mechanism"]["guide_x"]) if scene else 0.0,
-    )
+    known = next(iter(tables.values())).scene
+    names = [name for name in channels() if not name.startswith("corner_") or name.endswith("_normal")]
+    return table_plots(tables, names, None if known is None else known.data)
 
 
 def write_animation(
@@ -373,13 +398,7 @@ def write_animation(
         seconds=seconds,
         cycles=seconds * abs(speed) / 60.0,
         schematic=schematic(scene),
-        plots=table_plots(
-            tables,
-            (*MOTION, *FORCES),
-            period=60.0 / abs(speed),
-            guide=float(mechanism["guide_x"]),
-            pulses=[noted(table) for table in tables.values()],
-        ),
+        plots=table_plots(tables, (*MOTION, *FORCES), scene),
         command=command,
     )
     write_text(html, path)

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from comparison.files import plain
 from comparison.formatting import pretty_unit
-from comparison.metrics.contacts import Pulse
-from comparison.report.figures import relative_to_guide
+from comparison.metrics.contacts import Pulse, noted
+from comparison.report.curves import contact_of, guide_of, least_range
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels
 from comparison.tables.table import Table
@@ -33,6 +33,7 @@ MOTION = ("slider_x", "slider_y", "slider_angle")
 FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
 _MANTISSA = 5  # bits of differences and thresholds
 _PULSE = 25  # points of a resolved contact at most
+_STEPS = 20  # of those in which values are stored, at least, are the range of an axis
 _UNIFORM = 1e-9  # of the run time: such times are stored by their steps
 
 
@@ -72,39 +73,37 @@ def scene_plots(scene: SceneComparison) -> str:
         "first": ["slider_x", *([decisive.channel] if decisive is not None else [])],
     }
     curves = [
-        Curve(each.definition, relative_to_guide(scene, each), (each.a, each.b), each) for each in drawn
+        Curve(each.definition, guide_of(each.channel, scene.scene), (each.a, each.b), each) for each in drawn
     ]
-    return _packed(head, scene.time, curves, scene.events, scene.pulses) if drawn else ""
+    return _packed(head, scene.time, curves, scene.scene, scene.events, scene.pulses) if drawn else ""
 
 
 def table_plots(
-    tables: Mapping[str, Table],
-    names: Sequence[str],
-    *,
-    period: float | None,
-    guide: float,
-    pulses: Sequence[Sequence[Pulse]] = (),
+    tables: Mapping[str, Table], names: Sequence[str], scene: Mapping[str, Any] | None = None
 ) -> str:
-    """Return plots of the channels of all tables as Base64; ``guide`` is what x is measured from (m)."""
+    """Return plots of the channels that all tables of a scene have as Base64."""
     time = next(iter(tables.values())).time
     curves = [
         Curve(
             channels()[name],
-            guide if name == "slider_x" else 0.0,
+            guide_of(name, scene),
             [np.interp(time, table.time, table.values(name)) for table in tables.values()],
         )
         for name in names
         if all(name in table.channels for table in tables.values())
     ]
+    period = None if scene is None else 60.0 / abs(float(scene["drive"]["speed_rpm"]))
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
-    return _packed(head, time, curves, events, pulses or [()] * len(tables))
+    pulses = [noted(table) for table in tables.values()]
+    return _packed(head, time, curves, scene, events, pulses)
 
 
 def _packed(
     head: dict[str, Any],
     time: Array,
     curves: Sequence[Curve],
+    scene: Mapping[str, Any] | None,
     events: Sequence[pd.DataFrame | None],
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
@@ -126,6 +125,11 @@ def _packed(
         if judged is not None and limit is not None:
             # The sign is free: negative where the sample is not predictable.
             arrays.append(_halves(np.where(judged.predictable, limit, -limit)[kept]))
+        shifted = [np.asarray(values) - zero for values in models]
+        extremes = min(float(v.min()) for v in shifted), max(float(v.max()) for v in shifted)
+        # No plot shows the steps in which the values are stored, or the rounding of a constant.
+        least = max(least_range(channel, scene, extremes), _STEPS * (high - low) / 65534.0)
+        contact = contact_of(channel.name, scene)
         described.append(
             {
                 "name": channel.name,
@@ -133,11 +137,16 @@ def _packed(
                 "unit": pretty_unit(channel.unit),
                 "verdict": "" if judged is None else judged.verdict,
                 "guide": bool(zero),
+                "contact": list(CONTACTS).index(contact) if contact else -1,
+                "least": float(f"{least:.3g}"),
+                "floor": channel.floor,
                 "grid": [lowest, step],
                 "threshold": limit is not None,
                 "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept])[:1].tolist(),
             }
         )
+    if not any(contact_of(curve.channel.name, scene) for curve in curves):
+        pulses = [()] * len(events)
     resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
     names = [curve.channel.name for curve in curves]
     head |= {

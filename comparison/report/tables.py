@@ -185,10 +185,11 @@ def _share(share: float | None) -> str:
     return MISSING if share is None or np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
 
 
-def reliability_table(scene: SceneComparison) -> Table | None:
-    """Return both models' smallest reliability and share within the limits, and their difference; or None."""
+def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
+    """Return both models' smallest reliability, share within the limits and difference; and intervals."""
     a, b = scene.labels
     rows: dict[str, Cells] = {}
+    intervals: dict[str, Cells] = {}
     for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
         models, limits, unit = (difference.a, difference.b), difference.a.limits, unit_of(name)
         errors = (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
@@ -201,7 +202,8 @@ def reliability_table(scene: SceneComparison) -> Table | None:
             for model in models
         )
         lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
-        rows[f"{name}, {lower}{quantity(limits.upper, unit)}"] = [
+        row = f"{name}, {lower}{quantity(limits.upper, unit)}"
+        rows[row] = [
             *_verdict(difference.verdict),
             ("Smallest reliability R", a, rounded(difference.a.minimum)),
             ("Smallest reliability R", b, rounded(difference.b.minimum)),
@@ -211,14 +213,16 @@ def reliability_table(scene: SceneComparison) -> Table | None:
             ("Smallest P(|error| ≤ limit)", a, f"{difference.a.within.min():.3f}"),
             ("Smallest P(|error| ≤ limit)", b, f"{difference.b.within.min():.3f}"),
             ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
+            ("R over the crank cycle", "", _curves(difference)),
+        ]
+        intervals[row] = [
             ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*difference.a.interval)),
             ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*difference.b.interval)),
             ("Parts of ±", "cycles", cycles),
             ("Parts of ±", "numerics", numerics),
             ("Parts of ±", "quadrature", quadrature),
-            ("R over the crank cycle", "", _curves(difference)),
         ]
-    return _table("Quantity", rows)
+    return _table("Quantity", rows), _table("Quantity", intervals)
 
 
 def _curves(difference: Difference) -> Markup:

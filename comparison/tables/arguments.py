@@ -63,6 +63,7 @@ def as_source(results: Results, label: str) -> Path | Source:
         Path(label),
         [read_column(*name, column) for name, column in zip(names, columns, strict=True)],
         events=table.events,
+        pulses=table.pulses,
         extrema=table.extrema,
         cycle_extrema=table.cycle_extrema,
         record=table.provenance,

@@ -68,6 +68,7 @@ class Source:
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
     events: pd.DataFrame | None = None
+    pulses: Columns | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
     cycle_extrema: Columns | None = None
     record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin

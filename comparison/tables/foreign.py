@@ -46,7 +46,15 @@ from comparison.tables.mapping import (
     same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import LARGEST, read_contacts, read_parquet, read_record, readable, unread
+from comparison.tables.table_files import (
+    LARGEST,
+    read_columns,
+    read_contacts,
+    read_parquet,
+    read_record,
+    readable,
+    unread,
+)
 
 # ---- files, whose first bytes tell what they are, not their ending
 
@@ -72,6 +80,8 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
     source = replace(source, columns=columns)
     with unread(source.notes):
         source = replace(source, events=read_contacts(path))
+        if source.events is not None:  # pulses are theirs
+            source = replace(source, pulses=read_columns(path, "pulses"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
         with unread(source.notes):
             extrema, record = read_record(path)
@@ -239,7 +249,7 @@ def read_tables(
         own = {name: channel for name, channel in known.items() if name in columns}
         rows = _resolved(frame, at_events, str(source.path))
         made = Table(rows, source.events, source.extrema, provenance, own)
-        tables.append(replace(made, cycle_extrema=source.cycle_extrema))
+        tables.append(replace(made, pulses=source.pulses, cycle_extrema=source.cycle_extrema))
     return tables, tuple(warnings)
 
 

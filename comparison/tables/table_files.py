@@ -41,7 +41,7 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = _numbers(read_beside(path, "pulses")), _numbers(read_beside(path, "cycle_extrema"))
+    pulses, by_cycle = (read_columns(path, name) for name in ("pulses", "cycle_extrema"))
     return Table(frame, read_beside(path, "events"), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
@@ -103,6 +103,21 @@ def read_contacts(path: Path) -> pd.DataFrame | None:
     if events is not None and not _CONTACT.issubset(events):
         raise TableError(f"{_beside(path, 'events')}: has no columns {', '.join(sorted(_CONTACT))}")
     return events
+
+
+def read_columns(path: Path, name: str) -> Columns | None:
+    """Read the pulses or cycle_extrema beside a table as real numbers, pulses with integer rows; or None.
+
+    What is no number will be refused.
+    """
+    frame = read_beside(path, name)
+    if frame is None:
+        return None
+    columns = {str(name): column.to_numpy() for name, column in frame.items()}
+    for name, values in columns.items():
+        if name != "row" and values.dtype.kind in "iu":  # such as a force
+            columns[name] = values.astype(float)
+    return columns
 
 
 @contextmanager
@@ -190,16 +205,6 @@ def check_format(path: Path) -> None:
 
 def _beside(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_BESIDE[name]}")
-
-
-def _numbers(frame: pd.DataFrame | None) -> Columns | None:
-    """Return columns of real numbers and, of pulses, their rows; what is no number will be refused."""
-    if frame is None:
-        return None
-    whole = [name for name in frame if name != "row" and frame[name].dtype.kind in "iu"]  # such as a force
-    return {
-        str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(whole, float)).items()
-    }
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:

@@ -65,6 +65,12 @@ _PAIRS = {
     "cannot compare": "{}: cannot compare",
     "agree": "{} agree",
 }
+_OUTCOMES = {
+    "agree": "all models that can be compared agree",
+    "differ": "models differ without an outlier",
+    "undecided": "no outlier can be told",
+    "cannot compare": "no two models can be compared",
+}
 _MARKS = {
     "confirmed": "confirmed by at least {0.fewest} runs",
     "unconfirmed": "unconfirmed, {0.fewest} runs",
@@ -301,14 +307,13 @@ def standing(result: Standing) -> str:
 
 def standings(results: Sequence[Standing]) -> str:
     """Return one sentence for all scenes of three or more models: which is the outlier, how often."""
+    if len(results) == 1:
+        return standing(results[0])
     outliers = Counter(result.outlier for result in results if result.outlier)
     parts = [f"{model} is the outlier on {count}" for model, count in outliers.items()]
-    agreed = sum(result.outcome == "agree" for result in results)
-    if agreed:
-        parts.append(f"all models that can be compared agree on {agreed}")
-    if rest := len(results) - outliers.total() - agreed:
-        parts.append(f"neither on {rest}")
-    return f"Of {len(results)} scene{'s' * (len(results) > 1)}: {'; '.join(parts)}."
+    outcomes = Counter(result.outcome for result in results)
+    parts += [f"{text} on {outcomes[outcome]}" for outcome, text in _OUTCOMES.items() if outcomes[outcome]]
+    return f"Of {len(results)} scenes: {'; '.join(parts)}."
 
 
 def listed(names: Sequence[str]) -> str:

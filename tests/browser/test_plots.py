@@ -17,7 +17,7 @@ id => {
 """
 DATA = """
 () => {
-  const v = [...viewers.values()].find(v => v.key === "s4-plots");
+  const v = [...viewers.values()].find(v => v.key === "press--plots");
   const c = v.data.channels.find(c => c.name === "slider_x");
   const {values: [a, b], sizes: [size], within, judged, grid} = c;
   return {t: [...v.data.t], a, b, size, within, judged, step: grid[1]};
@@ -25,7 +25,8 @@ DATA = """
 """
 IN_VIEW = """
 label => {
-  const figure = [...document.querySelectorAll("#s4-plots figure")].find(f => f.ariaLabel.startsWith(label));
+  const figures = [...document.querySelectorAll("#press--plots figure")];
+  const figure = figures.find(f => f.ariaLabel.startsWith(label));
   const {top, bottom} = figure.getBoundingClientRect();
   return top >= 0 && bottom <= innerHeight + 1;
 }
@@ -48,7 +49,7 @@ id => {
 """
 SCHEMATIC = """
 () => {
-  const figure = document.querySelector("#s4 .schematic"), g = JSON.parse(figure.dataset.geometry);
+  const figure = document.querySelector("#press .schematic"), g = JSON.parse(figure.dataset.geometry);
   const points = figure.querySelector(".body.first").points, middle = (points[0].x + points[2].x) / 2;
   const at = name => ["cx", "cy"].map(k => Number(figure.querySelector(`.at-${name}`).getAttribute(k)));
   const [O, A] = ["O", "A"].map(at);
@@ -58,8 +59,8 @@ SCHEMATIC = """
   };
 }
 """
-PLOTS = "#s4-plots"  # of the scene that agrees at both tiers
-FAULT = "#s1-plots"
+PLOTS = "#press--plots"  # of the scene that agrees at both tiers
+FAULT = "#fault--plots"
 
 
 def opened(show, plots=PLOTS, **options):
@@ -168,6 +169,41 @@ def test_the_first_sample_beyond_is_found(show, comparisons):
     page = opened(show)
     press(page, "o")
     assert "No sample is beyond 2 u" in page.locator(f"{PLOTS} .readout").inner_text()
+
+
+STEM = """
+([id, span]) => {
+  const v = [...viewers.values()].find(v => "#" + v.key === id);
+  const shown = v.data.channels.filter(c => v.shown.has(c.name));
+  const at = shown.findIndex(c => c.name === "corner_ll_normal"), plot = v.plots[2 * at + 1];
+  const size = shown[at].sizes[0], zero = i => !size[i];
+  const alone = size.findIndex((s, i) => s > 0 && zero(i - 1) && zero(i + 1)), t = v.data.t[alone];
+  if (span) v.zoom(t - 0.4 * span, t + 0.6 * span);
+  return new Promise(done => setTimeout(() => {
+    const canvas = plot.root.querySelector("canvas"), ink = canvas.getContext("2d");
+    const x = [-1, 0, 1].map(k => Math.round(plot.valToPos(v.data.t[alone + k], "x", true)));
+    const top = plot.valToPos(size[alone], "y", true), foot = plot.bbox.top + plot.bbox.height;
+    const row = [...ink.getImageData(x[0], Math.round((top + foot) / 2), x[2] - x[0] + 1, 1).data];
+    // The line is #1c1c1c, half opaque where it falls between two pixels; the threshold is #6f6f6f.
+    const inked = k => k % 4 === 0 && row[k] < 80 && row[k + 3] > 100;
+    const dark = row.flatMap((_, k) => inked(k) ? [Math.abs(k / 4 - (x[1] - x[0]))] : []);
+    done([alone, x[2] - x[0], dark]);
+  }, 100));
+}
+"""
+
+
+@pytest.mark.parametrize("span", [None, 0.001])
+def test_a_difference_between_exact_zeros_stands_as_a_stem_at_every_zoom(show, span):
+    """On a logarithmic axis it is neither a line nor a point."""
+    page = opened(show)
+    page.locator(f"{PLOTS} .picker input[name=corner_ll_normal]").check()
+    alone, width, dark = page.evaluate(STEM, [PLOTS, span])
+    assert alone > 0
+    assert (width > 100) == (span is not None)
+    # At its instant, and nowhere between the samples, where both forces may be zero.
+    assert dark
+    assert max(dark) <= 2
 
 
 def test_channels_tier_and_ratio_can_be_chosen(show):

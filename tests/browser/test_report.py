@@ -7,6 +7,8 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from outline import page as page_of
 
+from comparison.report.page import render
+
 pytestmark = pytest.mark.browser
 
 # All parts opened, the drawings shown as in print and where scripts are off.
@@ -85,12 +87,12 @@ def test_axe_finds_nothing(show, width, scheme):
 
 def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view(show):
     page = show()
-    link = page.locator('.grid a.cell[href="#s4-standard"]')
-    assert not page.locator("#s4-standard").is_visible()
+    link = page.locator('.grid a.cell[href="#press--standard"]')
+    assert not page.locator("#press--standard").is_visible()
     link.click()
-    page.locator("#s4-standard").wait_for(state="visible")
+    page.locator("#press--standard").wait_for(state="visible")
     page.wait_for_function(
-        "() => { const y = document.getElementById('s4-standard').getBoundingClientRect().y;"
+        "() => { const y = document.getElementById('press--standard').getBoundingClientRect().y;"
         "return y >= 0 && y < 900; }"
     )
     page.locator('.contents a[href="#definition"]').click()
@@ -101,13 +103,43 @@ def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view
     assert heading["y"] >= bar["height"]
 
 
+@pytest.mark.parametrize("width", [1440, 390])
+def test_a_link_to_a_scene_shows_its_name_and_its_verdict(show, width):
+    """Below the bar that stays in view, once the plots of what is above have got their heights."""
+    page = show(width, anchor="#underestimated")
+    page.wait_for_timeout(1000)
+    title, bar = (page.locator(name).bounding_box() for name in ("#underestimated > summary", ".contents"))
+    assert bar["y"] + bar["height"] <= title["y"] + 1
+    assert title["y"] + title["height"] < 900
+    assert "underestimated ✓ agree" in page.locator("#underestimated > summary").inner_text()
+    assert page.locator("#underestimated .card").first.is_visible()
+
+
+def test_a_page_that_lacks_a_scene_is_not_green(show, comparisons, tmp_path):
+    path = tmp_path / "a.html"
+    path.write_text(
+        render(comparisons[:1], title="Press", command="sixbar validate", missing=["late"]), "utf-8"
+    )
+    for scheme in ("light", "dark"):
+        page = show(1440, path=path, color_scheme=scheme)
+        good = page.locator(".card .verdict.agree").first.evaluate("e => getComputedStyle(e).color")
+        head = page.locator("header *").evaluate_all("all => all.map(e => getComputedStyle(e).color)")
+        assert good not in head
+        assert "Not compared: late." in page.locator(".lead").inner_text()
+        assert Axe().run(page).response["violations"] == []
+
+
 def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show):
-    on_screen, printed, without = show(anchor="#s1"), show(anchor="#s1"), show(java_script_enabled=False)
+    on_screen, printed, without = (
+        show(anchor="#fault"),
+        show(anchor="#fault"),
+        show(java_script_enabled=False),
+    )
     printed.emulate_media(media="print")
     without.locator("details.scene > summary").nth(1).click()
     for page, drawn in ((on_screen, False), (printed, True), (without, True)):
-        assert page.locator("#s1 .static svg").first.is_visible() == drawn
-        assert page.locator("#s1 .viewer").is_visible() != drawn
+        assert page.locator("#fault .static svg").first.is_visible() == drawn
+        assert page.locator("#fault .viewer").is_visible() != drawn
 
 
 def test_eleven_scenes_are_printed_on_twelve_pages(browser, comparisons, tmp_path):

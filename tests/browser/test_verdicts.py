@@ -35,15 +35,14 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show, width):
     ],
 )
 def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):
-    key = f"s{ORDER.index(scene)}"
-    page = show(anchor=f"#{key}-standard")
-    cell = page.locator(f'.grid a.cell[href="#{key}-standard"]')
+    page = show(anchor=f"#{scene}--standard")
+    cell = page.locator(f'.grid a.cell[href="#{scene}--standard"]')
     assert sign in cell.inner_text()
-    card = page.locator(f"#{key}-standard")
+    card = page.locator(f"#{scene}--standard")
     card.wait_for(state="visible")
     assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == page.evaluate(SHADE, shade)
     text = " ".join(card.inner_text().split())
     for words in said:
         assert words in text
     # Nothing is drawn of a run that does not exist.
-    assert page.locator(f"#{key} .viewer").count() == (scene != "crashed")
+    assert page.locator(f"#{scene} .viewer").count() == (scene != "crashed")

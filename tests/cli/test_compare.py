@@ -70,6 +70,7 @@ def test_exit_codes_verdicts_and_warnings(arguments, tables):
     ended = tables("compare", *arguments.split(), code=code)
     assert said in ended.out + ended.err
     assert ("no effect" in ended.err) == ("no effect" in said)
+    assert ended.out.count("coverage") == 2 * ("finer" in arguments)  # which a tolerance knows nothing of
     assert ended.lines[-1] == "reports/out/compare/report.html"
     assert (tables.folder / ended.lines[-1]).is_file()
 

@@ -94,11 +94,11 @@ function unpack(bytes) {
     const first = Array.from(sums(sums(new Uint16Array(planes(2)))), k => (lowest + k) * step);
     const apart = [first.map(() => 0), ...Array.from({length: models - 1}, halves)];
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
-    c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i]) || null));
+    c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i])));
     const limit = c.threshold ? halves() : null;
     c.within = limit && limit.map(Math.abs);
     c.judged = first.map((_, i) => !limit || !(limit[i] < 0 || Object.is(limit[i], -0)));
-    c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? (v || 0) / c.within[i] || null : null);
+    c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? v / c.within[i] : null);
   }
   // Contacts resolved at a model's own steps: times and forces as shares of the last and of the largest.
   const shares = count => Array.from(bytes.subarray(at, at += count), v => v / 255);
@@ -108,7 +108,7 @@ function unpack(bytes) {
     return model.of.map((place, i) => {
       const [corner, start] = head.contacts[side][place], part = [from, from += model.count[i]];
       const t = times.slice(...part).map(v => start + v * model.last[i]), n = forces.slice(...part).map(v => v * model.peak[i]);
-      return {corner, start, end: start + model.last[i], most: model.peak[i], t, n};
+      return {corner, place, start, end: start + model.last[i], most: model.peak[i], t, n};
     });
   });
   return head;
@@ -134,14 +134,11 @@ function shade(u, judged, t) {
   ctx.restore();
 }
 
-const cornerOf = c => CORNERS.findIndex(name => c.name === `corner_${name}_normal`);
-
-// Peaks of the event tables: contacts are shorter than samples are apart, so curves alone miss most of them.
-function peaks(data, corner) {
+// Peaks of contacts that are not resolved, each in the middle of its contact.
+function peaks(data, contact) {
   return data.contacts.map((list, side) => {
-    // At the largest force of a resolved contact, in the middle of another.
-    const at = new Map(data.pulses[side].map(p => [p.start, p.t[p.n.indexOf(Math.max(...p.n))]]));
-    return corner < 0 ? [] : list.filter(k => k[0] === corner).map(k => [at.get(k[1]) ?? k[1] + k[2] / 2, k[3]]);
+    const resolved = new Set(data.pulses[side].map(p => p.place));
+    return list.filter((k, place) => k[0] === contact && !resolved.has(place)).map(k => [k[1] + k[2] / 2, k[3]]);
   });
 }
 
@@ -168,6 +165,7 @@ function drawContacts(u, pulses, marks) {
     for (const [t, value] of list) {
       if (t < min || t > max) continue;
       const [x, y] = place(t, value), foot = y + (side ? -2 : 2) * r;
+      ctx.fillRect(x - r / 6, y, r / 3, place(t, 0)[1] - y);
       ctx.beginPath();
       ctx.moveTo(x, y);
       ctx.lineTo(x - r, foot);
@@ -175,6 +173,20 @@ function drawContacts(u, pulses, marks) {
       ctx.fill();
     }
   });
+}
+
+// A line on a logarithmic axis, which has no zero: there it falls to the foot of the plot, so that a sample between
+// zeros stands as a stem.
+function fromFoot(u, side, from, to) {
+  const stroke = new Path2D(), values = u.data[side], foot = u.bbox.top + u.bbox.height;
+  for (let i = from; i <= to; i++) {
+    if (!values[i]) continue;
+    const x = u.valToPos(u.data[0][i], "x", true), begins = i === from || !values[i - 1];
+    if (begins) stroke.moveTo(x, values[i - 1] === 0 ? foot : u.valToPos(values[i], "y", true));
+    stroke.lineTo(x, u.valToPos(values[i], "y", true));
+    if (values[i + 1] === 0) stroke.lineTo(x, foot);
+  }
+  return {stroke};
 }
 
 const sparse = u => u.series[0].idxs[1] - u.series[0].idxs[0] < u.bbox.width / 6;
@@ -205,8 +217,7 @@ function options(viewer, width, height, extra) {
 }
 
 function modelsPlot(viewer, c, width) {
-  const {data} = viewer, corner = cornerOf(c), marks = peaks(data, corner);
-  const pulses = data.pulses.map(list => list.filter(p => p.corner === corner));
+  const {data} = viewer, marks = peaks(data, c.contact), pulses = data.pulses.map(list => list.filter(p => p.corner === c.contact));
   // Between samples far apart a line would be drawn through the middle of contacts that are known.
   const lines = uPlot.paths.linear(), paths = (u, ...rest) => pulses.flat().length && sparse(u) ? null : lines(u, ...rest);
   const span = (u, low, high) => {
@@ -214,9 +225,8 @@ function modelsPlot(viewer, c, width) {
     const [start, end] = viewer.range;
     for (const [t, value] of marks.flat()) if (t >= start && t <= end) high = Math.max(high, value);
     for (const p of pulses.flat()) if (p.end >= start && p.start <= end) high = Math.max(high, p.most);
-    if (!(high > low)) { low -= Math.abs(low) * 0.1 || 1; high += Math.abs(high) * 0.1 || 1; }
-    const margin = 0.06 * (high - low);
-    return [low - margin, high + margin];
+    const middle = (low + high) / 2, half = 0.56 * Math.max(high - low, c.least);
+    return [middle - half, middle + half];
   };
   return [options(viewer, width, 190, {
     label: c.guide ? "x − guide" : c.label.split(",")[0], judged: c.judged, scales: {y: {range: span}},
@@ -228,8 +238,9 @@ function modelsPlot(viewer, c, width) {
 
 function differencePlot(viewer, c, width) {
   const {data} = viewer, ratio = viewer.ratio && c.threshold;
-  const log = (least, most) => (u, low, high) => {
-    high = Math.max(high || least, most);
+  // The highest decade is that of `least` or more.
+  const log = least => (u, low, high) => {
+    high = Math.max(high, least);
     low = Math.max(Math.min(low || high / 1e3, high / 1e3), high * 1e-16);
     return [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))];
   };
@@ -241,11 +252,11 @@ function differencePlot(viewer, c, width) {
   const line = (label, name, width, more = {}) => ({label, stroke: colour(name), width, points: {show: sparse}, ...more});
   const series = [], columns = [];
   if (data.pairs.length === 1) {
-    series.push(line("difference", "difference", 1.2));
+    series.push(line("difference", "difference", 1.2, {paths: fromFoot}));
     columns.push(ratio ? c.ratio : c.sizes[0]);
   } else {
     data.pairs.forEach(([a, b], n) => {
-      series.push(line(`${data.labels[a]} − ${data.labels[b]}`, `series-${n + 1}`, [3, 1.8, 0.9][n]));
+      series.push(line(`${data.labels[a]} − ${data.labels[b]}`, `series-${n + 1}`, [3, 1.8, 0.9][n], {paths: fromFoot}));
       columns.push(c.sizes[n]);
     });
   }
@@ -257,7 +268,7 @@ function differencePlot(viewer, c, width) {
   }
   return [options(viewer, width, 170, {
     label: ratio ? `|difference| / ${data.threshold}` : `|difference| (${c.unit || "1"})`, judged: c.judged, last: true,
-    scales: {y: {distr: 3, range: log(1, ratio ? 2 : 0)}}, axis: {values, splits, filter: (u, splits) => splits}, series,
+    scales: {y: {distr: 3, range: log(ratio ? 2 : c.floor)}}, axis: {values, splits, filter: (u, splits) => splits}, series,
   }), [data.t, ...columns]];
 }
 
@@ -333,16 +344,16 @@ class Viewer {
       if (over) this.scale(event.deltaY < 0 ? 0.8 : 1.25, this.range[0] + (event.clientX - over.left) / over.width * (this.range[1] - this.range[0]));
     }, {passive: false});
     this.area.addEventListener("pointerdown", () => this.area.focus({preventScroll: true}));
-    const help = element("details", {className: "more"}, element("summary", {}, "Keys and marks"), element("p", {className: "soft"}, this.help(judged, touches)));
+    const help = element("details", {className: "more"}, element("summary", {}, "Keys and marks"), element("p", {className: "soft"}, this.help(judged)));
     this.root.querySelector(".mount").replaceChildren(bar, picker, this.readout, this.area, help);
     this.running(Boolean(this.timer));
   }
 
-  help(judged, touches) {
-    const {contacts, pulses, labels, samples, of} = this.data;
+  help(judged) {
+    const {channels, contacts, pulses, labels, samples, of} = this.data;
     const parts = ["Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first beyond, space plays."];
     if (judged) parts.push("Shaded: not predictable.");
-    if (touches) parts.push("Triangles: peaks of the event tables.");
+    if (channels.some(c => c.contact >= 0) && contacts.flat().length > pulses.flat().length) parts.push("Triangles: peaks of contacts whose course is not known.");
     if (pulses.flat().length) {
       const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
       parts.push(`Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`);
@@ -412,7 +423,7 @@ class Viewer {
     if (data.period) parts.push(`cycle ${(t / data.period + 1e-9).toFixed(3)}`);
     for (const c of data.channels.filter(c => this.shown.has(c.name))) {
       let text = `${c.name}: ${c.values.map(values => quantity(values[index], c.unit)).join(", ")}`;
-      if (c.sizes.length === 1) text += `; |E| ${quantity(c.sizes[0][index] || 0, c.unit)}`;
+      if (c.sizes.length === 1) text += `; |E| ${quantity(c.sizes[0][index], c.unit)}`;
       if (c.threshold) text += c.judged[index] ? `, ${(c.ratio[index] || 0).toPrecision(2)} times ${data.threshold}` : ", not predictable";
       parts.push(text);
     }

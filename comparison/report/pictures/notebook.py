@@ -18,6 +18,7 @@ import pandas as pd
 from comparison.execution.run import Progress, run_one
 from comparison.formatting import number
 from comparison.models import EngineError
+from comparison.report.curves import table_extremes
 from comparison.report.figures import Picture, picture
 from comparison.scene import Scene, as_scene
 from comparison.scene.keys import short
@@ -40,8 +41,9 @@ class RunTable(Table):
         return picture(tables, names or ("slider_x",))
 
     def _repr_html_(self) -> str:
-        known, frame = channels(), self.frame[self.channels]
-        rows = pd.DataFrame({"smallest": frame.min(), "largest": frame.max()}).map(number)
+        known = channels()
+        extremes = [map(number, table_extremes(self, name)) for name in self.channels]
+        rows = pd.DataFrame(extremes, columns=["smallest", "largest"])
         rows.insert(0, "channel", self.channels)
         rows.insert(1, "unit", [known[name].unit if name in known else "" for name in self.channels])
         status = self.provenance.get("status", "")

@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 from bouncing_press import make_scene
+from half_sines import half_sines
 from outline import page
 
-from comparison.report.figures import channel_figure, relative_to_guide
+from comparison.report.figures import channel_figure
+from comparison.report.pictures.notebook import RunTable
 from comparison.tables.table_files import write
 
 
@@ -17,9 +20,9 @@ def _drawn_once():
     drawn = {}
 
     def figure(scene, channel, key):
-        which = id(channel), relative_to_guide(scene, channel), scene.labels, key
+        which = id(channel), id(scene.events), id(scene.pulses), scene.scene is None, scene.labels, key
         if which not in drawn:
-            drawn[which] = channel, channel_figure(scene, channel, key)  # kept, so that no other has its id
+            drawn[which] = (scene, channel), channel_figure(scene, channel, key)  # kept: no other has its ids
         return drawn[which][1]
 
     with pytest.MonkeyPatch.context() as patch:
@@ -80,6 +83,25 @@ def tables(make_table, central_case):
         "a": replace(first, provenance=record, events=events),
         "b": replace(second, provenance=record | {"model": "exudyn"}),
     }
+
+
+@pytest.fixture(scope="session")
+def struck(scene):
+    """The runs of the press as tables with their contacts, and of these the forces in time."""
+    tables, times = {}, {"time": scene.time}
+    for side, (label, events) in enumerate(zip("ab", scene.events, strict=True)):
+        pulses = half_sines(scene)[side]
+        columns = {
+            "row": np.repeat(np.arange(len(pulses)), [pulse.time.size for pulse in pulses]),
+            "time": np.concatenate([events["start"][pulse.row] + pulse.time for pulse in pulses]),
+            "force": np.concatenate([pulse.force for pulse in pulses]),
+        }
+        values = {name: (channel.a, channel.b)[side] for name, channel in scene.channels.items()}
+        record = {"scene": scene.scene, "model": label}
+        tables[label] = RunTable(
+            pd.DataFrame(times | values), events, provenance=record, pulses=columns, extrema={}
+        )
+    return tables
 
 
 @pytest.fixture

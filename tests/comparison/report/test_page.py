@@ -16,7 +16,7 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import number, percent, quantity
 from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
-from comparison.report.page import code_version, origin, render
+from comparison.report.page import anchors, code_version, origin, render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare_channel, scene_verdict
@@ -54,7 +54,7 @@ def test_the_verdict_and_the_worst_channel_come_first(html, scene, differing):
     figure, worst = part(html, '<div class="worst">', "</figure>"), differing.decisive
     assert f"<b>{worst.label} (" in figure
     assert f"= {number(worst.ratio, 2)} " in figure
-    assert 'href="#s0-standard"' in figure
+    assert 'href="#stiff--standard"' in figure
     assert figure.count("<svg") == 1
     assert "the channel nearest to its limit" in words(page(scene))
     assert "cannot compare There is no scene to compare." in words(page())  # which is not agreement
@@ -72,12 +72,27 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
     for target in re.findall(r'class="cell" href="#([^"]+)"', grid):
         assert part(html, f'id="{target}"', "</h3>")
     failing = part(html, "<header>", "</header>")
-    assert re.findall(r'<a href="#([^"]+)">(\w+), (\w+) tier', failing) == [("s0-tight", "tiered", "tight")]
-    opened = re.findall(r'<details class="scene"( open)?>\s*<summary><b>(\w+)', html)
+    assert re.findall(r'<a href="#([^"]+)">(\w+), (\w+) tier', failing) == [
+        ("tiered--tight", "tiered", "tight")
+    ]
+    opened = re.findall(r'<details class="scene" id="\w+"( open)?>\s*<summary><b>(\w+)', html)
     assert opened == [(" open", "tiered"), ("", "press")]
     # Terms are explained where they are first seen, and only if they are used.
     for comparison, terms in ((tiered, ["Tier", "u", "Predictable"]), (scene, ["u", "Predictable"])):
         assert re.findall("<dt>(.*?)</dt>", part(page(comparison), '<dl class="terms">', "</dl>")) == terms
+
+
+def test_a_page_that_lacks_scenes_is_no_agreement(scene, differing):
+    """Its headline says so and which; what differs is still said."""
+    for scenes, colours in (((scene,), ["incomplete"]), ((scene, differing), ["incomplete", "differ"])):
+        html = render(scenes, title="Press", command="sixbar validate", missing=["<late>", "later"])
+        header = part(html, "<header>", "</header>").partition('<p class="failing">')[0]
+        said = f"Incomplete: interrupted after {len(scenes)} of {len(scenes) + 2} scenes. Not compared: "
+        assert text(header).startswith(f"Press ! {said}<late>, later.")
+        assert re.findall(r'class="(?:lead )?verdict (\w+)"', header) == colours
+        cells = rows(part(html, '<table class="grid', "</table>"))
+        assert cells["later"] == ["not compared"]
+    assert "incomplete" not in page(scene).partition("<body")[2].partition("<script")[0]
 
 
 def test_what_the_models_are_and_where_the_page_comes_from(scene):
@@ -115,17 +130,30 @@ def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path
 # ---- the whole page
 
 
-def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(html):
+def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(html, scene, differing):
+    odd = page(scene, replace(differing, name="press--plots"), replace(scene, name='a #b"<'))
+    assert len(set(re.findall(r'(?<=\sid=")[^"]+', odd))) == len(re.findall(r'\sid="', odd))
+    assert set(re.findall(r'href="#([^"]+)', odd)) <= set(re.findall(r'\sid="([^"]+)', odd))
     outline = Outline(html)
     ids = Counter(attributes["id"] for _, attributes in outline.elements if "id" in attributes)
     assert max(ids.values()) == 1
     targets = set(re.findall(r'(?:url\(#|href="#)([^")]+)', html))
-    assert {"s0", "s1", "definition", "all-channels"} <= targets <= set(ids)
+    assert {"press", "stiff", "definition", "all-channels"} <= targets <= set(ids)
     for _, attributes in outline.elements:
         assert not {"src", "onclick", "onload"} & attributes.keys()
         assert all((attributes.get(name) or "#").startswith("#") for name in ("href", "xlink:href"))
     assert "default-src 'none'" in html
     assert not re.search(r"@import|url\((?!#)", html)
+
+
+def test_anchors_are_the_names_of_scenes_valid_and_unique():
+    names = ["wedge", "150rpm-0.2mm+x=1", "a b", "a-b", "a--b", "a#b/c", "Ω", "%", "overview", "a b"]
+    given = anchors(names)
+    assert given[:2] == names[:2]
+    assert len(set(given)) == len(names)
+    # No hyphen twice, which is between a scene and its part; nothing that a link would have to escape.
+    assert all(re.fullmatch(r"[\w.+=]+(-[\w.+=]+)*", anchor, re.ASCII) for anchor in given)
+    assert "overview" not in given
 
 
 def test_the_navigation_has_no_section_that_is_not_there(scene, broken):
@@ -165,10 +193,10 @@ def test_each_tier_has_its_card_reasons_channels_and_runs(tiered):
     assert card(tiered).order
     html = page(tiered)
     for tier in tiered.tiers:
-        own = text(part(html, f'id="s0-{tier.tier}"', "</article>"))
+        own = text(part(html, f'id="press--{tier.tier}"', "</article>"))
         for line in (card(tier).sentence, card(tier).order, percent(tier.attribution.explained)):
             assert text(escape(line)) in own
-        why = text(part(html, f'id="s0-{tier.tier}-why"', "</ul>"))
+        why = text(part(html, f'id="press--{tier.tier}-why"', "</ul>"))
         for line in attribution_lines(tier):
             assert text(escape(line)) in why
         excited = [name for name, channel in tier.channels.items() if channel.verdict != "unexcited"]

@@ -11,14 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from half_sines import half_sines
 
 from comparison.cli import main
+from comparison.formatting import number
 from comparison.report import svg
+from comparison.report.curves import scene_lines, table_extremes, table_line
 from comparison.report.figures import picture
 from comparison.report.page import joints, schematic, write_animation
 from comparison.report.pictures.notebook import tabulated
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
+from comparison.tables.table_files import write
+from comparison.verdict.recorded import compare
 
 
 def test_a_panel_a_channel_with_quantity_and_unit_and_a_curve_a_table(tables):
@@ -37,6 +42,77 @@ def test_a_panel_a_channel_with_quantity_and_unit_and_a_curve_a_table(tables):
     assert 0.1 <= line.get_xdata().min() <= line.get_xdata().max() <= 0.2
     with pytest.raises(TableError, match=r"a: fewer than two samples are shown; its time is 0 s to 0\.8 s"):
         picture({"a": tables["a"]}, start=5.0)
+
+
+def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_drawn(struck, scene):
+    peaks = [events[events["corner"] == "ll"]["peak_force"].max() for events in scene.events]
+    sampled = [table.values("corner_ll_normal").max() for table in struck.values()]
+    assert all(np.divide(sampled, peaks) < 0.98)
+    (axes,) = picture(struck, ["corner_ll_normal"]).axes
+    drawn = [line.get_ydata().max() for line in axes.get_lines()]
+    channel = scene.channels["corner_ll_normal"]
+    resolved = scene_lines(replace(scene, pulses=half_sines(scene)), channel)
+    alone = scene_lines(scene, channel)  # peaks, without pulses
+    for shown in (drawn, *([each.extremes[1] for each in lines] for lines in (resolved, alone))):
+        assert shown == pytest.approx(peaks)
+    row = re.search(r"<td>corner_ll_normal</td>.*?</tr>", struck["a"]._repr_html_(), re.DOTALL)[0]
+    assert f"<td>{number(peaks[0])}</td>" in row
+    # Of a range only what is in it.
+    (axes,) = picture(struck, ["corner_ll_normal"], start=0.0, end=0.01).axes
+    assert all(line.get_xdata().max() <= 0.01 for line in axes.get_lines())
+
+
+def test_the_largest_value_stated_is_that_of_all_steps(tables):
+    table = replace(tables["a"], extrema={"slider_vx": {"min": None, "max": 12.34, "time_of_max": 0.1}})
+    assert table_extremes(table, "slider_vx") == (table.values("slider_vx").min(), 12.34)
+
+
+def test_a_side_s_force_is_not_drawn_as_that_of_one_of_its_corners(struck, scene):
+    whole = load_scene("150rpm-0.2mm", {"contact.law": "foundation"}).data
+    table = replace(struck["a"], provenance={"scene": whole})
+    channel = scene.channels["corner_ll_normal"]
+    for line in (table_line(table, channel.channel), scene_lines(replace(scene, scene=whole), channel)[0]):
+        np.testing.assert_array_equal(line.values, channel.a)
+        assert line.peak.size == 0
+
+
+def test_compare_draws_the_pulses_beside_tables_and_refuses_unsound_ones(
+    struck, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    for label, table in struck.items():
+        write(table, f"{label}.csv")
+    compared = compare("a.csv", "b.csv", tolerance=0.01)
+    assert [len(pulses) for pulses in compared.pulses] == [len(table.events) for table in struck.values()]
+    in_memory = compare(struck["a"], struck["b"], tolerance=0.01)
+    assert [len(pulses) for pulses in in_memory.pulses] == [len(table.events) for table in struck.values()]
+    Path("b.pulses.csv").write_text("row,time,force\n100000,0.1,1.0\n")
+    for command in (["compare"], ["plot", "--channels", "corner_ll_normal"], ["animate"]):
+        assert main([*command, "a.csv", "b.csv"]) == 2
+        assert "row 100000 is none of" in capsys.readouterr().err
+    assert main(["plot", "a.csv", "b.csv"]) == 0  # no force is drawn
+
+
+def test_a_channel_that_is_constant_but_for_rounding_is_drawn_at_its_scale(tables):
+    """At the clearance, at what the clearance is to an angle; a force without a scale at its own size."""
+    frame = tables["a"].frame
+    noise = 1e-16 * (np.arange(len(frame)) % 3)
+    constant = {
+        "slider_x": 5e-5 - 0.55,
+        "slider_angle": 0.0,
+        "corner_ll_normal": 7.0,
+        "corner_lr_normal": 0.0,
+    }
+    table = replace(
+        tables["a"], frame=frame.assign(**{k: v + noise * (v != 0) for k, v in constant.items()}), events=None
+    )
+    ranges = {"slider_x": 2e-4, "slider_angle": 2e-4 / 0.07, "corner_ll_normal": 7.0, "corner_lr_normal": 1.0}
+    figure = picture({"a": table}, list(ranges))
+    seen = [np.ptp(axes.get_ylim()) for axes in figure.axes]
+    # 6 % of margin at either end; of x in micrometres, of the angle in milliradians.
+    assert seen == pytest.approx(np.multiply(list(ranges.values()), [1.12e6, 1.12e3, 1.12, 1.12]))
+    (axes,) = picture({"a": tables["a"]}).axes
+    assert np.ptp(axes.get_ylim()) == pytest.approx(1.12e6 * np.ptp(frame["slider_x"]))
 
 
 def test_an_estimated_error_is_shaded_about_its_curve(tables):

@@ -100,6 +100,21 @@ def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene)
             assert force.max() == pytest.approx(pulse.force.max(), rel=1e-5)
 
 
+def test_an_axis_shows_neither_the_rounding_of_a_constant_nor_the_steps_of_what_is_stored(scene):
+    noise = 1e-16 * (np.arange(11) % 2)
+    columns = {
+        "time": np.arange(11.0),
+        "slider_x": noise - 0.55,
+        "slider_angle": 0.0,
+        "slider_y": noise * 1e14,
+    }
+    tables = dict.fromkeys("ab", Table(pd.DataFrame(columns)))
+    plots = Unpacked(table_plots(tables, list(columns)[1:], scene.scene)).channels
+    # The clearance, and it over the slider's length; of y, which is excited, 20 of 65,534 steps.
+    wanted = {"slider_x": 2e-4, "slider_angle": 2e-4 / 0.07, "slider_y": 20 * 1e-2 / 65534}
+    assert {name: plot["least"] for name, plot in plots.items()} == pytest.approx(wanted, rel=5e-3)
+
+
 def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
     longer = stretched(scene.channels["corner_ll_normal"], 40)
     time, n = longer.time, longer.time.size
@@ -116,12 +131,13 @@ def test_without_channels_there_are_no_plots(broken):
 
 
 def test_three_tables_lie_over_each_other_at_uneven_times():
+    scene = {"mechanism": {"guide_x": 0.5}, "drive": {"speed_rpm": 60.0}}
     time = np.linspace(0.0, 1.0, 101) ** 2
     tables = {
         label: Table(pd.DataFrame({"time": times, "slider_x": times**2 + n, "slider_y": -times}))
         for n, (label, times) in enumerate({"a": time, "b": time[::2], "c": time}.items())
     }
-    packed = Unpacked(table_plots(tables, ("slider_x", "slider_vx"), period=None, guide=0.5))
+    packed = Unpacked(table_plots(tables, ("slider_x", "slider_vx"), scene))
     assert packed.head["labels"] == ["a", "b", "c"]
     np.testing.assert_allclose(packed.time, time, atol=1e-15)
     (plot,) = packed.channels.values()

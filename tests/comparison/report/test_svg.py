@@ -9,11 +9,12 @@ from xml.etree import ElementTree
 import matplotlib as mpl
 import numpy as np
 import pytest
-from bouncing_press import make_scene, stretched
+from bouncing_press import stretched
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from comparison.metrics.contacts import Pulse
 from comparison.report import svg
 from comparison.report.figures import channel_figure
 
@@ -54,19 +55,26 @@ def test_narrow_spans_are_widened_to_a_column_join_and_stay_inside():
     ]
 
 
-def test_a_force_of_one_sample_stands_at_full_height():
-    def spike(columns):
-        force = np.zeros_like(columns["slider_x"])
-        force[733] = 50.0
-        return columns | {"corner_ur_normal": force}
-
-    scene = make_scene(alter=spike)
-    drawing = channel_figure(scene, scene.channels["corner_ur_normal"], "k")
-    path = max(re.findall(r'<path d="([^"]*)"[^>]*stroke: var\(--second\)', drawing), key=len)
-    heights = [float(y) for _, y in re.findall(r"(-?[\d.]+) (-?[\d.]+)", path)]
+@pytest.mark.parametrize("known", ["sample", "pulse", "peak"])
+def test_a_force_stands_at_full_height_whatever_is_known_of_it(known, scene):
+    """A sample, or of a contact between two samples its pulse or its peak alone."""
+    channel = scene.channels["corner_ll_normal"]
+    force = np.zeros_like(scene.time)
+    force[733] = 50.0 * (known == "sample")
+    event = scene.events[1].iloc[:1].assign(corner="ll", start=0.2931, end=0.2933, peak_force=50.0)
+    phase = np.linspace(0.0, 1.0, 25)
+    pulse = Pulse(0, 2e-4 * phase, 50.0 * np.sin(np.pi * phase))
+    struck = replace(
+        scene,
+        events=(event.iloc[:0], event.iloc[: int(known != "sample")]),
+        pulses=((), (pulse,) * (known == "pulse")),
+    )
+    drawing = channel_figure(struck, replace(channel, a=0.0 * force, b=force), "k")
+    paths = re.findall(r'<path d="([^"]*)"[^>]*stroke: var\(--second\)', drawing)
+    heights = [[float(y) for _, y in re.findall(r"(-?[\d.]+) (-?[\d.]+)", path)] for path in paths]
     # As high as its axes, of which 6 % are margin at either end. Simplification may take 0.2 pt.
     clip = float(re.search(r'<clipPath[^>]*><rect[^>]*height="([^"]*)"', drawing)[1])
-    assert np.ptp(heights) == pytest.approx(clip / 1.12, abs=0.5)
+    assert max(map(np.ptp, heights)) == pytest.approx(clip / 1.12, abs=0.5)
 
 
 def test_a_figure_says_what_is_beyond_and_what_is_not_predictable(scene, differing):
