@@ -249,8 +249,8 @@ class AccuracyError(ValueError):
 def metres(accuracy: str | float) -> float:
     """Return an accuracy that is no name as a number of metres; `AccuracyError` if it is not positive."""
     try:
-        number = float(accuracy)
-    except ValueError:
+        number = 0.0 if isinstance(accuracy, bool) else float(accuracy)
+    except (TypeError, ValueError):
         number = 0.0
     if not 0 < number < inf:
         raise AccuracyError(

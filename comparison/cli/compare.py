@@ -87,6 +87,7 @@ def compare(
     from comparison.files import check_folder
     from comparison.scene import load_scene
     from comparison.tables.mapping import load_mapping
+    from comparison.verdict.criteria import Criteria
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.words.record import as_mapping
@@ -95,30 +96,24 @@ def compare(
     command = _repeated(context)
     if suggest_mapping:
         return _suggest(a, b, out, mapping, json=json)
-    console.check_positive("--tolerance", tolerance)
-    if not 0 < share <= 1:
-        raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
-    if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
-        raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    console.check_positive("--period", period)
-    only = None if channels is None else [name.strip() for name in channels.split(",")]
-    if only is not None and not all(only):
-        raise typer.BadParameter(f"--channels {channels!r} must be names separated by commas")
+    criteria = Criteria(
+        channels=None if channels is None else [name.strip() for name in channels.split(",")],
+        tolerance=tolerance,
+        absolute=absolute,
+        share=share,
+        time_tolerance=time_tolerance,
+        at_events=at_events,
+        common_time=common_time,
+        period=period,
+    )
     asked: dict[str, Any] = {
         "scene": None if scene is None else load_scene(scene),
         "mapping": None if mapping is None else load_mapping(mapping),
-        "channels": only,
-        "at_events": at_events,
+        "criteria": criteria,
         "refinements": (
             _factor_and_order(refinement_a, "--refinement-a"),
             _factor_and_order(refinement_b, "--refinement-b"),
         ),
-        "tolerance": tolerance,
-        "absolute": absolute,
-        "share": share,
-        "time_tolerance": time_tolerance,
-        "period": period,
-        "common_time": common_time,
     }
     folder = check_folder(out or console.REPORTS / "compare")
     further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
@@ -135,7 +130,7 @@ def compare(
             for base, further in ((a, further_a), (b, further_b))
         )
         labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
-        comparison = compare_files(first, second, labels=labels, command=command, **asked)
+        comparison = replace(compare_files(first, second, labels=labels, **asked), command=command)
         if all(channel.threshold is None for channel in comparison.channels.values()):
             comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
         comparisons, title = [comparison], ""
@@ -304,7 +299,6 @@ def reliability(
     from comparison.words.record import reliability_mapping
     from comparison.words.reliability import difference_rows, table_notes, table_rows
 
-    console.check_positive("--period", period)
     result = reliability_of(
         a,
         b,

@@ -191,23 +191,6 @@ Assigned = dict[str, tuple[Column, Rule]]
 """Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
 
 
-def as_source(results: Table | pd.DataFrame | str | Path, label: str) -> Path | Source:
-    """Return what `read_tables` takes: of a table or a data frame in SI units its columns, else the path."""
-    if isinstance(results, str | Path):
-        return Path(results)
-    table = results if isinstance(results, Table) else Table(results)
-    units = {name: channel.unit or None for name, channel in table.own.items()}
-    columns = [read_column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
-    return Source(
-        Path(label),
-        columns,
-        events=table.events,
-        extrema=table.extrema,
-        cycle_extrema=table.cycle_extrema,
-        record=table.provenance,
-    )
-
-
 def read_tables(
     paths: Sequence[Path | Source],
     sides: Sequence[str],

@@ -5,6 +5,7 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -71,6 +72,15 @@ class Table:
             {**result.provenance, "status": result.status, "remedy": result.remedy},
             pulses=thinned(pulses) if pulses and pulses["row"].size else None,
             cycle_extrema=getattr(result, "cycle_extrema", None) or None,
+        )
+
+    def __repr__(self) -> str:
+        """Return what it is in few lines, not its numbers."""
+        head = " ".join(str(self.provenance[key]) for key in ("model", "status") if self.provenance.get(key))
+        contacts = "" if self.events is None else f", {len(self.events)} contacts"
+        shape = f"{type(self).__name__}: {len(self.frame)} samples{contacts}"
+        return textwrap.fill(
+            f"{shape}{f' ({head})' if head else ''} of {', '.join(self.names)}", 100, max_lines=5
         )
 
     @property

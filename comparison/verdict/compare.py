@@ -24,8 +24,8 @@ from comparison.tables.align import Aligned, align, continuous, cut, holes, isol
 from comparison.tables.channels import Array, BoolArray, Channel, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import (
-    METRICS,
     Basis,
     ChannelComparison,
     Check,
@@ -34,6 +34,8 @@ from comparison.verdict.results import (
     scene_coverage,
 )
 
+NO_CRITERIA = Criteria()
+"""Of runs with uncertainties."""
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
@@ -43,20 +45,10 @@ def compare(
     b: Runs,
     *,
     scene: Scene | None = None,
-    tolerance: float | None = None,
-    tolerances: Mapping[str, float] | None = None,
-    absolute: bool = False,
-    share: float = 1.0,
-    time_tolerance: float = 0.0,
-    gate: Mapping[str, float] | None = None,
-    period: float | None = None,
+    criteria: Criteria = NO_CRITERIA,
     labels: tuple[str, str] = ("a", "b"),
-    name: str = "compare",
-    command: str = "",
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
-    only: Sequence[str] | None = None,
-    common_time: bool = False,
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
@@ -64,37 +56,25 @@ def compare(
     Parameters
     ----------
     a, b
-        With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
+        With a finer run each: judged by their numerical uncertainty. Else by the criteria.
     scene
         Determines the required channels, time span and scales. Without it both must hold the same channels
         over the same time, and scales are ranges.
-    tolerance, share
-        Of tables without uncertainty: share of the scale that is allowed (None: "indeterminate"), and of the
-        samples that must be within.
-    tolerances, absolute
-        Of the same: channel -> its own tolerance; whether tolerances are in the channels' units instead.
-    time_tolerance, gate
-        Of the same: s, by which either may be early or late, though neither may lack what the other has; and
-        metric -> limit (`comparison.verdict.results.METRICS`).
-    period
-        Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
+    criteria
+        Their ``channels`` are among those that the scene requests; of runs with uncertainties no
+        common time applies.
     tier
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
-    only
-        Channels to compare, among those requested by the scene; None: all.
-    common_time
-        Of tables without uncertainty: whether those of different spans are compared where both have samples,
-        instead of refused.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
 
     Raises
     ------
     TableError
-        If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
-        a number that is not finite, time that does not increase, a truncated run.
+        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
+        that does not increase, a truncated run.
     """
-    check_gate(gate or {})
+    only, common_time = criteria.channels, criteria.common_time
     labelled = tuple(zip(labels, (a, b), strict=True))
     tables = {_named(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
     names = _names(a.base, b.base, scene, only)
@@ -116,13 +96,13 @@ def compare(
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
-    period = period if scene is None else scene.period
+    period = criteria.period if scene is None else scene.period
     window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     known = a.base.known | b.base.known
     compared = [name for name in names if only is None or name in only]
-    if other := [name for name in tolerances or () if name not in compared]:
+    if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
-    allowed = dict.fromkeys(compared, tolerance) | dict(tolerances or {})
+    ungated = criteria.model_copy(update={"gate": {}})  # of the grids that tell the errors by sampling
 
     def judged(every: int) -> dict[str, ChannelComparison]:
         results: dict[str, ChannelComparison] = {}
@@ -142,12 +122,8 @@ def compare(
                 scene=None if scene is None else scene.data,
                 u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
-                tolerance=allowed[channel.name],
-                absolute=absolute,
+                criteria=criteria if every == 1 else ungated,
                 limits=limits,
-                share=share,
-                time_tolerance=time_tolerance,
-                gate=gate if every == 1 else None,  # the others are for the errors by sampling
             )
         return results
 
@@ -163,7 +139,7 @@ def compare(
     warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
-        allowed_shift = _exceeded_shift(results, aligned, time_tolerance)
+        allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
     return SceneComparison(
@@ -171,12 +147,11 @@ def compare(
         verdict,
         aligned.time,
         results,
-        **({"name": name, "period": period} if scene is None else described(scene)),
+        **({"period": period} if scene is None else described(scene)),
         warnings=(() if scene is None else scene.warnings) + warnings,
         events=(a.base.events, b.base.events),
         pulses=(noted(a.base), noted(b.base)),
         provenance={label: table.provenance for label, table in tables.items()},
-        command=command,
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
@@ -185,20 +160,17 @@ def compare(
     )
 
 
-def check_gate(gate: Mapping[str, float]) -> None:
-    """Reject a gate that names what is no metric, by a `TableError`."""
-    if unknown := [metric for metric in gate if metric not in METRICS]:
-        raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
-
-
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:
     """Return the verdict of a scene: "differ" if a channel does; else its coverage must reach the floor.
 
-    A scene without an excited channel is indeterminate: nothing was compared.
+    A scene without an excited channel is indeterminate: nothing was compared. So is one with a channel that
+    nothing limits: it may be off by any amount.
     """
     verdicts = {result.verdict for result in results.values()}
     if "differ" in verdicts:
         return "differ"
+    if any(result.basis is Basis.NO_LIMIT for result in results.values()):
+        return "indeterminate"
     return "agree" if "agree" in verdicts and scene_coverage(results) >= floor else "indeterminate"
 
 
@@ -406,14 +378,10 @@ def compare_channel(
     scene: Mapping[str, Any] | None,
     u: tuple[Array | None, Array | None],
     within: BoolArray | None = None,
-    tolerance: float | None,
-    absolute: bool = False,
+    criteria: Criteria = NO_CRITERIA,
     limits: Thresholds,
-    share: float = 1.0,
-    time_tolerance: float = 0.0,
-    gate: Mapping[str, float] | None = None,
 ) -> ChannelComparison:
-    """Judge one channel on a common grid; arrays of shape (n,), options as of `comparison.verdict.compare`.
+    """Judge one channel on a common grid; arrays of shape (n,).
 
     A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
     agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
@@ -426,7 +394,7 @@ def compare_channel(
     an outlier in ``b`` must not widen. ``within`` are the samples that may be judged at all: where the
     position that this channel follows is predictable, and its value follows from samples.
     """
-    known = u[0] is not None and u[1] is not None
+    known, tolerance = u[0] is not None and u[1] is not None, criteria.tolerance_of(channel.name)
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
     result = ChannelComparison(
         definition=channel,
@@ -436,12 +404,12 @@ def compare_channel(
         b=b,
         u_a=u[0],
         u_b=u[1],
-        tolerance=None if known or tolerance is None else tolerance * (1.0 if absolute else scale),
+        tolerance=None if known or tolerance is None else tolerance * (1.0 if criteria.absolute else scale),
         predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
-        limits=limits if known else replace(limits, share=share),
+        limits=limits if known else replace(limits, share=criteria.share),
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
-        time_tolerance=0.0 if known else time_tolerance,
+        time_tolerance=0.0 if known else criteria.time_tolerance,
     )
     if result.u is not None:
         result = replace(result, predictable=result.predictable & (result.u <= limits.alpha * scale))
@@ -449,8 +417,8 @@ def compare_channel(
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
         result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
-    if gate and not known and result.verdict != "unexcited":
-        result = replace(result, **_by_gate(result, gate))
+    if criteria.gate and not known and result.verdict != "unexcited":
+        result = replace(result, **_by_gate(result, criteria.gate))
     return result
 
 

@@ -37,7 +37,7 @@ REFUSED = {
     "a.csv hole.csv --common-time": "20 rows",
     "a.csv a.csv --channels x,y": "--channels: 'y'",
     "a.csv f.csv --channels x,force": "no common channel force",
-    "a.csv a.csv --channels x,": "--channels 'x,'",
+    "a.csv a.csv --channels x,": "channels.1 = '' must not be empty",
     "a.csv b.csv --common-time --finer-a a.csv --finer-b b.csv": "further runs require equal times",
     "a.csv f.csv": "'force'",
     "few.csv gap.csv": "rows are missing",
