@@ -99,7 +99,6 @@ NO_TABLES = [
     (PLAIN.replace("x,v", "x,w"), "'v'"),
     ("time,x\n" + rows(columns=(TIME, X)), "'v'"),
     ("time,x,v\n" + rows(columns=(TIME[::-1], X, V)), "b: time|row 2"),
-    ("time,x,v\n" + rows(columns=(TIME[:8], X[:8], V[:8])), "0.7 s|truncated"),
     (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
     (PLAIN + PLAIN, "line 13"),
     ("time,x,v\n", "no row"),
