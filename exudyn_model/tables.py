@@ -83,8 +83,9 @@ class Extrema:
     def take_inside(self, channels: NDArray[np.int64], times: Array, values: Array) -> None:
         """Take values of some channels between states, shape (k, n), at times of their own (s).
 
-        A time that is infinite is of no value.
+        A time that is infinite or no number, as where a run fails, is of no value.
         """
+        times = np.where(np.isnan(times), np.inf, times)
         cycles = np.clip(times / self.period, 0, len(self.values) - 1)
         for cycle in range(int(np.min(cycles, initial=0.0)), int(np.max(cycles, initial=-1.0)) + 1):
             outside = (cycles.astype(int) != cycle) | np.isinf(times)

@@ -3,7 +3,7 @@
 import platform
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
@@ -202,8 +202,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         result = load(job.model)(deepcopy(job.scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status != "success":
-            load_line = heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
-            remedy = "; ".join(filter(None, (result.remedy, load_line)))
+            remedy = "; ".join(filter(None, (result.remedy, _load_line(job))))
             return Outcome(result.status, remedy, partial=table)
         check(table, *_demands(job.scene), name=f"the {job.model} run")
     except TableError as error:
@@ -214,6 +213,13 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         message = " ".join(f"{type(error).__name__}: {error}".split())
         return Outcome("crashed", message, traceback=traceback.format_exc())
     return Outcome("success", table=table)
+
+
+def _load_line(job: Job) -> str:
+    """Return a line if the load of a run that failed is absurd."""
+    with suppress(ValueError):  # of a check that contradicts its model
+        return heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
+    return ""
 
 
 def _demands(scene: Scene) -> tuple[list[str], tuple[float, float]]:
