@@ -8,8 +8,8 @@ SPREAD := -n logical --maxprocesses 8 --dist loadfile
 ifndef PYTHON
 PYTHON := $(shell for v in 3.14 3.13 3.12 3.11 3; do python$$v -c pass >/dev/null 2>&1 && echo python$$v && break; done)
 endif
-# uv installs the same in a fraction of the time.
-INSTALL := $(if $(shell command -v uv 2>/dev/null),uv pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
+# uv installs the same in a fraction of the time; like pip it compiles bytecode, for all the processes to come.
+INSTALL := $(if $(shell command -v uv 2>/dev/null),uv pip install --quiet --compile-bytecode --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .PHONY: help install validate test test-slow test-browser lint reports docs clean
 help:

@@ -148,11 +148,22 @@ def _move(part: Path, folder: Path) -> None:
     with ExitStack() as undo:
         for number, (path, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
-            if len(moves) > 1 and target.exists():  # one alone is replaced in one step
-                kept = target.replace(old / str(number))
-                undo.callback(kept.replace, target)
-            undo.callback(path.replace(target).replace, path)
+            kept = old / str(number)
+            existed = len(moves) > 1 and _copied(target, kept)  # one alone needs no undoing
+            path.replace(target)
+            undo.callback((kept if existed else target).replace, target if existed else path)
         undo.pop_all()  # of the callbacks none is called
+
+
+def _copied(path: Path, copy: Path) -> bool:
+    """Keep a file under another name too; False if there is none (any more: others may write it as well)."""
+    try:
+        os.link(path, copy)
+    except FileNotFoundError:
+        return False
+    except OSError:  # a file system without links
+        shutil.copy2(path, copy)
+    return True
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:

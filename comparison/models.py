@@ -8,7 +8,7 @@ import hashlib
 import os
 import platform
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
 from functools import cache
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
@@ -96,6 +96,8 @@ def engine_names() -> list[str]:
 
 def find(name: str) -> EntryPoint:
     """Look up a model by name without importing it; `EngineError` if none or more than one has it."""
+    if not isinstance(name, str):
+        raise EngineError(f"model {name!r} must be a name, such as {', '.join(OWN)}")
     targets = {point.value: point for point in entry_points(group=GROUP) if point.name == name}
     points = [*([OWN[name]] if name in OWN else []), *targets.values()]
     if not points:
@@ -105,9 +107,10 @@ def find(name: str) -> EntryPoint:
     return points[0]
 
 
-def named(names: str) -> list[str]:
-    """Parse two or more names of different models, as in ``"reference,exudyn"``; else an `EngineError`."""
-    models = [find(name).name for name in names.split(",")]
+def named(names: str | Sequence[str]) -> list[str]:
+    """Return two or more different models, also of ``"reference,exudyn"``; else an `EngineError`."""
+    every = names.split(",") if isinstance(names, str) else names
+    models = [find(name).name for name in (every if isinstance(every, Sequence) else [every])]
     if len(set(models)) < max(2, len(models)):
         raise EngineError(f"models {names!r} must be two or more different names, as in reference,exudyn")
     return models

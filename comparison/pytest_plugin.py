@@ -6,22 +6,28 @@ fixture is used. PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
-    import pandas as pd
-
+    from comparison.tables.arguments import Results
+    from comparison.tables.dialect import Source
+    from comparison.tables.mapping import Mapping
     from comparison.tables.table import Table
-
-    Results = str | Path | Table | pd.DataFrame
+    from comparison.verdict.results import SceneComparison
 
 _WRITTEN = (".csv", ".parquet")  # endings of the tables that are written where they are missing
+_OBTAINED = "obtained"  # folder beside an expected table, of what a failing test obtained
+_LEFT = (".csv", ".events.csv", ".extrema.csv", ".json", ".html")  # endings of the files in it
+_PROPERTY = "sixbar"  # of a test's report: how far an expected table was that is written anew
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -30,77 +36,266 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sixbar-update",
         action="store_true",
-        help="write the expected tables of assert_agree anew, from what the tests give it",
+        help="write the expected tables of assert_agree anew, from what the tests obtain",
     )
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print how far each expected table was from the one that replaces it."""
+    reports = [report for several in terminalreporter.stats.values() for report in several]
+    properties = [each for report in reports for each in getattr(report, "user_properties", ())]
+    if lines := dict.fromkeys(text for name, text in properties if name == _PROPERTY):
+        terminalreporter.section("expected tables written anew")
+        for line in lines:
+            terminalreporter.write_line(line)
 
 
 @pytest.fixture
 def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
-    ``assert_agree(a, b, *, scene=None, mapping=None, allow_indeterminate=False, **options)``: ``a`` and ``b``
-    are paths of tables, `comparison.tables.table.Table` or pandas data frames; the options are those of
-    `comparison.verdict.recorded.compare_files`. Where ``b`` is a path and there is no
-    file, the table is written from ``a``, and the test fails this once; ``--sixbar-update`` writes it anew.
+    ``assert_agree(expected, obtained, *, scene=None, mapping=None, allow_indeterminate=False, **options)``:
+    the tables are paths, `comparison.tables.table.Table` or pandas data frames; the options are those of
+    `comparison.verdict.criteria.Criteria`. Where ``expected`` is a path and there is no file, the table is
+    written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew.
     """
-    return partial(_assert_agree, update=bool(request.config.getoption("--sixbar-update")))
+    return partial(_assert_agree, request.node, bool(request.config.getoption("--sixbar-update")))
 
 
 def _assert_agree(
-    a: Results,
-    b: Results,
-    *,
+    node: pytest.Item,
     update: bool,
-    scene: str | Path | None = None,
-    mapping: str | Path | None = None,
+    expected: Results,
+    obtained: Results,
+    *,
+    scene: Any = None,
+    mapping: Any = None,
     allow_indeterminate: bool = False,
     **options: Any,
 ) -> None:
-    from comparison.scene import load_scene
-    from comparison.tables.mapping import load_mapping
+    from comparison.scene import SceneError
     from comparison.tables.table import TableError
-    from comparison.verdict.recorded import compare
-    from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
-    labels = (
-        str(a) if isinstance(a, str | Path) else "table a",
-        str(b) if isinstance(b, str | Path) else "table b",
-    )
+    asked = {"scene": scene, "mapping": mapping, "options": options}
+    pair = _Pair(expected, obtained, asked, node.nodeid, allow_indeterminate=allow_indeterminate)
     try:
-        options["scene"] = None if scene is None else load_scene(scene)
-        options["mapping"] = None if mapping is None else load_mapping(Path(mapping))
-        if isinstance(b, str | Path) and Path(b).suffix in _WRITTEN and (update or not Path(b).exists()):
-            _write(a, labels[0], Path(b), options)
-            if update:
-                return
-            raise AssertionError(
-                f"{b} was missing, and is written from {labels[0]}: check it, and test again"
-            )
-        result = compare(a, b, labels=labels, **options)
-    except TableError as error:
+        if pair.written is not None and (update or not pair.written.exists()):
+            known = pair.distance() if pair.written.exists() else ""
+            pair.write()
+            if not update:
+                says = f"{pair.written} was missing, and is written from {pair.labels[1]}"
+                raise AssertionError(f"{says}: check it, and test again")
+            before = f"the one before: {known}" if known else "there was none"
+            node.user_properties.append((_PROPERTY, f"{pair.written}: {before}"))
+            return
+        failure = pair.failure()
+    except (TableError, SceneError, OSError) as error:
         raise AssertionError(f"cannot compare: {error}") from None
-    if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
-        return
-    on = "" if result.scene is None else f" on scene {result.name!r}"
-    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {scene_reason(result)}"]
-    lines += [
-        f"  {name}: {channel.verdict}: {reason(channel)}"
-        for name, channel in result.channels.items()
-        if channel.verdict == "differ"
-    ]
-    raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
+    if failure:
+        raise AssertionError(failure)
 
 
-def _write(results: Results, label: str, path: Path, options: dict[str, Any]) -> None:
-    """Write the table that is expected: in SI, with the names of channels."""
-    from comparison.tables.foreign import as_source, read_tables
-    from comparison.tables.table import check
+@dataclass(frozen=True)
+class _Pair:
+    """An expected table, and what a test obtained."""
+
+    expected: Results
+    obtained: Results
+    asked: dict[str, Any]  # scene, mapping and options, as the test gives them
+    test: str  # its name for pytest
+    allow_indeterminate: bool = field(kw_only=True)
+
+    @property
+    def labels(self) -> tuple[str, str]:
+        """Names of the two in messages."""
+        pairs = ((self.expected, "table expected"), (self.obtained, "table obtained"))
+        first, second = (str(one) if isinstance(one, str | Path) else name for one, name in pairs)
+        return first, second
+
+    @property
+    def written(self) -> Path | None:
+        """Path of the expected table where it can be written."""
+        path = Path(self.expected) if isinstance(self.expected, str | Path) else None
+        return path if path and path.suffix.lower() in _WRITTEN else None
+
+    @property
+    def left(self) -> Path | None:
+        """Path of the table that a failing test leaves beside the expected one."""
+        return self.written and self.written.parent / _OBTAINED / f"{self.written.stem}.csv"
+
+    @cached_property
+    def mapping(self) -> Mapping | None:
+        """The rules for the columns."""
+        from comparison.tables.arguments import as_mapping
+
+        return as_mapping(self.asked["mapping"])
+
+    @cached_property
+    def source(self) -> Source:
+        """The columns of the table obtained, as they are named there."""
+        from comparison.tables.arguments import as_source
+        from comparison.tables.foreign import open_source
+
+        source = as_source(self.obtained, self.labels[1])
+        if not isinstance(source, Path):
+            return source
+        return open_source(source, None if self.mapping is None else self.mapping.dialect.of("b"))
+
+    def judged(self, expected: Results, label: str) -> SceneComparison:
+        """Compare a table with the one obtained."""
+        from comparison.scene import as_scene
+        from comparison.tables.arguments import as_source
+        from comparison.verdict.criteria import Criteria
+        from comparison.verdict.recorded import compare_files
+
+        scene = self.asked["scene"]
+        return compare_files(
+            [("base", as_source(expected, label))],
+            [("base", self.source)],
+            labels=(label, self.labels[1]),
+            scene=None if scene is None else as_scene(scene),
+            mapping=self.mapping,
+            criteria=Criteria(**self.asked["options"]),
+        )
+
+    def distance(self) -> str:
+        """Return how far the expected table is from the one obtained."""
+        from comparison.tables.table import TableError
+        from comparison.words.verdicts import scene_reason
+
+        try:
+            result = self.judged(self.expected, self.labels[0])
+        except TableError as error:
+            return f"cannot compare: {error}"
+        return f"{result.verdict}: {scene_reason(result)}"
+
+    def failure(self) -> str:
+        """Return why the test fails, if it does; then the table obtained stays beside the expected one."""
+        from comparison.tables.table import TableError
+        from comparison.words.verdicts import reason, scene_reason
+
+        try:
+            result = self.judged(self.expected, self.labels[0])
+        except TableError as error:
+            return "\n".join([f"cannot compare: {error}", *self.leave(None)])
+        if result.verdict == "agree" or (result.verdict == "indeterminate" and self.allow_indeterminate):
+            self.remove()
+            return ""
+        on = "" if result.scene is None else f" on scene {result.name!r}"
+        lines = [f"{' and '.join(self.labels)}{on}: {result.verdict}: {scene_reason(result)}"]
+        lines += [
+            f"  {channel.channel}: differ: {reason(channel)}" for channel in result.with_verdict("differ")
+        ]
+        if opened := [channel.channel for channel in result.with_verdict("indeterminate")]:
+            lines.append(f"  indeterminate: {', '.join(opened)}")
+        lines += [f"  warning: {warning}" for warning in result.warnings]
+        return "\n".join([*lines, *self.leave(result)])
+
+    def leave(self, result: SceneComparison | None) -> list[str]:
+        """Write the table obtained and a report beside the expected one; say where, and how to accept it."""
+        from comparison.files import write_text
+        from comparison.report.page import origin, render
+        from comparison.tables.table import TableError
+
+        if self.left is None:
+            return []
+        try:
+            self.source  # noqa: B018
+        except TableError:  # cannot be read, which the message says already
+            return []
+        try:
+            lines = [f"  obtained: {_write(self.table(), self.left)}"]
+            if result is not None:
+                page = self.left.with_suffix(".html")
+                title, command = f"{self.labels[0]} and what {self.test} obtained", f"pytest {self.test}"
+                write_text(render([result], title=title, command=command, origin=origin()), page)
+                lines.append(f"  report: {page}")
+        except (TableError, OSError) as error:
+            return [f"  obtained: {error}"]
+        return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
+
+    def remove(self) -> None:
+        """Remove what an earlier failure has left."""
+        if self.left is None or not self.left.parent.is_dir():
+            return
+        for end in _LEFT:
+            with suppress(OSError):
+                (self.left.parent / f"{self.left.stem}{end}").unlink()
+        with suppress(OSError):  # holds what others have left
+            self.left.parent.rmdir()
+
+    def write(self) -> None:
+        """Write the expected table; a `TableError`, and none, if it could not be compared afterwards."""
+        from comparison.tables.table import TableError
+        from comparison.words.verdicts import scene_reason
+
+        path = self.written
+        assert path is not None
+        table = self.table()
+        if path.suffix.lower() != ".csv" and [name for name in table.names if name.endswith("]")]:
+            raise TableError(f"{path}: a Parquet file states no units, {self.labels[1]} does: name it .csv")
+        with TemporaryDirectory() as folder:
+            try:
+                result = self.judged(_write(table, Path(folder, path.name)), self.labels[1])
+            except TableError as error:
+                raise TableError(f"{str(error).replace(folder, '')}; {path} is not written") from None
+        if result.verdict == "differ":
+            raise TableError(f"{path} is not written: read again, it would differ: {scene_reason(result)}")
+        _write(table, path)
+        self.remove()
+
+    def table(self) -> Table:
+        """Return the table obtained with its own names, units and signs, the units in the names.
+
+        Where the mapping has rules for the second table alone, they would not serve the first: then with the
+        channels' names and units.
+        """
+        import pandas as pd
+
+        from comparison.tables.channels import channels
+        from comparison.tables.foreign import read_tables
+        from comparison.tables.table import Table, TableError
+        from comparison.verdict.criteria import Criteria
+
+        source = self.source
+        columns = {column.name: column for column in source.columns if column.text is None}
+        units = {name: column.unit for name, column in columns.items()}
+        frame = pd.DataFrame({name: column.numbers for name, column in columns.items()})
+        if self.mapping is not None and self.mapping.b:
+            criteria = Criteria(**self.asked["options"])
+            rows, only = criteria.at_events, criteria.channels
+            (read,), _ = read_tables([source], ["b"], self.mapping, rows, only=only)
+            if not read.channels:
+                raise TableError(
+                    f"{source.path}: {self.mapping.file} assigns none of its columns to a channel"
+                )
+            known = channels() | read.own
+            frame, units = read.frame, {"time": "s", **{name: known[name].unit for name in read.channels}}
+        elif source.nameless:
+            frame, units = frame.rename(columns={source.names[0]: "time"}), {}
+        headed = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
+        return Table(
+            frame.rename(columns=headed),
+            source.events,
+            source.extrema,
+            source.record or {},
+            cycle_extrema=source.cycle_extrema,
+        )
+
+
+def _write(table: Table, path: Path) -> Path:
+    """Write a table; beside it only what it has: another program may have a file of that name."""
+    from comparison.files import replacing
     from comparison.tables.table_files import write
 
-    rows, only, abscissa = options.get("at_events"), options.get("channels"), options.get("abscissa", "time")
-    sources = [as_source(results, label)]
-    (table,), _ = read_tables(sources, ["a"], options["mapping"], rows, only=only, abscissa=abscissa)
-    check(table, table.channels, name=label)
-    table = replace(table, frame=table.frame.rename(columns={"time": abscissa}))
-    write(table, path)
+    if table.provenance or table.extrema or table.events is not None:
+        return write(table, path)
+    with replacing(path) as part:
+        if path.suffix.lower() == ".csv":
+            table.frame.to_csv(part, index=False)
+        else:
+            table.frame.to_parquet(part, index=False)
+    for end in (".events.csv", ".pulses.csv", ".extrema.csv"):  # of an earlier table
+        path.with_suffix(end).unlink(missing_ok=True)
+    return path

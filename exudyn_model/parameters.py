@@ -5,7 +5,7 @@ damping of Eq. 11, and what the solver does where the scene does not say.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -221,6 +221,15 @@ def _compliance(scene: Mapping[str, Any], part: str) -> float:
     return float((1 - poisson**2) / modulus)
 
 
+DAMPING_FACTORS: Mapping[str, Callable[[float], float]] = {
+    "lankarani-nikravesh": lambda e: 3 * (1 - e * e) / 4,
+    "hunt-crossley": lambda e: 3 * (1 - e) / 2,
+    "flores": lambda e: 8 * (1 - e) / (5 * e),
+    "gonthier": lambda e: 1 / e - e,
+}
+"""C of docs/model.md, section 6, over the coefficient of restitution, by `contact.damping_model`."""
+
+
 def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[str, Any]:
     """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares.
 
@@ -229,7 +238,7 @@ def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[s
     contact, friction = scene["contact"], scene["friction"]
     point = {
         "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
-        "damping": 0.75 * (1 - contact["restitution"] ** 2),
+        "damping": DAMPING_FACTORS[contact["damping_model"]](contact["restitution"]),
     }
     if contact["law"] == LAWS[IMPACT]:
         own = ("stiffness", "damping", "damping_depth")

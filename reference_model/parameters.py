@@ -234,7 +234,7 @@ def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
         K=given or point_stiffness(compliance, float(contact["corner_radius"])),
         Ks=(float(slider["thickness"]) + length) / (0.475 * compliance),
         n=float(contact["exponent"]),
-        C=0.75 * (1.0 - float(contact["restitution"]) ** 2),
+        C=_damping(contact["damping_model"], float(contact["restitution"])),
         c_max=float(contact["damping"]),
         d_max=float(contact["damping_depth"]),
         speed_floor=float(contact["impact_speed_floor"]),
@@ -252,6 +252,20 @@ def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
         pin_mass=float(rod2["mass"]),
         pin_arm=float(rod2["length"]),
     )
+
+
+def _damping(model: str, e: float) -> float:
+    """Return C of docs/model.md, section 6, for a coefficient of restitution e."""
+    match model:
+        case "lankarani-nikravesh":
+            return 0.75 * (1.0 - e**2)
+        case "hunt-crossley":
+            return 1.5 * (1.0 - e)
+        case "flores":
+            return 8.0 * (1.0 - e) / (5.0 * e)
+        case "gonthier":
+            return (1.0 - e**2) / e
+    raise ValueError(f"contact.damping_model = {model!r} is not known")
 
 
 def _read_load(load: Mapping[str, Any]) -> Load:

@@ -249,8 +249,8 @@ class AccuracyError(ValueError):
 def metres(accuracy: str | float) -> float:
     """Return an accuracy that is no name as a number of metres; `AccuracyError` if it is not positive."""
     try:
-        number = float(accuracy)
-    except ValueError:
+        number = 0.0 if isinstance(accuracy, bool) else float(accuracy)
+    except (TypeError, ValueError):
         number = 0.0
     if not 0 < number < inf:
         raise AccuracyError(
@@ -469,7 +469,9 @@ def _contacts(scene: Scene, joints: tuple[str, ...]) -> tuple[str, ...]:
         return " on ".join(f"{factor * value:g}" for value in values)
 
     materials = f"{of_partners('youngs_modulus', 1e-9)} GPa, Poisson's ratio {of_partners('poisson', 1.0)}"
-    law = f"{contact['law']}; {materials}"
+    other = contact["damping_model"] != "lankarani-nikravesh"  # than the paper's
+    damping = f", damping of {contact['damping_model']}" if other else ""
+    law = f"{contact['law']}{damping}; {materials}"
     if contact["law"] == "adams-impact":
         stiffness = materials if contact["stiffness"] is None else f"k = {contact['stiffness']:g} N/m^n"
         law = (

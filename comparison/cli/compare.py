@@ -54,14 +54,8 @@ def compare(
         bool,
         console.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
     ] = False,
-    abscissa: Annotated[
-        str, console.option("time|crank_angle", "What the samples of both tables are aligned by.")
-    ] = "time",
     common_time: Annotated[
         bool, console.option(None, "Compare tables of different spans where both have rows.", "--common-time")
-    ] = False,
-    apply_shift: Annotated[
-        bool, console.option(None, "Compare B without its estimated shift in time.", "--apply-shift")
     ] = False,
     at_events: console.AtEvents = None,
     finer_a: console.Finer = None,
@@ -93,6 +87,7 @@ def compare(
     from comparison.files import check_folder
     from comparison.scene import load_scene
     from comparison.tables.mapping import load_mapping
+    from comparison.verdict.criteria import Criteria
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.words.record import as_mapping
@@ -101,34 +96,24 @@ def compare(
     command = _repeated(context)
     if suggest_mapping:
         return _suggest(a, b, out, mapping, json=json)
-    console.check_positive("--tolerance", tolerance)
-    if not 0 < share <= 1:
-        raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
-    if time_tolerance is not None and not 0 <= time_tolerance < float("inf"):
-        raise typer.BadParameter(f"--time-tolerance {time_tolerance:g} must be zero or a positive number")
-    console.check_positive("--period", period)
-    if abscissa not in ("time", "crank_angle"):
-        raise typer.BadParameter(f"--abscissa {abscissa!r} must be one of time, crank_angle")
-    only = None if channels is None else [name.strip() for name in channels.split(",")]
-    if only is not None and not all(only):
-        raise typer.BadParameter(f"--channels {channels!r} must be names separated by commas")
+    criteria = Criteria(
+        channels=None if channels is None else [name.strip() for name in channels.split(",")],
+        tolerance=tolerance,
+        absolute=absolute,
+        share=share,
+        time_tolerance=time_tolerance,
+        at_events=at_events,
+        common_time=common_time,
+        period=period,
+    )
     asked: dict[str, Any] = {
         "scene": None if scene is None else load_scene(scene),
         "mapping": None if mapping is None else load_mapping(mapping),
-        "channels": only,
-        "abscissa": abscissa,
-        "at_events": at_events,
+        "criteria": criteria,
         "refinements": (
             _factor_and_order(refinement_a, "--refinement-a"),
             _factor_and_order(refinement_b, "--refinement-b"),
         ),
-        "tolerance": tolerance,
-        "absolute": absolute,
-        "share": share,
-        "time_tolerance": time_tolerance,
-        "period": period,
-        "common_time": common_time,
-        "apply_shift": apply_shift,
     }
     folder = check_folder(out or console.REPORTS / "compare")
     further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
@@ -145,7 +130,7 @@ def compare(
             for base, further in ((a, further_a), (b, further_b))
         )
         labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
-        comparison = compare_files(first, second, labels=labels, command=command, **asked)
+        comparison = replace(compare_files(first, second, labels=labels, **asked), command=command)
         if all(channel.threshold is None for channel in comparison.channels.values()):
             comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
         comparisons, title = [comparison], ""
@@ -185,7 +170,10 @@ def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import not_compared
 
-    first, second = tables_in(a), tables_in(b)
+    (first, *left_a), (second, *left_b) = tables_in(a), tables_in(b)
+    for folder, left in ((a, left_a[0]), (b, left_b[0])):
+        if left:
+            warn([f"{folder}: not compared, since they are no tables: {', '.join(left)}"])
     if not first:
         raise TableError(f"{a}: holds no table")
     labels = (a.name, b.name) if a.name != b.name else (str(a), str(b))
@@ -311,7 +299,6 @@ def reliability(
     from comparison.words.record import reliability_mapping
     from comparison.words.reliability import difference_rows, table_notes, table_rows
 
-    console.check_positive("--period", period)
     result = reliability_of(
         a,
         b,

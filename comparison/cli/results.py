@@ -38,7 +38,7 @@ from comparison.scene import Scene, SceneError, command_line, load_scene, name_w
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
 from comparison.verdict import validate as judge
-from comparison.verdict.compare import check_gate
+from comparison.verdict.criteria import check_gate
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words

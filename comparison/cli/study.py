@@ -10,7 +10,7 @@ from comparison.cli import console
 from comparison.cli.console import columns, progress, say, warn
 from comparison.studies import STUDIES
 
-_SHOWN = 5  # rows of a sweep on the terminal
+_SHOWN = 20  # rows of a sweep on the terminal, and one instead of the line that one is left
 _OutStudy = Annotated[
     Path | None, console.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
 ]
@@ -88,7 +88,8 @@ def sweep(
     """Run a scene over values of its keys: one row per run.
 
     SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
-    folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason.
+    folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason; where no run
+    succeeds the exit code is 2.
     """
     import pandas as pd
 
@@ -112,12 +113,13 @@ def sweep(
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
     frame = pd.read_csv(path, keep_default_na=False)
+    shown = len(frame) if len(frame) <= _SHOWN + 1 else _SHOWN
     cells = {
-        name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:_SHOWN]]
+        name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:shown]]
         for name, column in frame.items()
     }
     say(*columns([list(map(str, cells)), *zip(*cells.values(), strict=True)]))
-    if len(frame) > _SHOWN:
-        say(f"... and {len(frame) - _SHOWN} more rows")
+    if len(frame) > shown:
+        say(f"... and {len(frame) - shown} more rows")
     say(str(path))
-    return 0
+    return 2 if failed == len(frame) else 0

@@ -13,7 +13,7 @@ from scipy.special import betaincinv, ndtri, stdtrit
 
 from comparison.tables.align import SAME_GRID, hermite
 from comparison.tables.channels import Array, BoolArray, channels
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, slacks
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
@@ -72,7 +72,7 @@ def slider_errors(
     if missing := [name for name in held if name not in ideal.names]:
         raise TableError(f"the ideal mechanism's: channel {missing[0]} is missing")
     for name, table in (("the result", actual), ("the ideal mechanism's", ideal)):
-        if table.time.size < 2 or abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
+        if table.time.size < 2 or abs(table.time[0]) > slacks(table.time)[0]:
             raise TableError(f"{name}: does not start at t = 0 s")
     slack = SAME_GRID * period
     counts = (actual.time >= start - slack) & (actual.time <= ideal.time[-1] + slack)

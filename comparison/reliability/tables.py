@@ -4,12 +4,16 @@ from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, replace
 from math import isclose
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
+from comparison.formatting import instant
 from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
@@ -19,12 +23,14 @@ from comparison.reliability.assessment import (
     compare_reliability,
 )
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.scene import Reliability, Scene, load_scene
+from comparison.scene import Reliability, Scene, as_scene, load_scene
 from comparison.scene.loading import BASE
-from comparison.tables.align import SAME_GRID
-from comparison.tables.foreign import as_source, read_tables
-from comparison.tables.mapping import Mapping, load_mapping
-from comparison.tables.table import Table, TableError, check
+from comparison.scene.schema import Positive, Real
+from comparison.tables.align import SAME_GRID, hole_line, holes
+from comparison.tables.arguments import Options, Results, as_mapping, as_source, by_name
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import Mapping
+from comparison.tables.table import Table, TableError, check, slacks
 
 CHANNELS = tuple(QUANTITIES.values())
 _LEAST_CHANGE = 0.1 * MARGIN
@@ -62,17 +68,17 @@ class TableReliability:
 
 
 def reliability(
-    a: Table | pd.DataFrame | str | Path,
-    b: Table | pd.DataFrame | str | Path | None = None,
+    a: Results,
+    b: Results | None = None,
     *,
-    ideal: Table | pd.DataFrame | str | Path,
+    ideal: Results,
     limits: Pairs[str, tuple[float, float]] | None = None,
-    scene: Scene | None = None,
+    scene: Scene | str | Path | None = None,
     period: float | None = None,
     mapping: Mapping | str | Path | None = None,
     at_events: str | None = None,
-    finer_a: Table | pd.DataFrame | str | Path | None = None,
-    finer_b: Table | pd.DataFrame | str | Path | None = None,
+    finer_a: Results | None = None,
+    finer_b: Results | None = None,
 ) -> TableReliability:
     """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 33-39.
 
@@ -127,13 +133,15 @@ def reliability(
     """
     if b is None and not (finer_a is None and finer_b is None):
         raise TableError("finer runs count only for the difference of two tables, and there is one")
-    rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
+    scene = None if scene is None else as_scene(scene)
+    options: dict[str, Any] = {"limits": limits, "period": period}
+    stated = _Stated(**options)
     every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
     given = {part: one for part, one in every.items() if one is not None}
     names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
     sides = [part.removeprefix("finer ") for part in given]
     sources = [as_source(one, names[part]) for part, one in given.items()]
-    read, warnings = read_tables(sources, sides, rules, at_events, only=CHANNELS)
+    read, warnings = read_tables(sources, sides, as_mapping(mapping), at_events, only=CHANNELS)
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
@@ -145,7 +153,7 @@ def reliability(
     cycle = _common_period(
         periods
         | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
-        | ({} if period is None else {"the stated period": period})
+        | ({} if stated.period is None else {"the stated period": stated.period})
     )
     criteria = [  # not every record holds them
         recorded[part]
@@ -155,7 +163,7 @@ def reliability(
     source = scene or next(filter(None, criteria), None) or load_scene(BASE)
     values = {
         f"reliability.{quantity}.{end}": value
-        for quantity, both in (limits or {}).items()
+        for quantity, both in stated.limits.items()
         for end, value in zip(("lower", "upper"), both, strict=True)
     }
     settings = source.with_values(values).reliability
@@ -165,9 +173,13 @@ def reliability(
         if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
             rule = f"must hold a sample and be within the {end:g} s that count"
             raise TableError(f"{names[part]}: an interval of the crank cycle, {interval:g} s, {rule}")
-        if table.time[-1] - end > interval:
-            warnings += (f"{names[part]}: only its first {end:g} s count, where {last} ends",)
-        tables[part] = replace(table, frame=table.frame[table.time <= end + SAME_GRID * cycle])
+        counts = table.time <= end + SAME_GRID * cycle
+        if not counts.all():
+            count = instant(end, float(table.time[-1]))
+            warnings += (f"{names[part]}: only its first {count} s count, where {last} ends",)
+        if gaps := holes(table.time[counts]):
+            warnings += (hole_line(gaps, f"{names[part]} has"),)
+        tables[part] = replace(table, frame=table.frame[counts])
 
     # Between its samples the ideal motion is interpolated, which every second one tells the error of.
     frame = tables["ideal"].frame
@@ -187,7 +199,7 @@ def reliability(
     return TableReliability(
         names=tuple(names[part] for part in ("a", "b") if part in names),
         settings=settings,
-        given=tuple(limits or ()),
+        given=tuple(stated.limits),
         source=source.name,
         period=cycle,
         a=of_a,
@@ -200,6 +212,23 @@ def reliability(
         },
         warnings=warnings,
     )
+
+
+def _pair(value: object) -> object:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise PydanticCustomError("rule", "", {"text": "must be two numbers, lower and upper limit"})
+    return tuple(value)
+
+
+class _Stated(Options):
+    """Options of `reliability` that are numbers."""
+
+    limits: Annotated[
+        dict[str, Annotated[tuple[Real, Real], BeforeValidator(_pair)]],
+        BeforeValidator(by_name),
+        Field(default={}),
+    ]
+    period: Positive | None = None
 
 
 def _compared(
@@ -221,7 +250,7 @@ def _check(table: Table, name: str) -> None:
         hint = "a mapping file (--mapping) assigns columns to channels"
         raise TableError(f"{name}: holds none of {', '.join(CHANNELS)}; {hint}")
     check(table, table.channels, name=name)
-    if abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
+    if abs(table.time[0]) > slacks(table.time)[0]:
         raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
 
 

@@ -4,6 +4,7 @@ from comparison.scene.keys import command_line, name_with
 from comparison.scene.loading import (
     Scene,
     SceneError,
+    as_scene,
     digest,
     load_scene,
     parse_set,
@@ -17,6 +18,7 @@ __all__ = [
     "Reliability",
     "Scene",
     "SceneError",
+    "as_scene",
     "command_line",
     "digest",
     "load_scene",

@@ -16,6 +16,7 @@ from importlib.resources import files
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
@@ -213,8 +214,15 @@ def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     keys: dict[str, Any] = {}
     for key, value in section.items():
         is_section = isinstance(value, Mapping) and value
-        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": value}
+        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": unboxed(value)}
     return keys
+
+
+def unboxed(value: object) -> object:
+    """Return Python's number for one of numpy, also in a dict: a strict type takes no other than its own."""
+    if isinstance(value, Mapping):
+        return {name: unboxed(part) for name, part in value.items()}
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def nested(keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -84,6 +84,10 @@ class Scene:
     random: list[RandomInput]
     """Random variables and their distributions; no run depends on them."""
 
+    def __repr__(self) -> str:
+        """Return its name; `data` has the numbers."""
+        return f"Scene({self.name!r})"
+
     @property
     def name(self) -> str:
         """Name, of files too."""
@@ -120,7 +124,7 @@ class Scene:
 
         Its name and title say so, unless they are among the values; it has no description.
         """
-        return _checked(self.files, combine(self.files, self.overrides, values), self.source)
+        return _checked(self.files, _combined(self.files, self.overrides, values), self.source)
 
     def variant(self, values: Mapping[str, object]) -> Scene:
         """Return this scene at other settings or from another start, under its name and title."""
@@ -159,10 +163,21 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     >>> scene.name, scene.data["drive"]["cycles"]
     ('150rpm-0.2mm+drive.speed_rpm=210', 2.0)
     """
+    if not isinstance(name_or_path, str | Path):
+        raise SceneError(f"scene = {short(name_or_path)} must be a name or a path")
     source = str(name_or_path)
     path = _locate(source, Path(), source)
     files = {"scene.name": path.stem} | _read(path, ())
-    return _checked(files, combine(files, {}, overrides or {}), source)
+    return _checked(files, _combined(files, {}, overrides or {}), source)
+
+
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """Return a scene, read where its name or path is given; a `SceneError` if it is none of these."""
+    if isinstance(scene, str | Path):
+        return load_scene(scene)
+    if isinstance(scene, Scene):
+        return scene
+    raise SceneError(f"scene = {short(scene)} must be a name, a path, or what sixbar.load_scene returns")
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
@@ -233,6 +248,14 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: scene.extends = {short(base)} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
     return merged({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
+
+
+def _combined(
+    files: dict[str, Any], overrides: dict[str, Any], values: Mapping[str, object]
+) -> dict[str, Any]:
+    if not isinstance(values, Mapping):
+        raise SceneError(f"overrides = {short(values)} must be a dict of dotted keys and their values")
+    return combine(files, overrides, values)
 
 
 def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> Scene:

@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
+LEAST_RESTITUTION = 0.01  # of damping factors that divide by it: 160 there, twice those of any metal
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Of a scene, which names files."""
@@ -181,7 +182,7 @@ class Contact(Section):
     """Contact law and materials; journal and bearing of the crank pin are of the guide's material."""
 
     law: Literal["hertz-corners", "paper-switching", "foundation", "adams-impact"]
-    """Contact force model: each corner by Hertz, the paper's surface switch, a foundation, or IMPACT."""
+    """Contact model, force law: each corner by Hertz, the paper's surface switch, a foundation, or IMPACT."""
     youngs_modulus: Annotated[
         Annotated[Positive, ONE] | Annotated[Partners[Positive], EACH], CHOICE, Unit("Pa"), TABLE_2
     ]
@@ -190,6 +191,10 @@ class Contact(Section):
     """Poisson's ratio nu of the material; .slider and .guide are those of each partner."""
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False), TABLE_2]
     """Coefficient of restitution e of an impact, which sets the damping of Eqs. 9-11: 1 has none."""
+    damping_model: Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier"] = (
+        "lankarani-nikravesh"
+    )
+    """Damping factor of Hertz's law and of the foundation; the paper's Eq. 11 is the first."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False), TABLE_2]
     """Exponent n (power) of the depth in the contact force."""
     corner_radius: Annotated[Positive, M]
@@ -378,6 +383,18 @@ class SceneKeys(Section):
             raise PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
         return self
 
+    def _broken_damping(self) -> Iterator[tuple[str, object, str]]:
+        contact = self.contact
+        model, restitution = contact.damping_model, contact.restitution
+        if model == "lankarani-nikravesh":
+            return
+        if contact.law not in ("hertz-corners", "foundation"):
+            rule = f"needs contact.law = 'hertz-corners' or 'foundation', not {contact.law!r}"
+            yield "contact.damping_model", model, rule
+        if model != "hunt-crossley" and restitution < LEAST_RESTITUTION:
+            rule = f"must be >= {LEAST_RESTITUTION:g}, by which contact.damping_model = {model!r} divides"
+            yield "contact.restitution", restitution, rule
+
     def _broken(self) -> Iterator[tuple[str, object, str]]:
         """Yield key, value and rule where values exclude each other that are valid by themselves."""
         speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
@@ -388,6 +405,7 @@ class SceneKeys(Section):
         if friction.transition_speed <= friction.static_speed:
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
+        yield from self._broken_damping()
         rows = self.load.table
         if rows and self.load.force:
             yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: set load.force = 0"

@@ -25,7 +25,7 @@ from comparison.metrics.signals import rms
 from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest, parse_set
-from comparison.scene.keys import did_you_mean
+from comparison.scene.keys import did_you_mean, toml
 from comparison.studies.shared.scenes import settable
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
@@ -196,9 +196,18 @@ class SweepRun(Task):
     asked: tuple[str, ...]
 
     @property
+    def identity(self) -> dict[str, Any]:
+        """Its fields; of the point texts: JSON has neither nan nor dates, which a run refuses."""
+        return super().identity | {"point": _texts(self.point)}
+
+    @property
     def models(self) -> tuple[str, ...]:
         """Its model, and the reference, which has the ideal mechanism in closed form."""
         return self.model, "reference"
+
+
+def _texts(point: Point) -> dict[str, str]:
+    return {key: toml(value) for key, value in point.items()}
 
 
 def run_point(task: SweepRun, progress: Progress) -> Row:
@@ -243,11 +252,12 @@ def sweep(
     tasks = [SweepRun(base, point, model, tuple(asked)) for point in points for model in models]
     rows = measure_all(run_point, tasks, spread, on_progress, ledger=folder / LEDGER)
     numbers: dict[str, int] = {}
+    keys = [digest(_texts(task.point)) for task in tasks]
     lines = [
-        {"point": numbers.setdefault(digest(task.point), len(numbers) + 1), **task.point, "model": task.model}
+        {"point": numbers.setdefault(key, len(numbers) + 1), **task.point, "model": task.model}
         | {"status": row["status"], "message": row["message"]}
         | {name: row.get("values", {}).get(name) for name in task.asked}
-        for task, row in zip(tasks, rows, strict=True)
+        for task, row, key in zip(tasks, rows, keys, strict=True)
     ]
     path = folder / TABLE
     with replacing(path) as part:

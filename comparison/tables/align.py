@@ -3,7 +3,7 @@
 There the channels of the other are interpolated.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from comparison.formatting import instant
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, slacks
 
 # ---- missing rows, and the shift between two tables, reported, never applied
 
@@ -44,6 +44,15 @@ class Hole(NamedTuple):
     start: float
     end: float
     missing: int  # rows that are missing, at the table's usual interval; 0 where that is unknown
+
+
+def hole_line(gaps: Sequence[Hole], where: str) -> str:
+    """Return the longest of some holes as a sentence whose subject and verb is ``where``."""
+    start, end, _ = max(gaps, key=lambda hole: hole.end - hole.start)
+    missing = sum(hole.missing for hole in gaps)
+    more = f" (and {len(gaps) - 1} more such holes)" if len(gaps) > 1 else ""
+    rows = f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
+    return f"{where} no row between {instant(start, end)} and {instant(end, start)} s{more}{rows}"
 
 
 def holes(time: Array) -> list[Hole]:
@@ -169,17 +178,19 @@ def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float
     reach = int(_REACH * n)
     lags = np.arange(-reach, reach + 1)
     count = n - np.abs(lags)
-    cost = np.zeros(lags.size)
-    total = 0.0
+    cost, total, ones = np.zeros(lags.size), 0.0, np.ones(n)
+
+    def products(second: Array, first: Array) -> Array:
+        """Sum products at all lags by the Fourier transform, zero-padded against wrap-around."""
+        spectrum = np.fft.rfft(second, 2 * n) * np.conj(np.fft.rfft(first, 2 * n))
+        return np.fft.irfft(spectrum, 2 * n)[lags]
+
     for name, scale in scales.items():
         first, second = (np.interp(even, time, side[name]) / scale for side in (a, b))
         first, second = first - first.mean(), second - second.mean()
-        # Correlation by the Fourier transform, zero-padded against wrap-around.
-        spectrum = np.fft.rfft(second, 2 * n) * np.conj(np.fft.rfft(first, 2 * n))
-        products = np.fft.irfft(spectrum, 2 * n)[lags]
-        of_first, of_second = _overlap(first, lags), _overlap(second, -lags)
-        squares = _overlap(first**2, lags) + _overlap(second**2, -lags) - 2 * products
-        cost += squares / count - ((of_second - of_first) / count) ** 2
+        squares = products(ones, first**2) + products(second**2, ones) - 2 * products(second, first)
+        mean = (products(second, ones) - products(ones, first)) / count
+        cost += squares / count - mean**2
         total += float(np.var(first) + np.var(second)) / 2
     inner = np.flatnonzero((cost[1:-1] <= cost[:-2]) & (cost[1:-1] <= cost[2:])) + 1
     # A lag between two steps leaves an eighth of the curvature at most: without it another period of a
@@ -189,14 +200,6 @@ def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float
     if not good.size or cost[good].min() > total:
         return None
     return float(lags[good[np.abs(lags[good]).argmin()]]) * float(even[1] - even[0])
-
-
-def _overlap(values: Array, lags: NDArray[np.int_]) -> Array:
-    """Sum the values that overlap with the other signal: the first n - lag, or the last n + lag."""
-    sums = np.concatenate([[0.0], np.cumsum(values)])
-    n = values.size
-    overlap: Array = np.where(lags >= 0, sums[n - np.maximum(lags, 0)], sums[n] - sums[np.maximum(-lags, 0)])
-    return overlap
 
 
 def _solve(sums: Array, weights: Array) -> tuple[float, Array]:
@@ -230,9 +233,10 @@ class Aligned:
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
     """Align two tables that passed `comparison.tables.table.check` for these channels.
 
-    Of two grids that of the table with the longer mean interval counts, within the common span; the other one
-    is interpolated between its own contacts, or the other table's if it has none. Whole revolutions between
-    two angles are removed at every sample.
+    Of two grids that of the table with the longer mean interval counts, within the common span, whose ends
+    may be apart by `slacks`; the other one is interpolated between its own contacts, or the other table's if
+    it has none, and continued up to such an end. Whole revolutions between two angles are removed at every
+    sample.
     """
     known, tables = a.known | b.known, {"a": a, "b": b}
     sides = {
@@ -250,19 +254,14 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
         order = {side: (_interval(table.time), (-table.time).tolist()) for side, table in tables.items()}
         fine, coarse = sorted(order, key=lambda side: order[side])
         finer, coarser = tables[fine], tables[coarse]
-        # An end outside the other's span by round-off is moved onto its end.
-        first, last, slack = finer.time[0], finer.time[-1], SAME_GRID * _interval(coarser.time)
-        inside = (coarser.time >= first - slack) & (coarser.time <= last + slack)
-        time = np.clip(coarser.time[inside], first, last)
+        early, late = slacks(finer.time, coarser.time)
+        inside = (coarser.time >= finer.time[0] - early) & (coarser.time <= finer.time[-1] + late)
+        time = coarser.time[inside]
         if time.size < 2:
-            ends = a.time[0], a.time[-1], b.time[0], b.time[-1]
-            start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
-            spans = f"{start_a} to {end_a} s against {start_b} to {end_b} s"
-            raise TableError(f"the tables have {time.size} common times: {spans}")
+            raise TableError(f"the tables have {time.size} common times: {' against '.join(spans(a, b))}")
         events = coarser.events if finer.events is None else finer.events
         sides[fine], unknown = resample(finer.time, sides[fine], time, events, known)
-        # The table that provides the grid is only truncated, at its own samples.
-        sides[coarse] = {name: np.interp(time, coarser.time, own) for name, own in sides[coarse].items()}
+        sides[coarse] = {name: own[inside] for name, own in sides[coarse].items()}
     # The side with more samples tells how often an angle has turned.
     turned, guide = ("a", "b") if fine == "b" else ("b", "a")
     for name in names:
@@ -271,6 +270,13 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
             sides[turned][name] = _turned(sides[turned][name], sides[guide][name], known[name])
     shift = estimate(time, sides["a"], sides["b"], known)
     return Aligned(time, sides["a"], sides["b"], fine, unknown, shift)
+
+
+def spans(a: Table, b: Table) -> tuple[str, str]:
+    """Return the first and the last time of either table, in digits that tell them apart."""
+    ends = a.time[0], a.time[-1], b.time[0], b.time[-1]
+    start_a, end_a, start_b, end_b = (instant(float(end), *ends) for end in ends)
+    return f"{start_a} to {end_a} s", f"{start_b} to {end_b} s"
 
 
 def unwound(table: Table, like: Table) -> Table:
@@ -290,36 +296,12 @@ def unwound(table: Table, like: Table) -> Table:
 
 
 def cut(table: Table, start: float, end: float) -> Table:
-    """Return the rows of a span of time (s), and the parts of contacts in it without their pulses."""
+    """Return the rows of a span of time (s), and the contacts that reach into it, without their pulses."""
     frame = table.frame[(table.time >= start) & (table.time <= end)].reset_index(drop=True)
     events = table.events
     if events is not None:
-        inside = events[(events["end"] >= start) & (events["start"] <= end)].reset_index(drop=True)
-        events = inside.assign(start=inside["start"].clip(lower=start), end=inside["end"].clip(upper=end))
+        events = events[(events["end"] >= start) & (events["start"] <= end)].reset_index(drop=True)
     return replace(table, frame=frame, events=events, pulses=None)
-
-
-def moved(table: Table, by: float) -> Table:
-    """Return a table whose times, those of its contacts included, are later by so many s."""
-    events, pulses = table.events, table.pulses
-    return replace(
-        table,
-        frame=table.frame.assign(time=table.time + by),
-        events=None if events is None else events.assign(start=events["start"] + by, end=events["end"] + by),
-        pulses=None if pulses is None else {**pulses, "time": pulses["time"] + by},
-    )
-
-
-def over_angle(table: Table, start: float, speed: float) -> Table:
-    """Return a table whose ``time`` is a crank angle (rad) with the time (s) of that angle.
-
-    The angle is ``start`` at time zero, but for whole revolutions, and turns at ``speed`` (rad/s), which is
-    then no channel any more.
-    """
-    angle = table.time
-    revolutions = np.round((start - angle[:1]) / (2 * np.pi))
-    frame = table.frame.drop(columns="crank_speed", errors="ignore")
-    return replace(table, frame=frame.assign(time=(angle + 2 * np.pi * revolutions - start) / speed))
 
 
 def continuous(values: Array, channel: Channel) -> Array:
@@ -348,14 +330,14 @@ def resample(
     events: pd.DataFrame | None,
     known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
-    """Interpolate channels at other times inside their span, and tell where no two samples determine them.
+    """Interpolate channels at other times, and tell where no two samples determine them.
 
     Positions whose velocity is among the channels use the cubic of both (error of order h^4), all others
     lines (h^2). Forces and accelerations jump at the start and end of a contact: each interval between two
     such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
     known = channels() if known is None else known
-    pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval
+    pairs: dict[str, tuple[NDArray[np.intp], BoolArray]] = {}  # by the contacts of an interval
     sampled, unknown = {}, {}
     for name, values in columns.items():
         rate = known[name].rate if name in known else None
@@ -365,13 +347,11 @@ def resample(
             own = None if events is None else events.loc[events["corner"].isin(places), ["start", "end"]]
             edges = np.empty(0) if own is None else np.unique(own.to_numpy(np.float64))
             edges = edges[(edges > time[0]) & (edges <= time[-1])]
-            pairs[place] = _determining(time, at, edges) if edges.size else None
+            pairs[place] = _determining(time, at, edges)
         if rate is not None and rate in columns:
             sampled[name], _ = hermite(time, values, columns[rate], at)
-        elif (pair := pairs[place]) is None:
-            sampled[name] = np.interp(at, time, values)
         else:
-            first, undetermined = pair
+            first, undetermined = pairs[place]
             step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
             line = values[first] + step * (at - time[first])
             sampled[name] = np.where(at == time[-1], values[-1], line)

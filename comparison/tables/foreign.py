@@ -21,7 +21,6 @@ import numpy as np
 import pandas as pd
 
 from comparison.files import check_size
-from comparison.tables.align import continuous
 from comparison.tables.channels import Array, Channel, channels, is_uncertainty
 from comparison.tables.dialect import (
     NUMBER,
@@ -47,7 +46,7 @@ from comparison.tables.mapping import (
     same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import LARGEST, read_beside, read_parquet, read_record, readable
+from comparison.tables.table_files import LARGEST, read_contacts, read_parquet, read_record, readable, unread
 
 # ---- files, whose first bytes tell what they are, not their ending
 
@@ -70,10 +69,13 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    source = replace(source, columns=columns, events=read_beside(path, "events"))
+    source = replace(source, columns=columns)
+    with unread(source.notes):
+        source = replace(source, events=read_contacts(path))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
-        extrema, record = read_record(path)
-        source = replace(source, extrema=extrema, record=record)
+        with unread(source.notes):
+            extrema, record = read_record(path)
+            source = replace(source, extrema=extrema, record=record)
     return source
 
 
@@ -181,23 +183,6 @@ Assigned = dict[str, tuple[Column, Rule]]
 """Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
 
 
-def as_source(results: Table | pd.DataFrame | str | Path, label: str) -> Path | Source:
-    """Return what `read_tables` takes: of a table or a data frame in SI units its columns, else the path."""
-    if isinstance(results, str | Path):
-        return Path(results)
-    table = results if isinstance(results, Table) else Table(results)
-    units = {name: channel.unit or None for name, channel in table.own.items()}
-    columns = [read_column(str(name), units.get(str(name)), table.frame[name]) for name in table.frame]
-    return Source(
-        Path(label),
-        columns,
-        events=table.events,
-        extrema=table.extrema,
-        cycle_extrema=table.cycle_extrema,
-        record=table.provenance,
-    )
-
-
 def read_tables(
     paths: Sequence[Path | Source],
     sides: Sequence[str],
@@ -205,15 +190,12 @@ def read_tables(
     at_events: str | None = None,
     *,
     only: Sequence[str] | None = None,
-    abscissa: str = TIME,
 ) -> tuple[list[Table], tuple[str, ...]]:
     """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
     The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
     the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
     With ``only`` some channels all but these, and the rates that interpolate them, are left out in silence.
-    The ``abscissa`` may be crank_angle instead: then it is the ``time`` of the tables, in rad, and a
-    crank_speed is kept.
     """
     if at_events is not None and at_events not in AT_EVENTS:
         raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
@@ -222,19 +204,19 @@ def read_tables(
     mapping = mapping or Mapping()
     if only is not None:
         mapping = mapping.model_copy(update={"compare": list(only)})
-    compare = None if mapping.compare is None else [abscissa, *mapping.compare]
+    compare = None if mapping.compare is None else [TIME, *mapping.compare]
     sources = [
         each if isinstance(each, Source) else open_source(each, mapping.dialect.of(side))
         for each, side in zip(paths, sides, strict=True)
     ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [
-        _by_rules(source, _rules(source, side, mapping), mapping, abscissa)
+        _by_rules(source, _rules(source, side, mapping), mapping)
         for source, side in zip(sources, sides, strict=True)
     ]
     ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
     left_out = _add_shared(sources, assigned, ruled, mapping, compare)
-    completed = list(_complete(sources, assigned, compare, abscissa))
+    completed = list(_complete(sources, assigned, compare))
     known = _definitions(sources, assigned, mapping)
     bare = [name for name, channel in known.items() if not channel.unit]
     stating = {source.angles: source.path for source in sources}
@@ -244,17 +226,12 @@ def read_tables(
     warnings = [*_assumptions(sources, known, bare), *completed]
     tables = []
     for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
-        if abscissa not in columns:
-            raise _missing(source, abscissa)
         if others and only is None:
             reason = "not compared, since the mapping leaves it out"
             warnings.append(f"{source.path.name}: {reason}: {', '.join(others)}")
-        names = [abscissa, *(name for name in columns if name not in (abscissa, TIME))]
+        names = [TIME, *(name for name in columns if name != TIME)]
         converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
         frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
-        if abscissa != TIME:
-            frame[abscissa] = continuous(frame[abscissa].to_numpy(), channels()[abscissa])
-        frame = frame.rename(columns={abscissa: TIME})
         provenance = source.record
         if provenance is None or by_rule:
             settings = {name: description for name, (_, description) in converted.items()}
@@ -294,8 +271,8 @@ def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
     return {**mapping.columns, **own}
 
 
-def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping, abscissa: str) -> Assigned:
-    """Assign columns to channels by rules, else by their names; one is the time if it is the abscissa."""
+def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assigned:
+    """Assign columns to channels by rules, else by their names; one is the time."""
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
@@ -312,14 +289,10 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping, absciss
             both = f"{assigned[channel][0].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
         assigned[channel] = column, rule or _NONE
-    if abscissa not in assigned and abscissa == TIME:  # a crank angle may be prescribed
-        raise _missing(source, TIME)
+    if TIME not in assigned:
+        names = ", ".join(sorted(source.names))
+        raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
     return assigned
-
-
-def _missing(source: Source, channel: str) -> TableError:
-    names = ", ".join(sorted(source.names))
-    return TableError(f"{source.path}: channel {channel} is missing; columns: {names}; {_HINT}")
 
 
 def _add_shared(
@@ -344,8 +317,6 @@ def _add_shared(
     pairs |= {name: each.rate for name, each in mapping.channels.items()}
     rates = {rate for name in compare or () if (rate := pairs.get(name))}
     rates = {rate for rate in rates if all(rate in own and not own[rate][0].text for own in assigned)}
-    if compare and (speed := pairs.get(compare[0])):  # of the abscissa
-        rates.add(speed)
     left_out = []
     for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
         columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)
@@ -363,15 +334,13 @@ def _add_shared(
 
 
 def _complete(
-    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None, abscissa: str
+    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None
 ) -> Iterator[str]:
     """Give tables of ours what their scenes prescribe, where another table has it; say so."""
     wanted = {name for columns in assigned for name in columns if compare is None or name in compare}
     for source, columns in zip(sources, assigned, strict=True):
-        if TIME not in columns:
-            continue
         prescribed = _prescribed(source.record, columns[TIME][0].numbers)
-        lacking = (wanted | {abscissa}) - columns.keys()
+        lacking = wanted - columns.keys()
         added = {column.name: (column, _NONE) for column in prescribed if column.name in lacking}
         columns.update(added)
         if added:
@@ -384,7 +353,7 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
     try:
         start = np.radians(float(scene["mechanism"]["crank_angle_deg"]))
         omega = float(scene["drive"]["speed_rpm"]) * np.pi / 30.0
-    except (KeyError, TypeError, ValueError):  # of another program's record
+    except (KeyError, TypeError, ValueError, OverflowError):  # of another program's record
         return []
     speed = np.full(time.shape, omega)
     return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
@@ -473,20 +442,21 @@ def _resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataF
     """Return the rows to compare: a program that locates events writes two rows of one time."""
     time = frame["time"].to_numpy()
     again = np.append(False, np.diff(time) == 0)
-    if not again.any():
+    row, count = int(again.argmax()), int(again.sum())
+    if not count:
         return frame
+    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such rows)"
+    if count > time.size // 2:
+        raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
-        row, count = int(again.argmax()), int(again.sum())
-        raise TableError(
-            f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such "
-            f"{'row' if count == 1 else 'rows'}): if these are events, say by --at-events which rows count: "
-            f"{', '.join(AT_EVENTS)}"
-        )
+        events = f"if these are events, say by --at-events which rows count: {', '.join(AT_EVENTS)}"
+        raise TableError(f"{where.replace('(1 such rows)', '(1 such row)')}: {events}")
     first, last = ~again, np.append(~again[1:], True)
+    if at_events == "both" and (inner := time[~(first | last)]).size:
+        rule = "of which --at-events both leaves out the inner ones: use left (the first) or right (the last)"
+        raise TableError(f"{name}: time {inner[0]!s} s has more than two rows, {rule}")
     kept = {"left": first, "right": last, "both": first | last}[at_events]
     rows: pd.DataFrame = frame[kept].reset_index(drop=True)
-    if at_events == "both":
-        times = time[kept]
-        after = np.append(False, np.diff(times) == 0)
-        rows["time"] = np.where(after, np.nextafter(times, np.inf * (times[-1] - times[0])), times)
+    if at_events == "both":  # the same distance of all, since at 0 s the next number is denormal
+        rows["time"] += again[kept] * np.spacing(np.abs(time).max())
     return rows

@@ -5,6 +5,7 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -27,6 +28,7 @@ _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and s
 _DEEPEST = 50
 _LARGEST = 1e30  # no quantity is larger in its unit; its square does not overflow, nor it in single precision
 _LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
+_END = 0.2  # of a step, by which the ends of tables of one span may be apart
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
@@ -71,6 +73,15 @@ class Table:
             {**result.provenance, "status": result.status, "remedy": result.remedy},
             pulses=thinned(pulses) if pulses and pulses["row"].size else None,
             cycle_extrema=getattr(result, "cycle_extrema", None) or None,
+        )
+
+    def __repr__(self) -> str:
+        """Return what it is in few lines, not its numbers."""
+        head = " ".join(str(self.provenance[key]) for key in ("model", "status") if self.provenance.get(key))
+        contacts = "" if self.events is None else f", {len(self.events)} contacts"
+        shape = f"{type(self).__name__}: {len(self.frame)} samples{contacts}"
+        return textwrap.fill(
+            f"{shape}{f' ({head})' if head else ''} of {', '.join(self.names)}", 100, max_lines=5
         )
 
     @property
@@ -124,11 +135,22 @@ def check(
 ) -> None:
     """Reject a table that does not permit a meaningful comparison, by a `TableError` that calls it ``name``.
 
-    It must hold these channels (in any order, without ``time``) and no others, and reach the first and last
-    time of ``span`` (s) within half a sample.
+    It must hold these channels (in any order, without ``time``) and no others, and have its first and last
+    row at the ends of ``span`` (s), see `slacks`.
     """
     if fault := next(_faults(table, channels, span), ""):
         raise TableError(f"{name}: {fault}")
+
+
+def slacks(*times: Array) -> tuple[float, float]:
+    """Return how far the first times, and the last ones, may be apart for tables of one span, s.
+
+    A fifth of the finest step there: a line continued by more is less exact than one between two rows.
+    """
+    rounding = 4 * float(max(np.spacing(np.abs(time).max()) for time in times))
+    steps = [step[step > rounding] for step in map(np.diff, times)]  # of an event's two rows it is round-off
+    first, last = (min((float(step[n]) for step in steps if step.size), default=0.0) for n in (0, -1))
+    return max(_END * first, rounding), max(_END * last, rounding)
 
 
 def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
@@ -148,15 +170,15 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     steps = np.diff(time)
     for n in _first(steps <= 0):
         yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
-    slack = 0.5 * float(np.median(steps))
-    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
+    early, late = slacks(time)
+    if span is not None and (abs(time[0] - span[0]) > early or abs(time[-1] - span[1]) > late):
         yield (
             f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
             f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
         )
     events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
     if len(events):
-        yield from _event_faults(events, time[0], time[-1], slack)
+        yield from _event_faults(events, time[0], time[-1], 0.5 * float(np.median(steps)))
     if table.pulses is not None:
         yield from (f"its {fault}" for fault in pulse_faults(table.pulses))
         yield from (f"its pulses: {fault}" for fault in _faults_beside(events, table.pulses))

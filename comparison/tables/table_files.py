@@ -7,6 +7,8 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 import errno
 import json
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ LARGEST = 2_000_000_000
 _FORMATS = (".csv", ".parquet")
 _BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
+_CONTACT = {"corner", "start", "end"}  # columns by which events are known as contacts
 readable = partial(reading, refusal=TableError)
 """Block that reads a file: converts errors to a `TableError` of one line."""
 
@@ -95,6 +98,23 @@ def read_beside(path: Path, name: str) -> pd.DataFrame | None:
         return _read_csv(beside)
 
 
+def read_contacts(path: Path) -> pd.DataFrame | None:
+    """Read the contacts beside a table; None where there are none."""
+    events = read_beside(path, "events")
+    if events is not None and not _CONTACT.issubset(events):
+        raise TableError(f"{_beside(path, 'events')}: has no columns {', '.join(sorted(_CONTACT))}")
+    return events
+
+
+@contextmanager
+def unread(notes: list[str]) -> Iterator[None]:
+    """Note why something beside a table of any program is not read: it may be the program's own."""
+    try:
+        yield
+    except TableError as error:
+        notes.append(f"not read, since it is damaged or another program's: {error}")
+
+
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the record beside a table: the extrema, and all else; both empty if there is none."""
     beside = _beside(path, "record")
@@ -132,19 +152,29 @@ def write(table: Table, path: str | Path) -> Path:
     return path
 
 
-def tables_in(folder: Path) -> dict[str, Path]:
-    """Return the files of a folder that may be tables by their names without the ending, which are unique."""
-    ends = tuple(f".{end}" for end in _BESIDE.values())
-    tables: dict[str, Path] = {}
+def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
+    """Return the files of a folder that may be tables, by their names without the ending, and what is none.
+
+    A companion is left out with its table alone: without one it may be a table, unless it is JSON. Hidden
+    files do not count.
+    """
     with readable(folder):
-        files = sorted(path for path in folder.iterdir() if path.is_file())
+        paths = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
+    left = [f"{path.name}/" if path.is_dir() else path.name for path in paths if not path.is_file()]
+    files = [path for path in paths if path.is_file()]
+    stems = {path.stem for path in files if path.suffix != ".json"}
+    tables: dict[str, Path] = {}
     for path in files:
-        if path.name.startswith(".") or path.name.endswith(ends):
+        end = next((end for end in _BESIDE.values() if path.name.endswith(f".{end}")), None)
+        if end is not None and path.name.removesuffix(f".{end}") in stems:
             continue
-        if other := tables.get(path.stem):
+        if path.suffix == ".json":
+            left.append(path.name)
+        elif other := tables.get(path.stem):
             raise TableError(f"{folder}: {other.name} and {path.name} have one name: which is meant?")
-        tables[path.stem] = path
-    return tables
+        else:
+            tables[path.stem] = path
+    return tables, left
 
 
 def companions(table: Table, path: Path) -> list[Path]:

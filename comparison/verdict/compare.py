@@ -20,12 +20,12 @@ from comparison.formatting import instant
 from comparison.metrics.contacts import noted
 from comparison.metrics.signals import information, scaled
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import SAME_GRID, Aligned, align, continuous, cut, holes, isolated, moved
+from comparison.tables.align import Aligned, align, continuous, cut, hole_line, holes, isolated, spans
 from comparison.tables.channels import Array, BoolArray, Channel, expected
-from comparison.tables.table import Table, TableError, check
+from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import (
-    METRICS,
     Basis,
     ChannelComparison,
     Check,
@@ -34,6 +34,8 @@ from comparison.verdict.results import (
     scene_coverage,
 )
 
+NO_CRITERIA = Criteria()
+"""Of runs with uncertainties."""
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
@@ -43,21 +45,10 @@ def compare(
     b: Runs,
     *,
     scene: Scene | None = None,
-    tolerance: float | None = None,
-    tolerances: Mapping[str, float] | None = None,
-    absolute: bool = False,
-    share: float = 1.0,
-    time_tolerance: float = 0.0,
-    gate: Mapping[str, float] | None = None,
-    period: float | None = None,
+    criteria: Criteria = NO_CRITERIA,
     labels: tuple[str, str] = ("a", "b"),
-    name: str = "compare",
-    command: str = "",
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
-    only: Sequence[str] | None = None,
-    common_time: bool = False,
-    apply_shift: bool = False,
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
@@ -65,71 +56,53 @@ def compare(
     Parameters
     ----------
     a, b
-        With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
+        With a finer run each: judged by their numerical uncertainty. Else by the criteria.
     scene
         Determines the required channels, time span and scales. Without it both must hold the same channels
         over the same time, and scales are ranges.
-    tolerance, share
-        Of tables without uncertainty: share of the scale that is allowed (None: "indeterminate"), and of the
-        samples that must be within.
-    tolerances, absolute
-        Of the same: channel -> its own tolerance; whether tolerances are in the channels' units instead.
-    time_tolerance, gate
-        Of the same: s, by which either may be early or late, though neither may lack what the other has; and
-        metric -> limit (`comparison.verdict.results.METRICS`).
-    period
-        Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
+    criteria
+        Their ``channels`` are among those that the scene requests; of runs with uncertainties no
+        common time applies.
     tier
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
-    only
-        Channels to compare, among those requested by the scene; None: all.
-    common_time, apply_shift
-        Of tables without uncertainty: whether those of different spans are compared where both have samples,
-        instead of refused; whether b is compared without the estimated time shift, if it is significant.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
 
     Raises
     ------
     TableError
-        If a gate names what is no metric, or the tables cannot be compared: a channel missing or unexpected,
-        a number that is not finite, time that does not increase, a truncated run, no estimate of the shift
-        to be applied.
+        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
+        that does not increase, a truncated run.
     """
-    check_gate(gate or {})
+    only, common_time = criteria.channels, criteria.common_time
     labelled = tuple(zip(labels, (a, b), strict=True))
     tables = {_named(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
     names = _names(a.base, b.base, scene, only)
     span = None if scene is None or common_time else (0.0, scene.duration)
     for label, table in tables.items():
         check(table, names, span, name=label)
-    if (common_time or apply_shift) and a.finer is not None:
-        raise TableError(
-            "further runs require equal times: neither a common time nor a shift applies to them"
-        )
+    if common_time and a.finer is not None:
+        raise TableError("further runs require equal times: a common time does not apply to them")
+    _check_grids(labelled)
+    if not common_time:
+        _check_ends(labels, a.base, b.base)
+    aligned = align(a.base, b.base, names)
     if common_time:
-        first, second, said = _common(a.base, b.base)
+        first, second, said = _common(a.base, b.base, aligned.time)
         a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *said)
         labelled = tuple(zip(labels, (a, b), strict=True))
-    warnings = (*warnings, *_check_times(labelled, ends=not common_time))
+    warnings = (*warnings, *_check_rows(labels, (a.base.time, b.base.time)))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
-    aligned, applied = align(a.base, b.base, names), None
-    if apply_shift:
-        if aligned.shift.reason:
-            raise TableError(f"no time shift can be applied: {aligned.shift.reason}")
-        if aligned.shift.seen:
-            applied, b = aligned.shift, replace(b, base=moved(b.base, -aligned.shift.value))
-            labelled, aligned = tuple(zip(labels, (a, b), strict=True)), align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
-    period = period if scene is None else scene.period
+    period = criteria.period if scene is None else scene.period
     window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     known = a.base.known | b.base.known
     compared = [name for name in names if only is None or name in only]
-    if other := [name for name in tolerances or () if name not in compared]:
+    if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
-    allowed = dict.fromkeys(compared, tolerance) | dict(tolerances or {})
+    ungated = criteria.model_copy(update={"gate": {}})  # of the grids that tell the errors by sampling
 
     def judged(every: int) -> dict[str, ChannelComparison]:
         results: dict[str, ChannelComparison] = {}
@@ -149,12 +122,8 @@ def compare(
                 scene=None if scene is None else scene.data,
                 u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
-                tolerance=allowed[channel.name],
-                absolute=absolute,
+                criteria=criteria if every == 1 else ungated,
                 limits=limits,
-                share=share,
-                time_tolerance=time_tolerance,
-                gate=gate if every == 1 else None,  # the others are for the errors by sampling
             )
         return results
 
@@ -170,7 +139,7 @@ def compare(
     warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
-        allowed_shift = _exceeded_shift(results, aligned, time_tolerance)
+        allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
     return SceneComparison(
@@ -178,35 +147,30 @@ def compare(
         verdict,
         aligned.time,
         results,
-        **({"name": name, "period": period} if scene is None else described(scene)),
+        **({"period": period} if scene is None else described(scene)),
         warnings=(() if scene is None else scene.warnings) + warnings,
         events=(a.base.events, b.base.events),
         pulses=(noted(a.base), noted(b.base)),
         provenance={label: table.provenance for label, table in tables.items()},
-        command=command,
         tier=tier,
         shift=aligned.shift,
-        applied_shift=applied,
         allowed_shift=allowed_shift,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
         attribution=attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene),
     )
 
 
-def check_gate(gate: Mapping[str, float]) -> None:
-    """Reject a gate that names what is no metric, by a `TableError`."""
-    if unknown := [metric for metric in gate if metric not in METRICS]:
-        raise TableError(f"gate: {unknown[0]!r} is not a metric; there are {', '.join(METRICS)}")
-
-
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:
     """Return the verdict of a scene: "differ" if a channel does; else its coverage must reach the floor.
 
-    A scene without an excited channel is indeterminate: nothing was compared.
+    A scene without an excited channel is indeterminate: nothing was compared. So is one with a channel that
+    nothing limits: it may be off by any amount.
     """
     verdicts = {result.verdict for result in results.values()}
     if "differ" in verdicts:
         return "differ"
+    if any(result.basis is Basis.NO_LIMIT for result in results.values()):
+        return "indeterminate"
     return "agree" if "agree" in verdicts and scene_coverage(results) >= floor else "indeterminate"
 
 
@@ -270,47 +234,59 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
     return [name for name in names if name in only or name in rates]
 
 
-def _common(a: Table, b: Table) -> tuple[Table, Table, list[str]]:
-    """Return the rows within the span of time that both tables have, and say which it is."""
-    start, end = float(max(a.time[0], b.time[0])), float(min(a.time[-1], b.time[-1]))
-    slack = SAME_GRID * float(min(np.median(np.diff(a.time)), np.median(np.diff(b.time))))
-    if end <= start or max(np.ptp(a.time), np.ptp(b.time)) <= end - start + slack:
-        return a, b, []  # without a common time the alignment refuses them
-    said = f"compared from {instant(start, end)} to {instant(end, start)} s, which both tables span"
-    return cut(a, start - slack, end + slack), cut(b, start - slack, end + slack), [said]
+def _common(a: Table, b: Table, time: Array) -> tuple[Table, Table, list[str]]:
+    """Return the rows within the compared times, and say which these are where a table has others."""
+    ends = time[[0, -1]]
+    early, late = slacks(a.time, b.time)
+    if all(abs(t.time[0] - ends[0]) <= early and abs(t.time[-1] - ends[1]) <= late for t in (a, b)):
+        return a, b, []
+    start, end = instant(ends[0], ends[1]), instant(ends[1], ends[0])
+    said = f"compared from {start} to {end} s: only there both tables have rows"
+    return cut(a, ends[0] - early, ends[1] + late), cut(b, ends[0] - early, ends[1] + late), [said]
 
 
-def _check_times(labelled: Sequence[tuple[str, Runs]], *, ends: bool) -> list[str]:
-    """Reject runs of one model on different grids, and tables that have holes or other ``ends``.
-
-    One missing row, or a hole in both tables, is a warning.
-    """
+def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
+    """Reject runs of one model on different grids."""
     for label, runs in labelled:
         for which, table in runs.tables.items():
             if not np.array_equal(table.time, runs.base.time):
                 raise TableError(f"{_named(label, which)}: its times differ from those of {label}")
-    (label_a, a), (label_b, b) = times = [(label, runs.base.time) for label, runs in labelled]
-    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
-    if ends and (abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack):
-        four = a[0], a[-1], b[0], b[-1]
-        start_a, end_a, start_b, end_b = (instant(end, *four) for end in four)
+
+
+def _check_ends(labels: tuple[str, str], a: Table, b: Table) -> None:
+    """Reject tables of which one has rows before or after those of the other."""
+    early, late = slacks(a.time, b.time)
+    if abs(a.time[0] - b.time[0]) > early or abs(a.time[-1] - b.time[-1]) > late:
+        span_a, span_b = spans(a, b)
         raise TableError(
-            f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: one of them is "
-            "truncated, or compare their common time alone (--common-time)"
+            f"{labels[0]} spans {span_a} and {labels[1]} {span_b}: one of them is truncated, or compare "
+            "their common time alone (--common-time)"
         )
-    shared, warnings = np.array_equal(a, b), []
-    for label, time in times[:1] if shared else times:
+
+
+def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str]:
+    """Reject tables of which one has a hole, or an event's two rows, that the other has not.
+
+    One missing row, or a hole in both tables, is a warning.
+    """
+    shared, warnings = np.array_equal(*times), []
+    for label, time in list(zip(labels, times, strict=True))[: 1 if shared else 2]:
         if not (gaps := holes(time)):
             continue
-        longest = max(gaps, key=lambda hole: hole.end - hole.start)
-        missing = sum(hole.missing for hole in gaps)
-        start, end = instant(longest.start, longest.end), instant(longest.end, longest.start)
-        message = f"{'both tables have' if shared else f'{label} has'} no row between {start} and {end} s"
-        message += f" (and {len(gaps) - 1} more such holes)" if len(gaps) > 1 else ""
-        message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
-        if not shared and missing != 1:
+        message = hole_line(gaps, "both tables have" if shared else f"{label} has")
+        if not shared and sum(hole.missing for hole in gaps) != 1:
             raise TableError(message)
         warnings.append(message)
+    events = [time[:-1][np.diff(time) <= 2 * np.spacing(np.abs(time).max())] for time in times]
+    count = max(own.size for own in events)
+    paired = np.array([np.pad(own, (0, count - own.size), constant_values=np.inf) for own in events])
+    near = 0.5 * min(float(np.median(np.diff(time))) for time in times)
+    for n in np.flatnonzero(~(np.ptp(paired, axis=0) <= near))[:1]:
+        alone = int(paired[0, n] > paired[1, n])
+        raise TableError(
+            f"{labels[alone]} has two rows at {instant(paired[alone, n])} s, an event, and "
+            f"{labels[1 - alone]} has not: compare one row of each time (--at-events left or right)"
+        )
     return warnings
 
 
@@ -402,14 +378,10 @@ def compare_channel(
     scene: Mapping[str, Any] | None,
     u: tuple[Array | None, Array | None],
     within: BoolArray | None = None,
-    tolerance: float | None,
-    absolute: bool = False,
+    criteria: Criteria = NO_CRITERIA,
     limits: Thresholds,
-    share: float = 1.0,
-    time_tolerance: float = 0.0,
-    gate: Mapping[str, float] | None = None,
 ) -> ChannelComparison:
-    """Judge one channel on a common grid; arrays of shape (n,), options as of `comparison.verdict.compare`.
+    """Judge one channel on a common grid; arrays of shape (n,).
 
     A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
     agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
@@ -422,7 +394,7 @@ def compare_channel(
     an outlier in ``b`` must not widen. ``within`` are the samples that may be judged at all: where the
     position that this channel follows is predictable, and its value follows from samples.
     """
-    known = u[0] is not None and u[1] is not None
+    known, tolerance = u[0] is not None and u[1] is not None, criteria.tolerance_of(channel.name)
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
     result = ChannelComparison(
         definition=channel,
@@ -432,12 +404,12 @@ def compare_channel(
         b=b,
         u_a=u[0],
         u_b=u[1],
-        tolerance=None if known or tolerance is None else tolerance * (1.0 if absolute else scale),
+        tolerance=None if known or tolerance is None else tolerance * (1.0 if criteria.absolute else scale),
         predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
-        limits=limits if known else replace(limits, share=share),
+        limits=limits if known else replace(limits, share=criteria.share),
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
-        time_tolerance=0.0 if known else time_tolerance,
+        time_tolerance=0.0 if known else criteria.time_tolerance,
     )
     if result.u is not None:
         result = replace(result, predictable=result.predictable & (result.u <= limits.alpha * scale))
@@ -445,8 +417,8 @@ def compare_channel(
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
         result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
-    if gate and not known and result.verdict != "unexcited":
-        result = replace(result, **_by_gate(result, gate))
+    if criteria.gate and not known and result.verdict != "unexcited":
+        result = replace(result, **_by_gate(result, criteria.gate))
     return result
 
 

@@ -35,6 +35,7 @@ from comparison.scene import Scene, digest
 from comparison.tables.channels import Array
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Confirmation, Doubt, SceneComparison
 
 MEMBERS = {"reference": 99}
@@ -103,12 +104,12 @@ def judged_again(
         *runs,
         scene=scene,
         labels=result.labels,
-        command=result.command,
+        criteria=Criteria(channels=list(result.channels)),
         tier=result.tier,
-        only=list(result.channels),
         ensembles=ensembles,
     )
-    return replace(judged, name=result.name, warnings=result.warnings, refined=result.refined)
+    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined")}
+    return replace(judged, **kept)
 
 
 def decided(

@@ -7,28 +7,28 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-import pandas as pd
 
 from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
-from comparison.scene import Scene
-from comparison.scene.schema import Compare
-from comparison.tables.align import over_angle, unwound
+from comparison.scene import Scene, as_scene
+from comparison.tables.align import unwound
+from comparison.tables.arguments import Results, as_mapping, as_source
 from comparison.tables.dialect import Source
-from comparison.tables.foreign import as_source, read_tables
-from comparison.tables.mapping import TIME, Mapping, load_mapping
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import NO_CRITERIA, recorded_scene
 from comparison.verdict.compare import compare as compare_runs
-from comparison.verdict.compare import recorded_scene
 from comparison.verdict.confirmation import decided, unconfirmed
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Doubt, SceneComparison
 
 
 def compare(
-    a: Table | pd.DataFrame | str | Path,
-    b: Table | pd.DataFrame | str | Path,
+    a: Results,
+    b: Results,
     *,
-    scene: Scene | None = None,
+    scene: Scene | str | Path | None = None,
     tolerance: float | None = None,
     share: float = 1.0,
     mapping: Mapping | str | Path | None = None,
@@ -40,22 +40,22 @@ def compare(
     Parameters
     ----------
     a, b
-        Tables such as `sixbar.simulate` returns, data frames with a column ``time`` (s), or paths, also of
-        other programs' files.
+        The one to be trusted first. Tables such as `sixbar.simulate` returns, data frames whose time (s) is a
+        column or the index, or paths, also of other programs' files.
     scene
         Gives the scales of the channels; None: the scene recorded in both tables, else scales are ranges.
     tolerance
-        Largest difference, as a share of each channel's scale; None: that of the scene. With neither the
-        verdict is "indeterminate".
+        Largest difference, as a share of each channel's scale; None: that of the scene. Where nothing limits
+        a channel the verdict is "indeterminate".
     share
         Of the samples, that must be within the tolerance.
     mapping
-        Of the columns of files to channels, or the path of a mapping file.
+        Of the columns to channels, or the path of a mapping file.
     labels
-        What messages call the two.
+        Names of the two in messages.
     options
-        Others of `comparison.verdict.recorded.compare_files`: ``channels``, ``tolerances``, ``absolute``,
-        ``time_tolerance``, ``abscissa``, ``common_time``, ``apply_shift``.
+        Others of `comparison.verdict.criteria.Criteria`: ``channels``, ``tolerances``, ``absolute``,
+        ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``.
 
     Returns
     -------
@@ -66,7 +66,9 @@ def compare(
     Raises
     ------
     TableError
-        If the tables cannot be read or compared.
+        If the tables cannot be read or compared, or an option is wrong.
+    SceneError
+        If the scene cannot be read.
 
     Examples
     --------
@@ -78,17 +80,17 @@ def compare(
     >>> comparison.verdict, [name for name, one in comparison.channels.items() if one.verdict == "differ"]
     ('differ', ['slider_x'])
     """
-    rules = load_mapping(Path(mapping)) if isinstance(mapping, str | Path) else mapping
-    first, second = ([("base", as_source(table, label))] for table, label in zip((a, b), labels, strict=True))
+    criteria = Criteria(tolerance=tolerance, share=share, **options)
+    if isinstance(labels, str) or len(labels) != 2:
+        raise TableError(f"labels = {labels!r} must be two names")
+    first, second = (str(label) for label in labels)
     return compare_files(
-        first,
-        second,
-        labels=(labels[0], labels[1]),
-        scene=scene,
-        mapping=rules,
-        tolerance=tolerance,
-        share=share,
-        **options,
+        [("base", as_source(a, first))],
+        [("base", as_source(b, second))],
+        labels=(first, second),
+        scene=None if scene is None else as_scene(scene),
+        mapping=as_mapping(mapping),
+        criteria=criteria,
     )
 
 
@@ -139,58 +141,47 @@ def compare_files(
     a: Files,
     b: Files,
     *,
+    labels: tuple[str, str],
     scene: Scene | None = None,
     mapping: Mapping | None = None,
-    channels: Sequence[str] | None = None,
-    abscissa: str = TIME,
-    at_events: str | None = None,
     refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None),
-    tolerance: float | None = None,
-    time_tolerance: float | None = None,
-    **options: Any,
+    criteria: Criteria = NO_CRITERIA,
 ) -> SceneComparison:
     """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
 
-    Without a scene the one that is recorded beside the tables counts, and without a tolerance the scene's;
-    what has no effect is among the warnings. Further options and errors are those of `compare_recorded` and
-    `comparison.tables.foreign.read_tables`.
+    Without a scene the one that is recorded beside the tables counts; what neither the criteria nor the
+    mapping state is as in the scene. What has no effect is among the warnings. Errors are those of
+    `compare_recorded` and `comparison.tables.foreign.read_tables`.
     """
     files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
-    tables, warnings = read_tables(files, sides, mapping, at_events, only=channels, abscissa=abscissa)
+    tables, warnings = read_tables(files, sides, mapping, criteria.at_events, only=criteria.channels)
     if scene is None:
         scene, said = recorded_scene(tables[0], tables[len(a)])
         warnings += said
-    if abscissa != TIME:
-        tables = _over_angle(tables, scene)
-        warnings += ("the times are those at which the drive reaches the crank angles",)
     first = _recorded(a, tables[: len(a)], refinements[0])
     second = _recorded(b, tables[len(a) :], refinements[1])
-    criteria = Compare() if scene is None else scene.compare
-    gate = {**criteria.gate, **({} if mapping is None else mapping.gate)}
+    usual = [] if scene is None else [scene.compare.model_dump()]
+    usual += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
+    whole = criteria.over(*usual)
     stated = {
-        "--tolerance": tolerance is not None or bool(options.get("tolerances")),
-        "--time-tolerance": time_tolerance is not None,
-        "--share": options.get("share", 1.0) < 1,
-        "--absolute": bool(options.get("absolute")),
-        "the gate": bool(gate),
+        "--tolerance": criteria.tolerance is not None or bool(criteria.tolerances),
+        "--time-tolerance": "time_tolerance" in criteria.model_fields_set,
+        "--share": criteria.share < 1,
+        "--absolute": criteria.absolute,
+        "the gate": bool(whole.gate),
     }
-    tolerance = criteria.tolerance if tolerance is None else tolerance
-    time_tolerance = criteria.time_tolerance if time_tolerance is None else time_tolerance
     unused, why = [], ""
     if first.finer is not None:
         unused, why = list(stated), ": the uncertainty from finer runs decides"
-    elif tolerance is None and not stated["--tolerance"]:
+    elif whole.tolerance is None and not whole.tolerances:
         unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
     return compare_recorded(
         first,
         second,
         scene=scene,
+        labels=labels,
         warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
-        tolerance=tolerance,
-        time_tolerance=time_tolerance,
-        gate=gate,
-        only=mapping.compare if mapping is not None and channels is None else channels,
-        **options,
+        criteria=whole,
     )
 
 
@@ -203,20 +194,6 @@ def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, fl
     )
 
 
-def _over_angle(tables: Sequence[Table], scene: Scene | None) -> list[Table]:
-    """Return tables over the crank angle with the times at which the drive of the scene reaches it."""
-    for known in filter(None, (scene, *(table.scene for table in tables))):
-        start, speed = known.data["mechanism"]["crank_angle_deg"], known.data["drive"]["speed_rpm"]
-        return [over_angle(table, np.radians(start), speed * np.pi / 30) for table in tables]
-    speeds = [table.values("crank_speed") for table in tables if "crank_speed" in table.names]
-    if not speeds or not np.mean(speeds[0]):
-        raise TableError(
-            "the speed of the drive is not known, by which the crank angle becomes a time: name a scene "
-            "(--scene), or let a table have the channel crank_speed"
-        )
-    return [over_angle(table, float(tables[0].time[0]), float(np.mean(speeds[0]))) for table in tables]
-
-
 def compare_recorded(
     a: Recorded,
     b: Recorded,
@@ -224,12 +201,12 @@ def compare_recorded(
     scene: Scene | None,
     labels: tuple[str, str],
     warnings: tuple[str, ...] = (),
-    **options: Any,
+    criteria: Criteria = NO_CRITERIA,
 ) -> SceneComparison:
     """Compare two programs by their runs, and confirm a difference by their ensembles.
 
-    With a finer run each they are judged by their uncertainty, with neither by the tolerance; further options
-    and what is raised as of `comparison.verdict.compare.compare`.
+    With a finer run each they are judged by their uncertainty, with neither by the criteria; errors are those
+    of `comparison.verdict.compare.compare`.
     """
     for label, program in zip(labels, (a, b), strict=True):
         if program.finer is None and (program.coarser is not None or program.perturbed):
@@ -244,7 +221,7 @@ def compare_recorded(
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumed(label, program)
     runs = a.runs, b.runs
-    judge = partial(compare_runs, *runs, scene=scene, labels=labels, warnings=warnings, **options)
+    judge = partial(compare_runs, *runs, scene=scene, criteria=criteria, labels=labels, warnings=warnings)
     result = judge()
     if a.finer is None or result.verdict != "differ":
         return result

@@ -105,6 +105,10 @@ class ChannelComparison:
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
 
+    def __repr__(self) -> str:
+        """Return name and verdict, not the numbers."""
+        return f"ChannelComparison({self.channel!r}, {self.verdict!r})"
+
     @property
     def channel(self) -> str:
         """Name of the channel."""
@@ -360,10 +364,13 @@ class SceneComparison:
     attribution: Attribution = field(default_factory=Attribution)
     tight: SceneComparison | None = None  # the same scene at the tight tier
     shift: Shift | None = None  # estimated time shift between the two as they are compared
-    applied_shift: Shift | None = None  # by which b is compared earlier than it was written
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
     confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
     coverage_error: float = nan  # estimate, by sampling
+
+    def __repr__(self) -> str:
+        """Return name and verdict, not the numbers."""
+        return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {len(self.channels)})"
 
     @property
     def decisive(self) -> ChannelComparison | None:

@@ -10,13 +10,16 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
 from itertools import combinations
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field
 
 from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
 from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
-from comparison.models import MODELS
+from comparison.models import MODELS, EngineError, named
 from comparison.reliability.assessment import (
     ReliabilityComparison,
     at_own_samples,
@@ -24,10 +27,12 @@ from comparison.reliability.assessment import (
     dense_scene,
     ideal_scenes,
 )
-from comparison.scene import Scene
+from comparison.scene import Scene, SceneError, as_scene
+from comparison.tables.arguments import Options
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import settle, without_violation
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import SceneComparison, no_comparison
 
 Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
@@ -49,10 +54,17 @@ class Validation:
     tracebacks: dict[str, str] = field(default_factory=dict)
 
 
+class _Work(Options):
+    """Options of `validate` that no other part checks."""
+
+    n_jobs: Annotated[int, Field(ge=0)]
+    tiers: Annotated[list[Literal["standard", "tight"]], Field(min_length=1)]
+
+
 def validate(
-    scenes: Sequence[Scene],
+    scenes: Scene | str | Path | Iterable[Scene | str | Path],
     *,
-    models: tuple[str, str] = MODELS,
+    models: str | Sequence[str] = MODELS,
     n_jobs: int = 1,
     accuracy: str | float | None = None,
     tiers: Sequence[str] = TIERS,
@@ -62,12 +74,14 @@ def validate(
 
     Parameters
     ----------
+    scenes
+        One or several: shipped names, paths, or what `sixbar.load_scene` returns.
     models
-        Built-in or installed models. A model with neither a tolerance nor a step in its settings cannot be
+        Two, built-in or installed. A model with neither a tolerance nor a step in its settings cannot be
         refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
-        Worker processes: a script that calls this needs ``if __name__ == "__main__":``. With 0 all runs are
-        of this process.
+        Worker processes: a script that calls this needs ``if __name__ == "__main__":``. With 0 all runs
+        are of this process.
     accuracy
         For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
         scenes' settings.
@@ -87,12 +101,16 @@ def validate(
     AccuracyError
         If the accuracy is out of reach.
     EngineError
-        If a model is not known.
+        If a model is not known, or there are not two.
+    SceneError
+        If a scene cannot be read, or there is none.
+    TableError
+        If the number of processes or the tiers are wrong.
 
     Examples
     --------
     >>> import sixbar
-    >>> (result,) = sixbar.validate([sixbar.load_scene("ideal")], n_jobs=0, tiers=["standard"])
+    >>> (result,) = sixbar.validate("ideal", n_jobs=0, tiers=["standard"])
     >>> result.comparison.verdict, result.comparison.reliability.verdict
     ('agree', 'agree')
     """
@@ -100,7 +118,18 @@ def validate(
     def start(jobs: Sequence[Job]) -> list[Outcome]:
         return run_all(jobs, n_jobs, on_progress)
 
-    cases = [case for scene in scenes for case in _cases(scene, models, accuracy, tiers, start)]
+    several: Iterable[Any] = [scenes]
+    if isinstance(scenes, Iterable) and not isinstance(scenes, str | Mapping):
+        several = scenes
+    checked = [as_scene(scene) for scene in several]
+    if not checked:
+        raise SceneError("scenes names none")
+    first, second, *more = named(models)
+    if more:
+        raise EngineError(f"models {models!r} must be two; sixbar validate takes more, in pairs")
+    work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
+    _Work(**work)
+    cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
     outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
     for case in cases:
@@ -181,18 +210,15 @@ class _Case:
             comparison = compare(
                 *pair,
                 scene=scene,
-                tolerance=scene.compare.tolerance,
-                time_tolerance=scene.compare.time_tolerance,
-                gate=scene.compare.gate,
+                criteria=Criteria(**scene.compare.model_dump()),
                 labels=models,
-                command=self.command,
                 warnings=warnings,
                 tier=self.tier,
             )
         except TableError as error:
             return Validation(self.refused(str(error)))
         settled = settle(
-            comparison,
+            replace(comparison, command=self.command),
             pair,
             scene=scene,
             models=models,

@@ -76,7 +76,6 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "labels": labels,
         "samples": comparison.time.size,
         "time_shift": comparison.shift and vars(comparison.shift),
-        "applied_shift": comparison.applied_shift and vars(comparison.applied_shift),
         "command": comparison.command,
         "situations": dict(zip(labels, comparison.situations, strict=True)),
         "crank_pin_contact": dict(zip(labels, comparison.pin_contact, strict=True)),

@@ -201,23 +201,20 @@ def mark(scene: SceneComparison) -> str:
     return "; ".join(marks)
 
 
-def shift(estimate: Shift, labels: tuple[str, str], what: str = "estimated, not applied") -> str:
-    """Return the estimated time shift between two results as a sentence, with ``what`` was done to it."""
+def shift(estimate: Shift, labels: tuple[str, str]) -> str:
+    """Return the estimated time shift between two results as a sentence."""
     if estimate.reason:
         return f"A time shift between the two cannot be estimated: {estimate.reason}."
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
     if not estimate.seen:
         return f"No significant time shift: {size}."
     late, early = labels[::-1] if estimate.value > 0 else labels
-    return f"{late} is later than {early} by {size} ({what})."
+    return f"{late} is later than {early} by {size} (estimated, not applied)."
 
 
 def shift_line(scene: SceneComparison) -> str:
-    """Return the estimated time shift between the two results, if any: one that was applied, what is left."""
-    if scene.applied_shift is None:
-        return "" if scene.shift is None else shift(scene.shift, scene.labels)
-    done = shift(scene.applied_shift, scene.labels, f"applied: {scene.labels[1]} is compared without it")
-    return f"{done} After that: {shift(scene.shift, scene.labels)}" if scene.shift else done
+    """Return the estimated time shift between the two results, if any."""
+    return "" if scene.shift is None else shift(scene.shift, scene.labels)
 
 
 def reasons(scene: SceneComparison) -> list[tuple[str, str]]:

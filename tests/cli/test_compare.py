@@ -33,17 +33,12 @@ CODES = {
 REFUSED = {
     "a.csv hole.csv": "0.39|0.6 s|20 rows",
     "hole.csv a.csv": "0.39|0.6 s|20 rows",
-    "a.csv end.csv": "truncated",
     "e.csv a.csv": "0.5 s|repeated",
-    "a.csv end.csv --apply-shift": "--common-time",  # a shift is no reason for a table to end early
     "a.csv hole.csv --common-time": "20 rows",
     "a.csv a.csv --channels x,y": "--channels: 'y'",
     "a.csv f.csv --channels x,force": "no common channel force",
-    "a.csv a.csv --channels x,": "--channels 'x,'",
-    "a.csv a.csv --abscissa angle": "--abscissa 'angle'|time, crank_angle",
-    "a.csv a.csv --abscissa crank_angle": "a.csv: channel crank_angle is missing",
-    "f.csv f.csv --apply-shift --channels force": "no time shift can be applied",
-    "a.csv b.csv --apply-shift --finer-a a.csv --finer-b b.csv": "further runs require equal times",
+    "a.csv a.csv --channels x,": "channels.1 = '' must not be empty",
+    "a.csv b.csv --common-time --finer-a a.csv --finer-b b.csv": "further runs require equal times",
     "a.csv f.csv": "'force'",
     "few.csv gap.csv": "rows are missing",
 }
@@ -144,60 +139,13 @@ def test_the_command_of_a_report_repeats_what_was_asked(tables):
     options = (
         "--tolerance 0.0123456789 --absolute --share 0.95 --time-tolerance 0.02 --channels x --mapping m.toml"
     )
-    for more in ("--common-time --period 0.7", "--at-events left --apply-shift"):
+    for more in ("--common-time --period 0.7", "--at-events left"):
         first, second = ("a.csv", "end.csv") if "common" in more else ("e.csv", "a.csv")
         arguments = [first, second, *options.split(), *more.split(), "--json"]
         said = tables("compare", *arguments), tables.numbers
         program, *again = shlex.split(said[1]["command"])
         assert program == "sixbar"
         assert (tables(*again, "--json").out, len(again)) == (said[0].out, len(arguments))
-
-
-def test_the_estimated_shift_is_applied_where_it_is_asked_for(sixbar):
-    for name, late in (("p.csv", 0.0), ("q.csv", 0.002)):
-        at = 9 * (TIME - late)
-        sixbar.table(name, time=TIME, slider_x=np.sin(at), slider_vx=9 * np.cos(at))
-    command = ["compare", "p.csv", "q.csv", "--channels", "slider_x", "--tolerance", "1e-5", "--json"]
-    sixbar(*command, code=1)
-    assert sixbar.numbers["applied_shift"] is None
-    said = sixbar(*command, "--apply-shift").err
-    applied, rest = sixbar.numbers["applied_shift"], sixbar.numbers["time_shift"]
-    assert abs(applied["value"] - 0.002) <= applied["uncertainty"] < 1e-5
-    assert abs(rest["value"]) <= rest["uncertainty"] + applied["uncertainty"]
-    assert "q is later than p by 0.002 s" in said
-    assert "applied" in said
-    # One that is not significant is not applied.
-    sixbar("compare", "p.csv", "p.csv", "--tolerance", "1e-12", "--json", "--apply-shift")
-    assert sixbar.numbers["applied_shift"] is None
-
-
-@pytest.mark.parametrize("speed", [15.0, -15.0])
-@pytest.mark.parametrize("unit", ["rad", "deg"])
-def test_tables_are_aligned_by_the_crank_angle(speed, unit, sixbar):
-    """One with wrong times, one without: at every angle x is the same, at every row it is not."""
-    angle = {"a": 2 + speed * TIME, "b": 2 + speed * TIME[:-1] + 0.003 * speed}
-    factor = 180 / np.pi if unit == "deg" else 1.0
-    told = np.mod(angle["b"], 2 * np.pi) * factor
-    for name, x in (("b", np.sin), ("c", lambda angle: np.sin(angle + 1e-3))):
-        columns = {
-            f"crank_angle [{unit}]": told,
-            "slider_x": x(angle["b"]),
-            "slider_vx": speed * np.cos(angle["b"]),
-        }
-        sixbar.table(f"{name}.csv", **columns)
-    x, v = np.sin(angle["a"]), speed * np.cos(angle["a"])
-    wrong = TIME + 0.3 * np.sin(3 * TIME)
-    sixbar.table(
-        "a.csv", time=wrong, crank_angle=angle["a"], crank_speed=0 * x + speed, slider_x=x, slider_vx=v
-    )
-    sixbar.write("a.json", '{"scene": {"drive": {}}}')  # another program's
-    options = "--abscissa crank_angle --common-time --channels slider_x --json --absolute --tolerance"
-    # The cubic errs by 15**4 * 0.01**4 / 384 = 1.3e-6.
-    sixbar("compare", "a.csv", "b.csv", *options.split(), "2e-6")
-    # As late as a sample with this value: 1e-3 rad at 15 rad/s.
-    sixbar("compare", "a.csv", "c.csv", *options.split(), "2e-6", code=1)
-    assert sixbar.numbers["channels"]["slider_x"]["max_difference"] == pytest.approx(1e-3, rel=0.01)
-    sixbar.refused(["compare", "b.csv", "c.csv", *options.split(), "1"], "speed of the drive", "--scene")
 
 
 def test_two_folders_are_compared_by_the_names_of_their_tables(tables):

@@ -169,7 +169,7 @@ def test_warnings_tell_what_limits_the_result(tables):
 
 REFUSED = {
     COMMAND: "period|--period or --scene",
-    f"{COMMAND} --period 0": "--period 0|positive",
+    f"{COMMAND} --period 0": "period = 0.0 must be > 0",
     f"{COMMAND} --period 1e-3": "a.mat|interval of the crank cycle, 0.0001 s|a sample",
     f"{COMMAND} --period 11": "a.mat|interval of the crank cycle, 1.1 s|the 1 s that count",
     f"{COMMAND} --period 0.5 --scene ideal": "scene 'ideal'|0.4 s|0.5 s",

@@ -198,10 +198,6 @@ def test_a_table_over_the_crank_angle_has_no_time(sixbar):
         "Y": ("slider_y", "doubtful"),
     }
     assert {guess["column"]: (guess["channel"], guess["sureness"]) for guess in sixbar.numbers} == expected
-    command = (
-        "compare a.csv b.csv --mapping b.mapping.toml --abscissa crank_angle --channels slider_x --tolerance"
-    )
-    sixbar(*command.split(), "1e-9")
 
 
 def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):

@@ -2,9 +2,11 @@
 
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -23,27 +25,15 @@ def test_differ(assert_agree):
     assert_agree("reference.csv", "far.csv", scene="150rpm-0.2mm", tolerance=1e-5)
 
 def test_no_file(assert_agree):
-    assert_agree("nowhere.csv", "reference.csv", tolerance=1.0)
+    assert_agree("reference.csv", "nowhere.csv", tolerance=1.0)
 """
-EXPECTED = """
-import numpy as np
-import pandas as pd
+MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
+EXAMPLE = """
+import subprocess, sys
 
-time = np.arange(101) * 0.01
-made = pd.DataFrame({"time": time, "slider_x": np.sin(time * RATE), "slider_y": time})
-
-def test_expected(assert_agree):
-    assert_agree(made, "expected/run.csv", channels=["slider_x"], tolerance=1e-12)
-"""
-OVER_ANGLE = """
-import numpy as np
-import pandas as pd
-
-angle = np.arange(101) * 0.01
-made = pd.DataFrame({"crank_angle": angle, "crank_speed": np.ones(101), "slider_x": np.sin(angle * RATE)})
-
-def test_expected(assert_agree):
-    assert_agree(made, "expected/run.csv", abscissa="crank_angle", tolerance=1e-12)
+def test_press(assert_agree, tmp_path):
+    subprocess.run([sys.executable, "simulate.py", tmp_path / "result.csv"], check=True)
+    assert_agree("tables/new.csv", tmp_path / "result.csv", tolerance=1e-3)
 """
 
 
@@ -70,38 +60,66 @@ def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester,
     assert "pytest_plugin.py" not in output  # the traceback ends in the test
 
 
-def test_an_expected_table_is_written_where_it_is_missing_or_asked_for(pytester, monkeypatch):
+def run(pytester, *options, **outcomes):
+    inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
+    inner.assert_outcomes(**outcomes)
+    return inner.stdout.str()
+
+
+def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytester, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    expected = pytester.path / "expected" / "run.csv"
+    shutil.copytree(ROOT / "examples" / "ci", pytester.path, dirs_exist_ok=True)
+    program = pytester.path / "simulate.py"
+    (test,) = (pytester.makepyfile(EXAMPLE),)
+    expected, left = pytester.path / "tables" / "new.csv", pytester.path / "tables" / "obtained"
+    assert "tables/new.csv was missing, and is written from " in run(pytester, failed=1)
+    first = expected.read_bytes()
+    assert first.startswith(b"time [s],angle [rad],speed [rad/s]")
+    run(pytester, passed=1)
+    # A longer pendulum: what differs is left beside the expected table, which stays.
+    program.write_text(program.read_text("utf-8").replace("STEP = 0.5,", "STEP = 0.51,"), "utf-8")
+    output = run(pytester, failed=1)
+    assert f"to accept it: pytest --sixbar-update {test.name}::test_press" in output
+    assert "obtained: tables/obtained/new.csv" in output
+    assert sorted(path.name for path in left.iterdir()) == ["new.csv", "new.html"]
+    obtained = (left / "new.csv").read_bytes()
+    assert expected.read_bytes() == first != obtained
+    # What is no expectation is not accepted.
+    whole = program.read_text("utf-8")
+    program.write_text(whole + 'Path(sys.argv[1]).write_text("time,angle\\n0,nan\\n1,2\\n")', "utf-8")
+    output = run(pytester, "--sixbar-update", failed=1)
+    assert "angle is nan in data row 1" in output
+    assert expected.read_bytes() == first
+    program.write_text(whole, "utf-8")
+    output = run(pytester, "--sixbar-update", f"{test.name}::test_press", passed=1)
+    assert "tables/new.csv: the one before: differ: 2 of 2 channels differ, most of all angle" in output
+    assert expected.read_bytes() == obtained
+    assert not left.exists()
+    run(pytester, passed=1)
+    assert sorted(path.name for path in expected.parent.iterdir()) == ["new.csv"]
 
-    def run(rate, *options, **outcomes):
-        pytester.makepyfile(EXPECTED.replace("RATE", f"float('{rate}')"))
-        inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
-        inner.assert_outcomes(**outcomes)
-        return inner.stdout.str()
 
-    assert "expected/run.csv was missing, and is written from table a" in run(1.0, failed=1)
-    assert list(pd.read_csv(expected)) == ["time", "slider_x"]
-    run(1.0, passed=1)
-    before = expected.read_bytes()
-    assert "1 of 1 channels differ" in run(1.01, failed=1)
-    assert expected.read_bytes() == before  # what differs is not overwritten
-    run(1.01, "--sixbar-update", passed=1)
-    run(1.01, passed=1)
-    run(1.0, failed=1)
-    # A table that could not be compared is no expectation.
-    before = expected.read_bytes()
-    assert "slider_x is nan" in run(float("nan"), "--sixbar-update", failed=1)
-    assert expected.read_bytes() == before
-
-
-def test_an_expected_table_over_the_crank_angle_is_written_and_read(pytester, monkeypatch):
+def test_processes_that_write_one_table_at_once_leave_it_whole(pytester, monkeypatch, make_table):
+    """With companions: record and events of a run, which are replaced together."""
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    for rate, outcome in ((1.0, "failed"), (1.0, "passed"), (1.01, "failed")):  # written, equal, another
-        pytester.makepyfile(OVER_ANGLE.replace("RATE", str(rate)))
-        inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error")
-        inner.assert_outcomes(**{outcome: 1})
-    assert "1 of 1 channels differ" in inner.stdout.str()
+    contact = {"corner": "ll", "start": 0.1, "end": 0.2} | dict.fromkeys(MEASURES, 1.0)
+    record = {"model": "mine", "status": "success"}
+    write(
+        replace(make_table(), events=pd.DataFrame([contact]), provenance=record), pytester.path / "mine.csv"
+    )
+    pytester.makepyfile(
+        "import pytest\n@pytest.mark.parametrize('n', range(6))\ndef test_one(assert_agree, n):\n"
+        "    assert_agree('expected/run.csv', 'mine.csv', tolerance=1e-3)\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "comparison.pytest_plugin", "--sixbar-update"]
+    several = [
+        subprocess.Popen(command, cwd=pytester.path, stdout=subprocess.PIPE, text=True) for _ in range(2)
+    ]
+    ended = [(process.communicate(timeout=600)[0], process.returncode) for process in several]
+    assert [code for _, code in ended] == [0, 0], ended
+    run(pytester, passed=6)
+    names = sorted(path.name for path in (pytester.path / "expected").iterdir())
+    assert names == ["run.csv", "run.events.csv", "run.json"]
 
 
 def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():

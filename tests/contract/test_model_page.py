@@ -51,6 +51,7 @@ CASES = {
     "one side, hertz-corners": ("150rpm-0.2mm", SIDE),
     "one side, paper-switching": ("150rpm-0.2mm", {**SIDE, "contact.law": "paper-switching"}),
     "one side, two materials": ("150rpm-0.2mm", {**SIDE, **MATERIALS, "contact.law": "paper-switching"}),
+    "one side, flores": ("150rpm-0.2mm", {**SIDE, "contact.damping_model": "flores"}),
     "one side, adams-impact": ("150rpm-0.2mm", {**SIDE, **IMPACT}),
     "one side, adams-impact, clipped": ("150rpm-0.2mm", {**SIDE, **IMPACT, "initial.slider_vx": -0.04}),
 }
@@ -143,6 +144,8 @@ ROWS = [[0.0, 0.0], [2e-4, 30.0], [3e-4, 10.0]]
 OTHERS = {
     "adams-impact": ("150rpm-0.2mm", {"contact.law": "adams-impact"}),
     "adams-impact at the pin": ("crank-pin", {"contact.law": "adams-impact"}),
+    "gonthier": ("150rpm-0.2mm", {"contact.damping_model": "gonthier"}),
+    "hunt-crossley at the pin": ("crank-pin", {"contact.damping_model": "hunt-crossley"}),
     "power": ("150rpm-0.2mm", {"load.surface": 0.1885, "load.depth": 1e-3, "load.force": 50.0}),
     "table": ("crank-pin", {"load.surface": 0.189, "load.table": ROWS, "drive.cycles": 0.0185}),
 }

@@ -104,7 +104,7 @@ def make_scene(name="press", cycles=2, seed=0, alter=lambda columns: columns, ti
             continue
         u = spread(a[key], neighbour[key], channel.round_off)
         results[key] = compare_channel(
-            channel, time, a[key], b[key], scene=scene.data, u=(u, u), tolerance=None, limits=thresholds(tier)
+            channel, time, a[key], b[key], scene=scene.data, u=(u, u), limits=thresholds(tier)
         )
     return SceneComparison(
         name=name,

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from by_keywords import compare
 
 from comparison.accuracy.levels import refinement, thresholds, tight
 from comparison.accuracy.refine import levels
@@ -13,7 +14,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
-from comparison.verdict.compare import compare, scene_verdict
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import SceneComparison
 from comparison.words.verdicts import scene_reason
 

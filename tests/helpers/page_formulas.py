@@ -68,6 +68,29 @@ def damping(c_e):
     return 3 / 4 * (1 - c_e**2)
 
 
+@stated(r"\frac{3}{2} (1 - c_e)")
+def hunt_crossley_damping(c_e):
+    return 3 / 2 * (1 - c_e)
+
+
+@stated(r"\frac{8 (1 - c_e)}{5 c_e}")
+def flores_damping(c_e):
+    return 8 * (1 - c_e) / (5 * c_e)
+
+
+@stated(r"\frac{1 - c_e^2}{c_e}")
+def gonthier_damping(c_e):
+    return (1 - c_e**2) / c_e
+
+
+DAMPING = {
+    "lankarani-nikravesh": damping,
+    "hunt-crossley": hunt_crossley_damping,
+    "flores": flores_damping,
+    "gonthier": gonthier_damping,
+}
+
+
 @stated(r"R_j R_b/(R_b - R_j)", r"R_b = R_j + c")
 def conformal_radius(R_j, c):
     R_b = R_j + c
@@ -231,7 +254,7 @@ class Numbers:
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
         self.K = point_stiffness(σ_s, σ_g, contact["corner_radius"])
         self.K_s = side_stiffness(σ_s, σ_g, slider["thickness"], slider["length"])
-        self.C = damping(contact["restitution"])
+        self.C = DAMPING[contact["damping_model"]](contact["restitution"])
         self.c_max, self.d_max = contact["damping"], contact["damping_depth"]
         self.rub = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
         self.W_T, self.c_T = slider["width"], scene["clearance"]["slider"]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare, compare_recorded
 from judged_runs import KINDS, MODELS, compared, each, random_scene, random_tables
 
 from comparison.accuracy.uncertainty import Runs
@@ -14,8 +15,7 @@ from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
-from comparison.verdict.compare import compare
-from comparison.verdict.recorded import Recorded, compare_recorded
+from comparison.verdict.recorded import Recorded
 from comparison.words.verdicts import scene_reason
 
 NUMBERS = (

@@ -6,13 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import second_judge
+from by_keywords import compare
 from judged_runs import CASES, compared, frames, random_scene, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
-from comparison.verdict.compare import compare, compare_channel, scene_verdict
+from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.criteria import Criteria
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.
@@ -153,7 +155,7 @@ def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
     b[:beyond] -= digit
     u = np.where(np.arange(200) < predictable, digit, 1.0)
     result = compare_channel(
-        channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), tolerance=None, limits=thresholds()
+        channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), limits=thresholds()
     )
     assert (result.verdict, result.coverage, result.outside) == (verdict, predictable / 200, beyond)
     assert result.worst_threshold == 10 * digit
@@ -165,7 +167,7 @@ def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
         b,
         scene=None,
         u=(None, None),
-        tolerance=5 * digit,
+        criteria=Criteria(tolerance=5 * digit),
         limits=thresholds(),
     )
     assert by_tolerance.outside == beyond  # of a range of 2

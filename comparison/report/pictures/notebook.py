@@ -10,25 +10,30 @@ True
 
 import html
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from comparison.execution.run import Progress, run_one
 from comparison.formatting import number
+from comparison.models import EngineError
 from comparison.report.figures import Picture, picture
-from comparison.scene import Scene
+from comparison.scene import Scene, as_scene
+from comparison.scene.keys import short
 from comparison.tables.channels import channels
-from comparison.tables.table import Table
+from comparison.tables.table import Table, TableError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RunTable(Table):
     """A `comparison.tables.table.Table` that draws itself and that notebooks show."""
 
     def plot(self, *names: str, other: Table | None = None) -> Picture:
         """Draw channels over time, a panel each, by default the slider's x; another table over this one."""
         tables: dict[str, Table] = {str(self.provenance.get("model", "this run")): self}
+        if other is not None and not isinstance(other, Table):
+            raise TableError(f"other = {short(other)} must be a table, such as sixbar.simulate returns")
         if other is not None:
             label = str(other.provenance.get("model", "other run"))
             tables[label if label not in tables else f"{label} (other)"] = other
@@ -52,13 +57,15 @@ def tabulated(result: Any) -> RunTable:
     return RunTable.from_result(result)
 
 
-def simulate(scene: Scene, model: str = "reference", progress: Progress | None = None) -> RunTable:
+def simulate(
+    scene: Scene | str | Path, model: str = "reference", progress: Progress | None = None
+) -> RunTable:
     """Run a scene by one model, in this process.
 
     Parameters
     ----------
     scene
-        As `sixbar.load_scene` returns it.
+        A shipped name, a path, or what `sixbar.load_scene` returns.
     model
         "reference", "exudyn" or one of another package.
     progress
@@ -86,6 +93,9 @@ def simulate(scene: Scene, model: str = "reference", progress: Progress | None =
     >>> len(run.frame), len(run.events)
     (101, 7)
     """
+    scene = as_scene(scene)
+    if not isinstance(model, str):
+        raise EngineError(f"model {model!r} must be a name")
     run = run_one(scene, model, progress)
     criteria = {"reliability": scene.reliability.model_dump()}
     return RunTable(**vars(run) | {"provenance": run.provenance | criteria})

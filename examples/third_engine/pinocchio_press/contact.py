@@ -58,7 +58,13 @@ class Guide:
         sigma = sum(_compliance(contact, partner) for partner in ("slider", "guide"))
         self.K = 4.0 / (3.0 * sigma) * sqrt(contact["corner_radius"])
         self.K_surface = (slider["thickness"] + length) / (0.475 * sigma)
-        self.C = 0.75 * (1.0 - contact["restitution"] ** 2)
+        e = contact["restitution"]
+        self.C = {
+            "lankarani-nikravesh": 0.75 * (1.0 - e * e),
+            "hunt-crossley": 1.5 * (1.0 - e),
+            "flores": 1.6 * (1.0 - e) / (e or 1.0),  # the scene refuses e = 0 there
+            "gonthier": (1.0 - e * e) / (e or 1.0),
+        }[contact["damping_model"]]
         self.n, self.floor = contact["exponent"], contact["impact_speed_floor"]
         self.impact = self.law == "adams-impact"
         if self.impact:

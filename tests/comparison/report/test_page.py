@@ -20,6 +20,7 @@ from comparison.report.page import code_version, origin, render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Attribution, Refinement
 from comparison.words.differences import attribution_lines
 from comparison.words.verdicts import card, definition, reason
@@ -204,7 +205,12 @@ def test_every_channel_is_in_the_table_plotted_or_named(differing):
 @pytest.mark.parametrize("tolerance", [1.0, None])
 def test_a_page_of_tables_speaks_of_what_was_compared(scene, tolerance):
     """The same from two tables that carry nothing but columns."""
-    how = {"scene": None, "u": (None, None), "tolerance": tolerance, "limits": thresholds()}
+    how = {
+        "scene": None,
+        "u": (None, None),
+        "criteria": Criteria(tolerance=tolerance),
+        "limits": thresholds(),
+    }
     channels = {
         name: compare_channel(channel.definition, scene.time, channel.a, channel.b, **how)
         for name, channel in scene.channels.items()

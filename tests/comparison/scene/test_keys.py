@@ -71,7 +71,8 @@ MEANT = {
     "contact.poisson": "nu poisson_ratio material.poisson",
     "contact.exponent": "contact.n exponent",
     "contact.corner_radius": "corner.radius contact.radius",
-    "contact.law": "force_law contact_model contct.law",
+    "contact.law": "force_law contact_law contct.law",
+    "contact.damping_model": "damping_factor contact.damping_modle",  # contact_model: two words of its name
     "environment.gravity": "gravity g drive.gravity enviroment.gravity weight",
     "initial.slider_angle": "tilt initial.angle",
     "mechanism.slider.mass": "slider.mass slider_mass",

@@ -120,6 +120,18 @@ def test_a_bad_value_is_refused_in_one_line_with_key_value_unit_and_rule(key, va
     assert line in refused(PAPER, {key: value})
 
 
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ({"contact.law": "adams-impact"}, "contact.damping_model = 'flores' needs contact.law = 'hertz-corn"),
+        ({"contact.law": "paper-switching"}, "or 'foundation', not 'paper-switching'"),
+        ({"contact.restitution": 0.0}, "contact.restitution = 0.0 must be >= 0.01, by which"),
+    ],
+)
+def test_a_damping_model_is_refused_where_it_has_no_meaning(values, line):
+    assert line in refused(PAPER, {"contact.damping_model": "flores", **values})
+
+
 BASE = '[scene]\nextends = "paper"\n'
 INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 

@@ -5,9 +5,9 @@ from math import isnan
 
 import pandas as pd
 import pytest
+from by_keywords import compare
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.verdict.compare import compare
 from comparison.words.differences import attribution_lines
 from comparison.words.record import as_mapping
 from comparison.words.verdicts import reasons

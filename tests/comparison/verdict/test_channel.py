@@ -12,6 +12,7 @@ from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import scene_coverage
 
 N = 1000
@@ -25,7 +26,7 @@ def judge(a, b, u=None, channel="slider_ax", **options):
     """Compare with this uncertainty in both, or in either; None: none."""
     both = u if isinstance(u, tuple) else (u, u)
     both = tuple(None if each is None else np.broadcast_to(each, a.shape).astype(float) for each in both)
-    usual = {"scene": None, "u": both, "tolerance": None, "limits": LIMITS} | options
+    usual = {"scene": None, "u": both, "limits": LIMITS} | options
     return compare_channel(channels()[channel], np.linspace(0, 0.4, a.size), a, b, **usual)
 
 
@@ -36,7 +37,7 @@ def test_a_force_that_is_zero_throughout_differs_from_rare_impacts():
     for a, b in ((force, 0 * force), (0 * force, force)):
         result = judge(a, b, 1e-6, **known)
         assert (result.verdict, result.explained) == ("differ", 0.0)
-        assert judge(a, b, tolerance=0.01, channel="corner_ll_normal").verdict == "differ"
+        assert judge(a, b, criteria=Criteria(tolerance=0.01), channel="corner_ll_normal").verdict == "differ"
     # Where none of them is predictable it is not called agreement either.
     result = judge(force, 0 * force, np.where(force > 0, 10.0, 1e-9), **known)
     assert (result.verdict, result.coverage > 0.99) == ("indeterminate", True)
@@ -68,8 +69,8 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
         ("aopq", "indeterminate", "2 of 3 channels are indeterminate: there is neither "),
         ("q", "indeterminate", "nothing was compared"),
         ("aod", "differ", "1 of 3 channels differ, most of all "),
-        # The third has no uncertainty to judge by: it covers nothing.
-        ("abo", "agree", "66.66% of all samples are predictable; indeterminate: "),
+        # The third has nothing to be judged by: it may be off by any amount.
+        ("abo", "indeterminate", "1 of 3 channels are indeterminate: there is neither "),
     ):
         overall, why = decided({name: judged[name] for name in names})
         assert (overall, said in why) == (verdict, True), why

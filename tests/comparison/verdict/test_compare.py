@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare
 from contact_tables import contacts_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -12,7 +13,7 @@ from comparison.metrics.contacts import SITUATIONS
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import compare, recorded_scene
+from comparison.verdict.compare import recorded_scene
 from comparison.words.record import as_mapping
 from comparison.words.verdicts import scene_reason
 

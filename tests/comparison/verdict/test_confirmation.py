@@ -6,12 +6,12 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare
 from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, narrow, wide
 
 from comparison.accuracy.uncertainty import Runs, movable, perturbation
 from comparison.scene import load_scene
 from comparison.tables.table import Table
-from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm, decided, moved_starts, scaled_member, starting_error
 from comparison.words import differences as words
 from comparison.words.record import as_mapping

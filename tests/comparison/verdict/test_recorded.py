@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare_recorded
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
@@ -13,7 +14,7 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read, write
 from comparison.verdict.confirmation import ENOUGH
-from comparison.verdict.recorded import Recorded, compare_recorded
+from comparison.verdict.recorded import Recorded
 from comparison.verdict.validate import validate
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason

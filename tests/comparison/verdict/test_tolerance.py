@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +15,6 @@ from comparison.cli import main
 from comparison.metrics.signals import tube_distance
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import write
-from comparison.verdict.compare import compare
 from comparison.verdict.results import METRICS, Basis
 from comparison.words.verdicts import scene_reason
 

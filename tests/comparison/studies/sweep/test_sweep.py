@@ -82,13 +82,39 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
     asked = ["--grid", f"environment.gravity={values}", "--model", "reference,exudyn", "--jobs", "2"]
     assert sweep(*asked) == 0
     out, err = capsys.readouterr()
-    assert out.endswith("... and 5 more rows\nout/sweep.csv\n")
+    assert len(out.splitlines()) == 12  # every row, below the names, and the path
     assert err == "sixbar: warning: 4 of 10 runs did not succeed: see the column status\n"
     theirs = pd.read_csv("out/sweep.csv").query("model == 'exudyn'")
     assert theirs["status"].tolist() == ["success", "crashed", "bad input", "newton-failed", "unusable"]
     before = lines(here)
     assert sweep(*asked) == 0
     assert lines(here) == before + 1
+
+
+BAD = ["nan", "-inf", "fast", "", "2020-01-01", '"[1, nan]"', "0"]
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(
+    ("values", "code"),
+    [(["nan", "100"], 0), (["inf"], 2), (BAD, 2), (["100", *BAD], 0), (["nan", "nan"], 2)],
+)
+def test_a_value_that_no_scene_takes_is_a_row_and_loses_no_other(values, code, capsys):
+    Path("list.csv").write_text("\n".join(["drive.speed_rpm", *values, ""]).replace("\n\n", '\n""\n'))
+    assert sweep("--list", "list.csv", "--output", "max:slider_vx", "--jobs", "1") == code
+    rows = pd.read_csv("out/sweep.csv", keep_default_na=False)
+    assert rows["status"].tolist() == ["success" if value == "100" else "bad input" for value in values]
+    assert all("drive.speed_rpm = " in text for text in rows.query("status == 'bad input'")["message"])
+    assert "more rows" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("here")
+def test_a_sweep_is_cut_on_the_terminal_only_where_that_saves_lines(capsys):
+    for count, rows in ((21, 21), (22, 20)):
+        values = ",".join(str(100 + n) for n in range(count))
+        assert sweep("--grid", f"drive.speed_rpm={values}", "--output", "steps", "--jobs", "1") == 0
+        _, *lines, path = capsys.readouterr().out.splitlines()
+        assert (lines[rows:], path) == (["... and 2 more rows"] * (count > rows), "out/sweep.csv")
 
 
 @pytest.mark.usefixtures("here")
