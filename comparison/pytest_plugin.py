@@ -138,7 +138,9 @@ class _Pair:
         from comparison.tables.foreign import open_source
 
         source = as_source(self.obtained, self.labels[1])
-        return open_source(source) if isinstance(source, Path) else source
+        if not isinstance(source, Path):
+            return source
+        return open_source(source, None if self.mapping is None else self.mapping.dialect.of("b"))
 
     def judged(self, expected: Results, label: str) -> SceneComparison:
         """Compare a table with the one obtained."""
