@@ -92,7 +92,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     if models == MODELS and request.accuracy is None:
         record = judge.verdicts_record()
         sentences.append(words.departures(judge.departures(scenes, comparisons, record), record["made"]))
-    say_wrapped(*lead(comparisons), err=request.json)
+    say_wrapped(*([] if request.quiet else lead(comparisons)), err=request.json)
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours
     say_wrapped(*sentences, err=request.json)

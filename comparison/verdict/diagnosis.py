@@ -101,10 +101,11 @@ def _alike(one: Cause, other: Cause, results: Channels) -> bool:
 
 
 def _relation(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause | None:
-    mask = channel.nonzero if channel.basis is Basis.LARGEST else channel.judged
-    rows = np.flatnonzero(mask)
+    largest = channel.basis is Basis.LARGEST
+    rows = np.flatnonzero(channel.nonzero if largest else channel.judged)
     rows = rows[np.linspace(0, rows.size - 1, min(rows.size, _MOST)).astype(np.intp)]
-    if rows.size < _FEW:
+    # On a small part of a cycle any two smooth curves are nearly multiples of each other.
+    if rows.size < _FEW or (channel.coverage < channel.limits.coverage and not largest):
         return None
     name, a, b = channel.channel, channel.a[rows], channel.b[rows]
     if np.ptp(b) == 0.0 < np.ptp(a) and channel.nonzero.all():

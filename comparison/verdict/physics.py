@@ -24,6 +24,7 @@ _SIGNIFICANT = 3.0  # times its uncertainty, above which a coefficient differs
 _LEAST = 1e-4  # change of a coefficient, an impact, or ax over ay: errors of usual settings stay below
 _FEW = 5  # samples of contacts; fewer tell nothing
 _SLIDES = 0.1  # of the largest speed, above which friction does not depend on it
+_PRESSES = 0.01  # of the largest force, above which noise is not taken for a contact
 _FLIGHT = 10  # samples before the first contact, at least
 _STEADY = 0.01  # of what is constant in these, that may vary: a mass or a length leaves twice as much
 _RIVAL = 3.0  # times that remainder, which what follows ay must leave
@@ -44,7 +45,7 @@ def friction(results: Channels) -> list[Cause]:
         shares = []
         for names in corners:
             normal, rubbing = (getattr(results[name], side) for name in names)
-            touches = slides & (normal > 0.0)
+            touches = slides & (normal > _PRESSES * normal.max())
             shares.append(np.abs(rubbing[touches]) / normal[touches])
         values = np.concatenate(shares)
         middle = float(np.median(values)) if values.size >= _FEW else 0.0

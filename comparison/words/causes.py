@@ -12,7 +12,7 @@ from comparison.verdict.results import Cause, SceneComparison
 
 _DIGITS = 7  # of a number that is known to more
 _MANY = 3  # names or scenes in one sentence
-_PERCENT = 0.1  # of a change: a larger one is a factor
+_SHOWN = 0.01  # of the difference, from which on the part that is left is said
 _UNIT = 1e-3  # share by which a ratio may miss that of two units, if it is not known better
 # What programs write for an SI unit.
 _UNITS = {
@@ -47,7 +47,12 @@ def lead(scenes: Sequence[SceneComparison]) -> list[str]:
 
 
 def cause(one: Cause, scene: SceneComparison) -> str:
-    """Return a cause as a sentence without its full stop."""
+    """Return a cause as a sentence without its full stop, and what of the difference it does not explain."""
+    rest = f"; without it {one.left:.0%} of the difference is left" if one.left >= _SHOWN else ""
+    return _cause(one, scene) + rest
+
+
+def _cause(one: Cause, scene: SceneComparison) -> str:
     a, b = scene.labels
     name, several = _named(one.channels), len(one.channels) > 1
     unit = scene.channels[one.channels[0]].unit if one.channels else ""

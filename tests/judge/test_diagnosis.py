@@ -198,7 +198,7 @@ def test_what_no_cause_explains_is_left_unexplained(run):
     )
     other = replace(other, provenance={})  # in which the key stands
     rng = np.random.default_rng(1)
-    spread = run.frame.std() * 1e-3
+    spread = run.frame.std() * 1e-3 * rng.uniform(0.2, 5.0, run.frame.shape[1])
     noisy = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
     noise = replace(run, frame=noisy.assign(time=run.frame["time"]))
     again = sixbar.simulate(
