@@ -205,7 +205,7 @@ def noted(table: Table) -> list[Pulse]:
         if time.size < PULSE_POINTS:
             parts = np.linspace(0.0, 1.0, -(-PULSE_POINTS // (time.size - 1)), endpoint=False)
             closer = np.append((time[:-1, None] + np.diff(time)[:, None] * parts).ravel(), time[-1])
-            time, force = closer, PchipInterpolator(time, force)(closer)
+            time, force = closer, np.maximum(PchipInterpolator(time, force)(closer), 0.0)  # not by rounding
         pulses.append(Pulse(row, time, force))
     return pulses
 
