@@ -100,7 +100,8 @@ class _Layout(NamedTuple):
         return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
 
     def uncommented(self, line: str) -> str:
-        return line.lstrip(" " + "".join(self.comments)).rstrip(" ")
+        signs = "|".join(map(re.escape, self.comments)) or " "
+        return re.sub(rf"^(?: |{signs})*", "", line).rstrip(" ")
 
     def ways(self, line: str) -> list[list[str]]:
         """Return the ways to split a line into the names of all columns.
@@ -253,7 +254,7 @@ def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> s
     if not comments or comments[0] not in text:
         return text
     space, last = ("[ \t]", "") if separator == _SPACES else (" ", separator)  # "; #N/A ;" is none
-    return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{last}]*$', "", text)
+    return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{re.escape(last)}]*$', "", text)
 
 
 def _is_comment(line: str, comments: tuple[str, ...]) -> bool:
@@ -554,7 +555,7 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
     if others or not number(rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}"):
         numbers = " and ".join(map(repr, dict.fromkeys(seen.values())))
         not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
-        raise TableError(f"{not_clear}: {settled('decimal, and thousands if that is separated')}")
+        raise TableError(f"{not_clear}: {settled('decimal (and thousands)')}")
     return sign
 
 

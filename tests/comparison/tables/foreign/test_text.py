@@ -172,7 +172,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("time,x,F\n0,1,5\n#N/A,#N/A,#N/A\n1,2,6\n", "line 3 may be", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n# time y F\n1 2 6\n", "line 3 may be a comment or another", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n% s m N\n1 2 6\n", "line 3 may be a comment", 'comment = "%"', "x F", [1, 2]),
-    ("time,x,F\n" + ROWS + "end,of,run\n", "line 4 holds text below rows", 'comment = "end"', "x F", [1, 2]),
+    ("time,den,F\n" + ROWS + "end,of,run\n", "line 4 holds text below", 'comment = "end"', "den F", [1, 2]),
     # Numbers
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'decimal = "."', "x F", [1.5, 2.5]),
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'thousands = "."', "x F", [1500, 2500]),
