@@ -380,7 +380,7 @@ def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout:
     names = ways[last][-1] if lines and ways[last] else []
     if lines and layout.is_comment(lines[last].text) and any(map(NUMBER.fullmatch, names)):
         names = []
-    _check_above(lines[last:] if names else lines, layout)
+    _check_above(lines, layout)
     if not lines or (not names and layout.is_comment(lines[last].text)):
         if lines and layout.may_be_row(lines[last].text):
             raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
