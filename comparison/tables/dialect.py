@@ -167,16 +167,19 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
-    if group := re.escape(dialect.thousands or ""):
-        after = r"\w.," if dialect.thousands in (".", ",") else r"\w"
-        grouped = rf"(?<![{after}])[+-]?[1-9]\d{{0,2}}(?:{group}\d{{3}})+(?!\d|{group})"
-        text = re.sub(grouped, lambda match: match[0].replace(dialect.thousands or "", ""), text)
+    if dialect.thousands:
+        text = _ungrouped(text, dialect.thousands, quoted=dialect.thousands == ",")
     lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
     if any(len(line) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
     stated = dialect.skip is not None or dialect.names is not None
     start = (dialect.skip or 0) if stated else _size(lines, text)
     first, layout = _first_row(lines, start, dialect, comments)
+    if (
+        dialect.thousands == "," != layout.separator
+        and (plain := _ungrouped(text, ",", quoted=False)) != text
+    ):
+        return parse_text(path, plain, dialect)
     above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start]
     heading, notes = _heading(above, layout, dialect)
     if heading is None and not stated and dialect.separator is None:
@@ -259,6 +262,14 @@ def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> s
 
 def _is_comment(line: str, comments: tuple[str, ...]) -> bool:
     return line.lstrip(" \t").startswith(comments)
+
+
+def _ungrouped(text: str, group: str, *, quoted: bool) -> str:
+    """Return text without the signs that separate thousands: between commas only those of quoted numbers."""
+    sign, other = re.escape(group), r"\w.," if group in ".," else r"\w"
+    before = '(?<=")' if quoted else rf"(?<![{other}])"
+    grouped = rf"{before}[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})"
+    return re.sub(grouped, lambda match: match[0].replace(group, ""), text)
 
 
 def _size(lines: Sequence[str], text: str) -> int:
@@ -370,7 +381,7 @@ def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout:
     names = ways[last][-1] if lines and ways[last] else []
     if lines and layout.is_comment(lines[last].text) and any(map(NUMBER.fullmatch, names)):
         names = []
-    _check_above(lines[last:] if names else lines, layout)
+    _check_above(lines, layout)
     if not lines or (not names and layout.is_comment(lines[last].text)):
         if lines and layout.may_be_row(lines[last].text):
             raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")

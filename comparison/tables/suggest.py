@@ -328,7 +328,9 @@ def mapping_text(suggestion: Suggestion, path: Path) -> str:
     doubts = {g.channel: g.sureness == DOUBTFUL for g in suggestion.guesses if g.channel != TIME}
     none = "# " if all(doubts.values()) else ""
     if doubts:
-        named = (f"{none or '# ' * doubt}    {json.dumps(name)}," for name, doubt in doubts.items())
+        named = (
+            f"{none}    {'' if none else '# ' * doubt}{json.dumps(name)}," for name, doubt in doubts.items()
+        )
         lines[4:4] = [f"{none}compare = [", *named, f"{none}]"]
     for guess in suggestion.guesses:
         mark = "# " if guess.sureness == DOUBTFUL else ""

@@ -179,6 +179,8 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("time;x;F\n0;1.500,5;5\n1;2,5;6\n", "'1.500,5'", 'thousands = "."', "x F", [1500.5, 2.5]),
     ("time;x;F\n0;1 500;5\n1;2;6\n", "'x' is not a number in line 2", 'thousands = " "', "x F", [1500, 2]),
     ('time,x,F\n0,"1,500",5\n1,"2,500",6\n', "not clear from '1,500'", 'decimal = ","', "x F", [1.5, 2.5]),
+    ('time,x,F\n0,"1,500.5",5\n115,250,6\n', "not clear", 'thousands = ","', "x F", [1500.5, 250]),
+    ("time\tx\tF\n0\t1,500.5\t5\n1\t2\t6\n", "not clear", 'thousands = ","', "x F", [1500.5, 2]),
     # Names, rows, separators
     ("0,1,5\n0.5,2,6\n", "", "", "#2 #3", [1, 2]),
     ("0,1,2\n0.5,3,6\n", "may be names or numbers", "names = []", "#2 #3", [1, 3]),
