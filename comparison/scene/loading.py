@@ -307,9 +307,11 @@ def new_scene(path: Path, source: str) -> str:
             lines += ["", f"[{section}]"]
         rule = ", ".join(filter(None, (key.unit, key.bounds)))
         value = reduce(dict.__getitem__, key.name.split("."), data)
-        lines += textwrap.wrap(key.description, 80, initial_indent="# ", subsequent_indent="#   ")
         given = f"# {own} =" if value is None else f"{own} = {readable(value)}"  # nothing is no value of TOML
-        lines.append(f"{given}{f'  # {rule}' if rule else ''}")
+        beside = f"{given}  # {rule}" if rule else given
+        above = key.description if len(beside) < 90 else f"{key.description} {rule}"
+        lines += textwrap.wrap(above, 80, initial_indent="# ", subsequent_indent="#   ")
+        lines.append(beside if above == key.description else given)
     return "\n".join(lines) + "\n"
 
 

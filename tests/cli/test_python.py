@@ -122,7 +122,7 @@ def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
         (B, {"tolerance": 1e-5}, "differ: |slider_vx"),
         (B, {}, "indeterminate: "),
         # One channel that nothing limits: any value of it would pass.
-        (B, {"tolerances": {"slider_x": 1e-9}}, "indeterminate: 1 of 2 channels|neither an uncertainty nor"),
+        (B, {"tolerances": {"slider_x": 1e-9}}, "indeterminate: |1 of 2 channels|neither an uncertainty nor"),
         (A, {"tolerances": {"slider_vx": 1e-9}}, "indeterminate: 1 of 2 channels"),
         (B, {"tolerance": 1e-5, "allow_indeterminate": True}, "differ: "),
         (A.drop(columns="slider_vx"), {"tolerance": 1.0}, "slider_vx"),
@@ -354,7 +354,7 @@ def test_the_model_of_the_page_on_engines_agrees(sixbar, install):
 
 def test_the_mapping_of_the_page_on_tables(sixbar):
     """The file of Adams that docs/foreign-tables.md shows, and its mapping."""
-    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml")
+    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml", 1)
     time = np.arange(801) * 1e-3
     x, y, angle = 1e-4 * np.sin(9 * time), 0.19 + 0.01 * np.cos(9 * time), 1e-3 * np.sin(5 * time)
     rows = zip(time * 1e3, -x * 1e3, y * 1e3, -np.degrees(angle), 0 * x, 0 * x, strict=True)
