@@ -299,7 +299,7 @@ class Compare(Section):
 
 
 class Limits(Section):
-    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
+    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 36."""
 
     lower: Annotated[Real, IDENTIFIED] = 0.0
     """Lower limit of the permitted error."""

@@ -11,8 +11,7 @@ from pathlib import Path
 
 STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
-    "paper": "Every printed figure and statement of the paper against both models.",
-    "as-published": "Printed figures by the paper's own formulation and solver; 10 minutes on one core.",
+    "paper": "All numbers, figures and statements of the paper against both models; two hours on two cores.",
     "reliability": "Reliability of the paper's cases in both models.",
     "contact-laws": "The paper's contact laws, and the energy that one of them creates.",
     "crank-pin": "Clearance at the crank pin against its published peaks.",

@@ -19,7 +19,7 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.methods import Chaos
-from comparison.studies.paper.runs import CHANNELS, Runs, second
+from comparison.studies.paper.runs import CENTRAL, Runs, measure, second
 from comparison.studies.shared.published import published
 from comparison.tables.channels import Array, BoolArray, channels
 
@@ -71,24 +71,26 @@ def judge_all(runs: Runs) -> pd.DataFrame:
     """Decide every statement by both models.
 
     A row for each value of a criterion and each number that it follows from, by model; ``verdict`` is what
-    both models say, ``verdict_of_model`` what one says. ``reason``: why a statement cannot be decided.
+    both models say, ``verdict_of_model`` what one says. ``reason``: why a statement cannot be decided, though
+    numbers are measured for it.
     """
     rows = []
     for claim in CLAIMS:
-        if "reason" in claim:
-            known = {key: claim[key] for key in ("id", "section", "says", "reason")}
-            rows.append(known | {"verdict": Verdict.UNDECIDABLE, "model": "", "what": "", "decides": False})
-            continue
-        shown = {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS}
-        verdicts = {model: verdict(evidence) for model, evidence in shown.items()}
-        both = verdicts[MODELS[0]] if len(set(verdicts.values())) == 1 else Verdict.UNDECIDED
+        known = {key: claim.get(key, "") for key in ("id", "section", "says", "reason")}
+        shown = {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS if "test" in claim}
+        verdicts = dict.fromkeys(shown, Verdict.UNDECIDABLE)
+        if not known["reason"]:
+            verdicts = {model: verdict(evidence) for model, evidence in shown.items()}
+        said = set(verdicts.values()) or {Verdict.UNDECIDABLE}
+        known["verdict"] = said.pop() if len(said) == 1 else Verdict.UNDECIDED
+        if not shown:
+            rows.append(known | {"model": "", "what": "", "decides": False})
         for model, (deciding, numbers) in shown.items():
-            known = {key: claim[key] for key in ("id", "section", "says")} | {"verdict": both}
-            known |= {"model": model, "verdict_of_model": verdicts[model], "reason": ""}
+            own = known | {"model": model, "verdict_of_model": verdicts[model]}
             values = {name: ([value], "") for name, value in deciding.items()}
             for name, (sizes, unit) in {**values, **numbers}.items():
                 ends = {"least": min(sizes, default=nan), "most": max(sizes, default=nan)}
-                rows.append(known | {"what": name, "unit": unit, "decides": name in deciding} | ends)
+                rows.append(own | {"what": name, "unit": unit, "decides": name in deciding} | ends)
     return pd.DataFrame(rows)
 
 
@@ -133,7 +135,7 @@ def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def close(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether a channel is closer to the ideal one near the lowest point than elsewhere, in every scene."""
+    """How close a channel is to the ideal one near the lowest point, in every scene."""
     channel, unit = claim["channel"], channels()[claim["channel"]].unit
     shares: list[float] = []
     numbers: dict[str, tuple[list[float], str]] = {}
@@ -147,7 +149,7 @@ def close(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the acceleration changes abruptly and often near the lowest point."""
+    """How often the acceleration changes by `LITTLE` of its range near the lowest point."""
     scene, channel = claim["scene"], "slider_ay"
     errors, ideal = runs.errors(scene, model, channel), runs.ideal[scene, model]
     bottom, least = _bottom(runs, scene, model), LITTLE * float(np.ptp(ideal.values(channel)))
@@ -161,7 +163,7 @@ def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def oscillating(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the slider swings more often across its clearance than its load makes it."""
+    """How often a cycle the slider swings across its clearance; its load alone takes it once."""
     x = runs.by_cycle(claim["scene"], model, "slider_x")
     least = SWING * float(load_scene(claim["scene"]).data["clearance"]["slider"])
     cycles = _swings(x.ravel(), least) // x.shape[1]
@@ -192,7 +194,7 @@ def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the errors of one cycle resemble those of the next."""
+    """How far the errors of one cycle resemble those of the next."""
     middle = {}
     for channel in claim["channels"]:
         errors = _later(runs.long_errors(claim["scene"], model, channel))
@@ -201,7 +203,7 @@ def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the points of the Poincaré map are apart, at most crank angles: its own is not printed."""
+    """At which share of the crank angles the points of the Poincaré map are apart."""
     scene, channel = claim["scene"], claim["channel"]
     room = 2 * float(load_scene(scene).data["clearance"]["slider"])
     if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
@@ -212,7 +214,7 @@ def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the error of a channel, all that the crank does not force, repeats from cycle to cycle."""
+    """How far the error of a channel, all that the crank does not force, repeats."""
     errors, unit = (
         _later(runs.long_errors(claim["scene"], model, claim["channel"])),
         channels()[claim["channel"]].unit,
@@ -223,13 +225,47 @@ def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the two models' errors are consistent in the second cycle."""
-    other, scene = next(name for name in MODELS if name != model), claim["scene"]
-    within, shares = second(runs.ideal[scene, model]), {}
-    for channel in CHANNELS:
-        mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
-        shares[channel] = float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2)))
-    return {"codes": max(shares.values())}, {name: ([share], "1") for name, share in shares.items()}
+    """How far two codes are apart over the error, in the second cycle: with one law, and with a law each."""
+    del model
+    scene = claim["scene"]
+    within, apart = second(runs.ideal[scene, MODELS[0]]), runs.laws_and_codes
+    numbers: dict[str, tuple[list[float], str]] = {}
+    for label, name in (("one law", "code"), ("a law each", "law and code")):
+        for word, channel in QUANTITIES.items():
+            error = runs.errors(scene, MODELS[0], channel)[within]
+            size = float(np.sqrt(np.mean(apart[name][channel] ** 2) / np.mean(error**2)))
+            numbers[f"{label}, {word}"] = [size], "1"
+    return {"codes": max(sizes[0] for label, (sizes, _) in numbers.items() if "each" in label)}, numbers
+
+
+def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether Baumgarte's stabilization reduces the error of the paper's formulation: one verdict of both."""
+    del model, claim
+    sizes = {
+        name: abs(measure(name, runs, MODELS[0], {}).value)
+        for name in dict.fromkeys(runs.solver["id"])
+        if name.endswith(("-d", "-v", "-a"))
+    }
+    own = runs.solver[runs.solver["id"].isin(sizes)].dropna(subset=["value"])
+    off = (own["value"].abs() / own["id"].map(sizes) - 1.0).abs()
+    bare = own["gain"] == 0
+    without, stable = float(off[bare].median()), float(off[~bare].median())
+    numbers = {"error without": ([without], "1"), "with": ([stable], "1")}
+    return {"stabilized": _ratio(without, stable) if bare.any() else nan}, numbers
+
+
+def less_stable(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """How Lyapunov exponents of two conditions differ."""
+    more, less = (runs.exponents.get((claim[side], model), []) for side in ("more", "less"))
+    value = float(np.median(more) - np.median(less)) if more and less else nan
+    return {"instability": value}, {claim["more"]: (more, ""), claim["less"]: (less, "")}
+
+
+def influence(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """How much of the stroke y changes from cycle to cycle."""
+    y = _later(runs.by_cycle(claim["scene"], model, claim["channel"]))
+    spread, stroke = float(np.ptp(y, axis=0).max()), float(np.ptp(y))
+    return {"influence": spread / stroke}, {"spread": ([spread], "m"), "stroke": ([stroke], "m")}
 
 
 def tolerances(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -251,14 +287,14 @@ def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the central case is chaotic, as the study nonlinear has it: one verdict of both models."""
     del claim
     value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[runs.chaos]
-    return {"exponent": value}, {"exponents per cycle": (runs.exponents[model], "")}
+    return {"exponent": value}, {"exponents per cycle": (runs.exponents.get((CENTRAL, model), []), "")}
 
 
 TESTS = {
     test.__name__: test
     for test in (
         larger, alike, more_contacts, less_reliable, close, abrupt, oscillating, pin_zones, recurring,
-        scattered, periodic, two_codes, tolerances, chaotic,
+        scattered, periodic, two_codes, tolerances, chaotic, stabilized, less_stable, influence,
     )
 }  # fmt: skip
 """What a claim's ``test`` names."""

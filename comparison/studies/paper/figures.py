@@ -18,7 +18,7 @@ from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
+from comparison.studies.paper.ledger import Size, Use
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import plain_ticks
@@ -31,13 +31,14 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-BAR: dict[str, Any] = {"color": svg.FIRST, "alpha": 0.45}
-MARKS: dict[str, dict[str, Any]] = {
-    Size.REPRODUCED: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
-    Size.WIDE: {"color": svg.INK, "marker": "o", "ms": 5, "mfc": "none", "ls": ""},
-    Size.OUTSIDE: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
+BARS: list[tuple[float, dict[str, Any]]] = [
+    (-0.15, {"color": svg.FIRST, "lw": 4, "alpha": 0.6}),
+    (0.15, {"color": svg.SECOND, "lw": 4, "alpha": 0.6}),
+]
+MARKS: dict[bool, dict[str, Any]] = {
+    True: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
+    False: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
 }
-SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
 EDGE = 0.2  # of the axis of the predictions
 LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
@@ -58,9 +59,9 @@ RELIABILITY = {"figure-16": ("F16-01", "F16-05"), "figure-17": ("F17-150", "F17-
 X_RANGE = ("F14a-x", "F14a-x2")
 
 
-def draw(runs: Runs, entries: pd.DataFrame, folder: Path) -> None:
-    """Write the figures; `entries` is the ledger."""
-    _predictions(entries, folder / "predictions.svg")
+def draw(runs: Runs, entries: pd.DataFrame, judged: pd.DataFrame, folder: Path) -> None:
+    """Write the figures of runs and of the ledger."""
+    _predictions(entries, judged, folder / "predictions.svg")
     _responses(runs, folder / "figure-7.svg")
     _path(runs, folder / "figure-8.svg")
     _pin(runs, folder / "figure-8-pin.svg")
@@ -99,31 +100,33 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
         panel.plot(x[kept], y[kept], label=model, **LINES[model])
 
 
-def _predictions(entries: pd.DataFrame, path: Path) -> None:
-    """Draw printed sizes over ours, with the interval of ours: a panel a quantity, a line a condition."""
+def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> None:
+    """Draw printed sizes over ours, with both intervals: a panel a quantity, a line a condition."""
     predicted = entries[entries["use"] == Use.PREDICTION]
     kind = predicted["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
-    ours = size_of("", predicted[MODELS[0]])
-    of_many = predicted["sign"] == Outcome.NONE
+    ours = predicted[MODELS[0]].abs()
+    of_many = predicted["quantity"].str.startswith("range_")
     name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
     lines = [*SCENES, *dict.fromkeys(name[of_many])]
     place = name.map(lines.index)
+    inside = judged["id"][judged["size"].isin([Size.INSIDE, Size.WIDE])].unique()
     titles, x = list(QUANTITIES), "size over ours (-)"
     with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mine = kind == quantity
-            y, scale = place[mine], ours[mine]
-            low, high = (predicted[end][mine] / scale for end in ("low", "high"))
-            panel.hlines(y, low.clip(lower=EDGE), high, lw=6, label="our interval, 95 %", **BAR)
-            other = predicted[MODELS[1]][mine].abs() / scale
-            panel.plot(other, y, label=f"{MODELS[1]} over {MODELS[0]}", **SECOND)
-            for size, look in MARKS.items():
-                shown = mine & (predicted["size"] == size)
-                if size not in set(predicted["size"]):
-                    continue
-                ratio = predicted["printed_size"][shown] / ours[shown]
-                panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
+            for (hypothesis, rows), (aside, bar) in zip(
+                judged.groupby("hypothesis", sort=False), BARS, strict=True
+            ):
+                ends = rows.set_index("id").reindex(predicted.index[mine])
+                low, high = (ends[end] / ours[mine] for end in ("low", "high"))
+                label = f"our interval, 95 %: gravity {'none' if hypothesis == 'none' else 'downwards'}"
+                panel.hlines(place[mine] + aside, low.clip(lower=EDGE), high, label=label, **bar)
+            ratio = predicted["printed_size"] / ours
+            for within, look in MARKS.items():
+                shown = mine & (predicted.index.isin(inside) == within)
+                label = f"printed: inside {'one or both' if within else 'neither'}"
+                panel.plot(ratio[shown], place[shown], label=label, **look)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
             plain_ticks(panel.xaxis, [0.5, 1, 2, 4])
         axes[0].set_yticks(range(len(lines)), lines)

@@ -8,8 +8,9 @@ mean square: at tolerances smaller by sqrt(30) it is at least as strict, so that
 shows, which makes it one draw: each setting is run several times.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from math import acos, atan2, cos, radians, sin, sqrt
 from typing import NamedTuple
@@ -25,7 +26,7 @@ from comparison.execution.tasks import Task, measure_all, on_processes
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import PARTNERS
-from comparison.studies.paper.runs import DATA, PEAKS, RANGES, SLIDER, numbers
+from comparison.studies.paper.runs import DATA, PEAKS, RANGES, numbers
 from comparison.studies.shared.scenes import settable
 from comparison.tables.channels import Array
 
@@ -237,13 +238,13 @@ def initial_state(p: Press) -> Array:
     return np.concatenate([q, np.linalg.solve(jacobian, -rate)])
 
 
-def bound(scene: Scene, pin: float = 0.0) -> float:
-    """Return the largest error of y, m, that clearances leave to rigid bodies, over all crank angles.
-
-    That at the slider, or with a ``pin`` (m) that at the crank pin alone.
-    """
-    p, times = press(scene), np.linspace(0.0, scene.period, 1441)
-    turns = np.linspace(0.0, 2 * np.pi, 73)[:-1]
+@cache
+def bound(name: str) -> float:
+    """Return the largest error of y, m, that the clearance of a scene leaves to rigid bodies."""
+    scene = load_scene(name)
+    pin = 0.0 if scene.data["joints"]["crank_pin"] == "ideal" else scene.data["clearance"]["crank_pin"]
+    p, times = press(scene), np.linspace(0.0, scene.period, 721)
+    turns = np.linspace(0.0, 2 * np.pi, 37)[:-1]
     moved = [(p.lines[1], pin * np.array([cos(a), sin(a)])) for a in turns]
     if not pin:
         moved = [(p.lines[0] + side * p.half[2], np.zeros(2)) for side in (-1, 1)]
@@ -334,23 +335,21 @@ def measure_run(task: Run, progress: Progress) -> Row:
 
 
 class Config(NamedTuple):
-    """How much is run."""
+    """What is run."""
 
-    gains: tuple[float, ...]
-    draws: int  # of each setting at the defaults; one of any other
+    scenes: Sequence[str]
+    tolerances: Sequence[tuple[float, float]]  # relative, absolute
+    gains: Sequence[float]
+    draws: int  # of each setting at `DEFAULTS`; one of any other
     samples: int  # a cycle
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Return a row a run and printed number of it: ``id``, `Setting`, ``draw``, ``status``, ``value``."""
-    settings = [
-        Setting(*tolerances, gain, inside)
-        for tolerances, gain, inside in product((*DEFAULTS, *OTHERS), config.gains, (False, True))
-    ]
     tasks = [
-        Run(load_scene(name), setting, draw, config.samples)
-        for name, setting in product(SLIDER, settings)
-        for draw in range(config.draws if setting[:2] in DEFAULTS else 1)
+        Run(load_scene(name), Setting(*pair, gain, inside), draw, config.samples)
+        for name, pair, gain, inside in product(config.scenes, config.tolerances, config.gains, (False, True))
+        for draw in range(config.draws if pair in DEFAULTS else 1)
     ]
     rows = []
     done = measure_all(measure_run, tasks, on_processes(n_jobs, LIMIT), on_progress)
@@ -362,13 +361,13 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
 
 
 def u_d(runs: pd.DataFrame, converged: Mapping[str, float]) -> pd.DataFrame:
-    """Return by id what the solver's error leaves open of a printed size at `DEFAULTS`, over that size.
+    """Return by id what the solver's error leaves open of a size at `DEFAULTS`, stabilized, over that size.
 
     ``u_D``: that share which 95 % of the runs do not exceed, of |size / converged size - 1|; ``low`` and
     ``high``: extreme sizes of the runs, ``runs``: their number.
     """
-    default = [pair in DEFAULTS for pair in zip(runs["relative"], runs["absolute"], strict=True)]
-    own = runs[default].dropna(subset=["value"])
+    default = pd.MultiIndex.from_frame(runs[["relative", "absolute"]]).isin(DEFAULTS)
+    own = runs[default & (runs["gain"] > 0).to_numpy()].dropna(subset=["value"])
     by, sizes = own["id"], own["value"].abs()
     off = (sizes / by.map(converged) - 1.0).abs().groupby(by)
     ends = sizes.groupby(by).agg(["min", "max"])

@@ -4,6 +4,7 @@ Column ``use``: "prediction" where nothing in the scenes was taken from the figu
 line" where the study identification fits these to it, or corrects by it what it fits; "reliability limit"
 where the study paper fits the limit of the permitted error to it; "cap" where it is the reliability of a
 mechanism without error, to its last printed digit; "misprint" where it cannot be what the authors computed.
+Column ``sight``: choices that were made with the figure in sight, though no number was fitted to it.
 """
 
 from functools import cache

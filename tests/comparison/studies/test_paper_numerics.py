@@ -97,10 +97,10 @@ def test_bounds_that_geometry_sets():
     times = np.linspace(0.0, scene.period, 721)
     angles = np.array([numerics.closure(p, t, middle, np.zeros(2))[11] for t in times])
     # y = C_y + L4 sin(theta_4): its slope in x is -1 / tan(theta_4).
-    assert numerics.bound(scene) == pytest.approx(2.5e-4 * np.abs(1 / np.tan(angles)).max(), rel=1e-4)
-    assert numerics.bound(load_scene("crank-pin"), 2e-4) == pytest.approx(
-        5.668e-4, rel=1e-4
-    )  # by a second program
+    assert numerics.bound("150rpm-0.2mm") == pytest.approx(
+        2.5e-4 * np.abs(1 / np.tan(angles)).max(), rel=1e-4
+    )
+    assert numerics.bound("crank-pin") == pytest.approx(5.668e-4, rel=1e-4)  # by a second program
 
 
 def test_the_solvers_error_is_that_of_the_runs_at_its_defaults():

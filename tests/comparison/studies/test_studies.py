@@ -20,7 +20,6 @@ from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {
-    "as-published": "figures.csv converged.csv causes.csv runs.csv settings.csv",
     "contact-laws": "runs.csv switches.csv",
     "crank-pin": "peaks.csv",
     "campaign": "campaign.json scenes.csv opinions.csv failures.csv",
@@ -29,7 +28,8 @@ OTHER_FILES = {
     "extremes": "cells.csv classes.csv",
     "identification": "arrangements.csv peaks.csv ranges.csv",
     "nonlinear": "exponents.csv sections.csv",
-    "paper": "report.html printed.csv statements.csv criteria.csv limits.csv shares.csv causes.csv",
+    "paper": "report.html printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv "
+    "criteria.csv",
     "random-inputs": "gradients.csv precision.csv probabilities.csv",
     "reliability": "differences.csv two-cycles.csv one-model.csv",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
