@@ -1,37 +1,26 @@
-"""Random inputs, and many runs with drawn ones."""
+"""Random inputs of a press, as from one built press to the next, and its errors over many draws of them."""
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from importlib.resources import files
 from math import exp, log1p, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.stats import norm, spearmanr
 
-from comparison.execution.run import Progress, run_one
-from comparison.execution.store import Row
-from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
-from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.scene import Scene, SceneError
+from comparison.execution.run import Progress
+from comparison.reliability.errors import QUANTITIES
+from comparison.scene import Scene, SceneError, load_scene
 from comparison.scene.keys import did_you_mean
 from comparison.scene.schema import RandomInput
+from comparison.studies.paper.runs import CENTRAL, PEAKS, Config, Draw, numbers, run_draws
 from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.study import interval
 from comparison.tables.channels import Array
-from comparison.tables.table import Table
 
-IDEAL = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
-RESPONSES = {
-    "displacement": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s^2",
-    "displacement, against the nominal mechanism": "m",
-}
-"""Largest errors of the second cycle and their units; against the ideal mechanism with the same numbers, or
-against that with none of them drawn, at equal crank angle."""
-
+SEED = 1
 
 # ---- inputs
 
@@ -97,76 +86,53 @@ def _middle(scene: Scene, one: RandomInput) -> float:
 # ---- draws
 
 
-@dataclass(frozen=True)
-class Draw(Task):
-    """A run of a scene with drawn inputs; ``factor`` multiplies deviations.
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> tuple[pd.DataFrame, list[str]]:
+    """Draw the inputs of the central case ``config.draws`` times and run each draw by the reference.
 
-    The same seed and number draw the same inputs, whatever the solver's settings.
+    Returns
+    -------
+    tuple
+        A row a draw that succeeded: largest error of the second cycle by quantity, smallest reliability
+        with the scene's limits by "R of" quantity, and the standard normal number of each input by `label`;
+        and the reason of each failure.
     """
-
-    scene: Scene
-    inputs: tuple[RandomInput, ...]
-    seed: int
-    factor: float = 1.0
-    number: int = 0
-    models = ("reference",)
-
-    @property
-    def u(self) -> Array:
-        """The inputs in standard deviations, shape (d,)."""
-        return self.factor * np.random.default_rng([self.seed, self.number]).normal(size=len(self.inputs))
-
-
-class Drawn(NamedTuple):
-    """What came of draws."""
-
-    u: Array  # inputs in standard deviations, shape (n, d), of the runs that succeeded
-    responses: pd.DataFrame  # a row for each of these runs by its number, with the columns of `RESPONSES`
-    failures: list[str]  # one line for each run that did not
-    seconds: float  # processor time of a run, the mean, s
+    base, rows = load_scene(CENTRAL), numbers().query("scene == @CENTRAL")
+    limits = {name: float(getattr(base.reliability, name).upper) for name in QUANTITIES}
+    printed = rows.reset_index().drop_duplicates("quantity").set_index("quantity")["id"]
+    names = dict(zip(PEAKS, QUANTITIES, strict=True))
+    names |= {f"min_{name}_reliability": f"R of {name}" for name in QUANTITIES}
+    inputs, ids = inputs_of(base), tuple(printed[list(names)])
+    u = np.random.default_rng(SEED).normal(size=(config.draws, len(inputs)))
+    # No group of what the paper leaves open is drawn beside them.
+    changes = [values_at(base, inputs, each) for each in u]
+    sampling = config._replace(draws=0)  # a draw does not depend on how many there are
+    draws = [(Draw(CENTRAL, ids, sampling, limits, only="none", changes=each), 1) for each in changes]
+    ensembles = run_draws(draws, n_jobs, on_progress)
+    good = [n for n, each in enumerate(ensembles) if len(each.shown)]
+    values = [ensembles[n].shown.xs("value", axis=1, level=1).iloc[0].abs().to_numpy() for n in good]
+    frame = pd.DataFrame(np.reshape(values, (-1, len(names))), good, list(names.values()))
+    frame[[label(one) for one in inputs]] = u[good]
+    return frame, [text for each in ensembles for text in each.failures]
 
 
-def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progress | None) -> list[Drawn]:
-    """Run so many of each draw by the reference, from the first on; what ran before is not run again."""
-    tasks = [[replace(one, number=number) for number in range(count)] for one, count in draws]
-    rows = iter(
-        measure_all(measure, [task for some in tasks for task in some], on_processes(n_jobs), on_progress)
-    )
-    drawn = []
-    for some in tasks:
-        results = list(zip(some, rows, strict=False))
-        good = [(task, row["responses"]) for task, row in results if row["status"] == SUCCESS]
-        drawn.append(
-            Drawn(
-                np.array([task.u for task, _ in good]).reshape(-1, len(some[0].inputs)),
-                pd.DataFrame(
-                    [each for _, each in good], [task.number for task, _ in good], list(RESPONSES), float
-                ),
-                [f"{row['status']}; {row['message']}" for _, row in results if row["status"] != SUCCESS],
-                sum(row.get("seconds", 0.0) for _, row in results) / len(results),
-            )
+def summary(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a row a quantity: quantiles of error and reliability, share above the limit, decisive input.
+
+    ``rank_share``: squared rank correlation of the decisive input with the error, the largest of all inputs.
+    """
+    settings, inputs = load_scene(CENTRAL).reliability, frame.columns[2 * len(QUANTITIES) :]
+    rows = []
+    for name in QUANTITIES:
+        limit = float(getattr(settings, name).upper)
+        above = int((frame[name] > limit).sum())
+        low, high = interval(above, len(frame))
+        shares = {each: float(spearmanr(frame[each], frame[name]).statistic) ** 2 for each in inputs}
+        decisive = max(shares, key=lambda each: shares[each])
+        median, most = frame[name].quantile([0.5, 0.95])
+        middle, least = frame[f"R of {name}"].quantile([0.5, 0.05])
+        rows.append(
+            {"quantity": name, "error_median": median, "error_95": most}
+            | {"limit": limit, "share_above": above / len(frame), "share_low": low, "share_high": high}
+            | {"R_median": middle, "R_5": least, "decisive": decisive, "rank_share": shares[decisive]}
         )
-    return drawn
-
-
-def measure(task: Draw, progress: Progress) -> Row:
-    """Run a draw, the ideal mechanism with the same numbers, and that with the scene's own."""
-    del progress
-    scene = task.scene.with_values(values_at(task.scene, task.inputs, task.u))
-    asked = (scene, scene.with_values(IDEAL), task.scene.with_values(IDEAL))
-    run, ideal, nominal = (run_one(each, "reference") for each in asked)
-    return {"responses": respond(run, ideal, nominal, scene.period)}
-
-
-def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:
-    """Return the responses of a run of two cycles or more, period in s, in the order of `RESPONSES`.
-
-    ``ideal``: the ideal mechanism with the same numbers; ``nominal``: that with the scene's own numbers, at
-    the same crank angles.
-    """
-    at_equal_angle = replace(nominal, frame=nominal.frame.assign(time=run.time))
-    pairs = [*((channel, ideal) for channel in QUANTITIES.values()), ("slider_y", at_equal_angle)]
-    return [
-        abs(slider_errors(run, other, period, names=(channel,)).peak(channel, period, 2 * period).value)
-        for channel, other in pairs
-    ]
+    return pd.DataFrame(rows)

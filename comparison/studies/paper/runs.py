@@ -26,8 +26,8 @@ from comparison.reliability.assessment import Assessment, assess, cap, ideal_sce
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.methods import Chaos
+from comparison.studies.paper import fitting
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier, settable
 from comparison.tables.channels import Array, BoolArray
@@ -103,7 +103,7 @@ class Runs:
     """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
     chaos: Chaos = Chaos.UNDECIDED
     exponents: dict[str, list[float]] = field(default_factory=dict)
-    """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
+    """Verdict of the part nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
         """Return the errors of a run over the two cycles, actual - ideal."""

@@ -15,10 +15,9 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.as_published import study as as_published
-from comparison.studies.nonlinear import study as nonlinear
-from comparison.studies.nonlinear.methods import verdict
-from comparison.studies.paper import figures, ledger, runs
+from comparison.studies.paper import figures, ledger, nonlinear, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
+from comparison.studies.paper.exponents import verdict
 from comparison.studies.paper.ledger import Entry, Outcome, Size, Use
 from comparison.studies.paper.runs import CAP, CENTRAL, DATA, INPUTS, PEAKS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import printed_rows

@@ -14,10 +14,9 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import cap, reliability
 from comparison.scene import SceneError, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.methods import Chaos
-from comparison.studies.paper import claims, ledger, runs, study
+from comparison.studies.paper import claims, fitting, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.paper.ledger import Outcome, Size, Use
 from comparison.studies.shared.published import printed_rows, published
 from comparison.studies.shared.scenes import settable
