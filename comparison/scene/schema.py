@@ -341,7 +341,7 @@ class Reliability(Section):
 
 
 class RandomInput(Section):
-    """Random variable about the scene's value of a key, for the study random-inputs."""
+    """Random variable about the scene's value of a key, for the study paper, part reliability."""
 
     key: Annotated[str, Field(min_length=1)]
     """Key of the scene that is random."""

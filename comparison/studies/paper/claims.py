@@ -18,7 +18,7 @@ from scipy.signal import find_peaks
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.methods import Chaos
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.paper.runs import CENTRAL, Runs, measure, second
 from comparison.studies.shared.published import published
 from comparison.tables.channels import Array, BoolArray, channels
@@ -284,7 +284,7 @@ def tolerances(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the central case is chaotic, as the study nonlinear has it: one verdict of both models."""
+    """Whether the central case is chaotic, as the part nonlinear has it: one verdict of both models."""
     del claim
     value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[runs.chaos]
     return {"exponent": value}, {"exponents per cycle": (runs.exponents.get((CENTRAL, model), []), "")}

@@ -26,8 +26,8 @@ from comparison.reliability.assessment import Assessment, assess, cap, ideal_sce
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.methods import Chaos
+from comparison.studies.paper import fitting
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier, settable
 from comparison.tables.channels import Array, BoolArray
@@ -417,6 +417,7 @@ class Draw(Task):
     config: Config
     limits: Mapping[str, float]  # of the permitted error, by quantity
     many: bool = False  # whether many cycles are run too
+    left_open: bool = True  # whether what the paper leaves open is drawn
     changes: Mapping[str, object] = field(default_factory=dict)  # of a hypothesis or a variant
     number: int = 0
     models = (REFERENCE,)
@@ -456,7 +457,7 @@ def measure_draw(task: Draw, progress: Progress) -> Row:
     del progress
     config, name = task.config, task.name
     base = short_scene(config, name)
-    values = draw(base, task.number) | dict(task.changes)
+    values = (draw(base, task.number) if task.left_open else {}) | dict(task.changes)
     scene = base.with_values(values)
     ideal = run_one(scene.with_values(WITHOUT_CLEARANCE), REFERENCE)
     many = {}

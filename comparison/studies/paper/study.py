@@ -13,10 +13,9 @@ from comparison.formatting import number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.nonlinear import study as nonlinear
-from comparison.studies.nonlinear.methods import verdict
-from comparison.studies.paper import figures, ledger, numerics, runs
+from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
+from comparison.studies.paper.exponents import verdict
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
 from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
@@ -25,7 +24,7 @@ CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose 
 
 
 class Config(NamedTuple):
-    """What is run: here, of the study nonlinear, and by the paper's own solver."""
+    """What is run: here, of the part nonlinear, and by the paper's own solver."""
 
     runs: runs.Config
     chaos: nonlinear.Config

@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.studies.identification import fitting, study
-from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, Topology
+from comparison.studies.paper import fitting
+from comparison.studies.paper import identification as study
+from comparison.studies.paper.fitting import TOPOLOGIES, Geometry, Topology
 
 LENGTHS, _ = fitting.table_1()
 RIGHT = Topology(crank=1, rocker=1, slider=-1, pin="centroid", side=-1)

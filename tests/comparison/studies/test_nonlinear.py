@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.nonlinear.methods import (
+from comparison.studies.paper.exponents import (
     CLEAR,
     LEAST,
     SHORTEST,
@@ -27,7 +27,7 @@ from comparison.studies.nonlinear.methods import (
     states,
     verdict,
 )
-from comparison.studies.nonlinear.study import DISTANCES, MAIN, answer, believed
+from comparison.studies.paper.nonlinear import DISTANCES, MAIN, answer, believed
 from comparison.tables.table import Table
 
 RESTITUTION = 0.5

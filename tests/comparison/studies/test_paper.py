@@ -13,10 +13,9 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import cap
 from comparison.scene import SceneError, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.methods import Chaos
-from comparison.studies.paper import claims, ledger, runs
+from comparison.studies.paper import claims, fitting, ledger, runs
 from comparison.studies.paper.claims import Verdict
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
 from comparison.studies.paper.runs import CENTRAL
 from comparison.studies.shared.published import printed_rows, published

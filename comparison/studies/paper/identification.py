@@ -17,8 +17,8 @@ from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import load_scene
-from comparison.studies.identification import fitting
-from comparison.studies.identification.fitting import BASE, TOPOLOGIES, Fit, Topology
+from comparison.studies.paper import fitting
+from comparison.studies.paper.fitting import BASE, TOPOLOGIES, Fit, Topology
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Columns, Study, curves, markdown, part, write_csv
 from comparison.tables.table import Table
@@ -381,4 +381,5 @@ STUDY = Study(
     measure=measure,
     page=page,
     draw=draw,
+    part_of="paper",
 )

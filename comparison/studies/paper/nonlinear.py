@@ -14,8 +14,8 @@ from comparison.formatting import MISSING, prefix, quantity
 from comparison.models import MODELS
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.nonlinear import methods
-from comparison.studies.nonlinear.methods import (
+from comparison.studies.paper import exponents as methods
+from comparison.studies.paper.exponents import (
     LEAST,
     LONGEST,
     TRANSIENT,
@@ -352,4 +352,5 @@ STUDY = Study(
     measure=measure,
     page=page,
     draw=draw,
+    part_of="paper",
 )
