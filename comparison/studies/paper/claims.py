@@ -7,20 +7,16 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from importlib.resources import files
-from itertools import pairwise
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.signal import find_peaks
 
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
-from comparison.scene import load_scene
 from comparison.studies.paper.exponents import Chaos
 from comparison.studies.paper.runs import CENTRAL, Runs, measure, second
-from comparison.studies.shared.published import published
 from comparison.tables.channels import Array, BoolArray, channels
 
 Claim = Mapping[str, Any]
@@ -30,10 +26,8 @@ and their unit."""
 
 LITTLE = 0.05
 """Relative change that is little, in every statement: see ``claims.toml``, criterion "peaks"."""
-POINT = 0.01  # of the room that the clearance leaves: the width of a point in a plot of it
 BOTTOM = 0.05
 """Of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work."""
-SWING = 0.5  # of the clearance: a quarter of the slider's way from wall to wall
 
 _DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
 CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]
@@ -148,29 +142,6 @@ def close(runs: Runs, model: str, claim: Claim) -> Evidence:
     return {"bottom": max(shares)}, numbers
 
 
-def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How often the acceleration changes by `LITTLE` of its range near the lowest point."""
-    scene, channel = claim["scene"], "slider_ay"
-    errors, ideal = runs.errors(scene, model, channel), runs.ideal[scene, model]
-    bottom, least = _bottom(runs, scene, model), LITTLE * float(np.ptp(ideal.values(channel)))
-    there, cycle = (
-        float(_swings(errors[part], least).size + _swings(-errors[part], least).size)
-        for part in (bottom, second(ideal))
-    )
-    span = [float(np.ptp(errors[bottom]))]
-    numbers = {"range of the error there": (span, "m/s^2"), "changes in the whole cycle": ([cycle], "")}
-    return {"abrupt": there}, numbers
-
-
-def oscillating(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How often a cycle the slider swings across its clearance; its load alone takes it once."""
-    x = runs.by_cycle(claim["scene"], model, "slider_x")
-    least = SWING * float(load_scene(claim["scene"]).data["clearance"]["slider"])
-    cycles = _swings(x.ravel(), least) // x.shape[1]
-    counts = np.bincount(cycles, minlength=len(x))[1:-1].astype(np.float64)  # ends may cut a swing
-    return {"swings": float(np.median(counts))}, {"swings a cycle": (counts, "")}
-
-
 def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether the pin hits its bearing in the two zones on the left, by the impulse in each quadrant.
 
@@ -191,37 +162,6 @@ def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
     )
     zones = max(_ratio(min(left), max(right)), _ratio(min(right), max(left)))
     return {"zones": zones}, {name: ([share], "1") for name, share in shares.items()}
-
-
-def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How far the errors of one cycle resemble those of the next."""
-    middle = {}
-    for channel in claim["channels"]:
-        errors = _later(runs.long_errors(claim["scene"], model, channel))
-        middle[channel] = float(np.median([np.corrcoef(a, b)[0, 1] for a, b in pairwise(errors)]))
-    return {"recurrence": min(middle.values())}, {name: ([r], "") for name, r in middle.items()}
-
-
-def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """At which share of the crank angles the points of the Poincaré map are apart."""
-    scene, channel = claim["scene"], claim["channel"]
-    room = 2 * float(load_scene(scene).data["clearance"]["slider"])
-    if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
-        room *= abs(published("F14e-y2").value / published("F14a-x").value)
-    width = np.ptp(_later(runs.by_cycle(scene, model, channel)), axis=0)
-    numbers = {"at the start's angle": (width[:1], "m"), "widest": ([float(width.max())], "m")}
-    return {"scatter": float(np.mean(width >= POINT * room))}, numbers
-
-
-def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How far the error of a channel, all that the crank does not force, repeats."""
-    errors, unit = (
-        _later(runs.long_errors(claim["scene"], model, claim["channel"])),
-        channels()[claim["channel"]].unit,
-    )
-    spread, span = float(np.ptp(errors, axis=0).max()), float(np.ptp(errors))
-    numbers = {"spread": ([spread], unit), "range of the error": ([span], unit)}
-    return {"repetition": spread / span if span else 0.0}, numbers
 
 
 def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
@@ -262,8 +202,9 @@ def less_stable(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def influence(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How much of the stroke y changes from cycle to cycle."""
-    y = _later(runs.by_cycle(claim["scene"], model, claim["channel"]))
+    """How much of the stroke y changes from cycle to cycle, in the later half of the cycles."""
+    cycles = runs.by_cycle(claim["scene"], model, claim["channel"])
+    y = cycles[len(cycles) // 2 :]
     spread, stroke = float(np.ptp(y, axis=0).max()), float(np.ptp(y))
     return {"influence": spread / stroke}, {"spread": ([spread], "m"), "stroke": ([stroke], "m")}
 
@@ -293,8 +234,8 @@ def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
 TESTS = {
     test.__name__: test
     for test in (
-        larger, alike, more_contacts, less_reliable, close, abrupt, oscillating, pin_zones, recurring,
-        scattered, periodic, two_codes, tolerances, chaotic, stabilized, less_stable, influence,
+        larger, alike, more_contacts, less_reliable, close, pin_zones, two_codes, tolerances, chaotic,
+        stabilized, less_stable, influence,
     )
 }  # fmt: skip
 """What a claim's ``test`` names."""
@@ -341,18 +282,8 @@ def _ratio(a: float, b: float) -> float:
     return float(a / b) if b else inf if a else 1.0
 
 
-def _swings(values: Array, least: float) -> Array:
-    """Return the indices of the maxima that stand out by so much on both sides."""
-    return np.asarray(find_peaks(values, prominence=least)[0])
-
-
 def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
     """Return where the two cycles are near their second lowest point: the printed instant is approximate."""
     ideal = runs.ideal[scene, model]
     y = np.where(second(ideal), ideal.values("slider_y"), np.inf)
     return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= BOTTOM * ideal.time[-1] / 2)
-
-
-def _later(cycles: Array) -> Array:
-    """Return the later half of the cycles: what is said of the lasting motion is judged by them."""
-    return cycles[len(cycles) // 2 :]

@@ -10,6 +10,7 @@ at random give.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
+from itertools import product
 from math import exp, hypot, isnan, log, nan
 from typing import Any, NamedTuple
 
@@ -137,18 +138,17 @@ class Drawn(NamedTuple):
 def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFrame:
     """Return a row for each printed number, in the order of the paper, by its first id.
 
-    ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit`` of
-    the permitted error, of a reliability; ``bound`` (m) that geometry sets to an error of the displacement.
-    By model its value and ``_at`` (s, deg). ``printed_size``, ``u_num``, ``u_print``, ``u_D`` (nan where its
-    solver was not run), ``u_model``: 95 %, of that size; ``missed`` of u_num is by samples. ``other``: of a
-    range that from the second cycle on, of a largest error that of the first.
+    ``printed``, ``printed_at`` (s) as first printed; ``limit`` of the permitted error, of a reliability;
+    ``bound`` (m) that geometry sets to an error of the displacement. By model its value and ``_at`` (s, deg).
+    ``printed_size``, ``u_num``, of which samples may miss ``missed``, ``u_print``, ``u_D`` (nan where its
+    solver was not run), ``u_model``: 95 %, of that size. ``other``: as in `Shown`.
     """
-    solver = {}
+    solver: dict[str, float] = {}
     if len(runs.solver):
         exact = {
             name: abs(measure(name, runs, MODELS[0], limits).value) for name in set(runs.solver["id"]) - {""}
         }
-        solver = numerics.u_d(runs.solver, exact)["u_D"].to_dict()
+        solver = numerics.u_d(runs.solver, exact)
     rows = {}
     for name, row in numbers().to_dict("index").items():
         ids, quantity, use, limit = row["ids"].split(", "), row["quantity"], row["use"], nan
@@ -166,28 +166,17 @@ def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFram
             others.append(abs(measure(ids[0], replace(runs, short=usual), MODELS[0], limits).value))
         miss, size = shown[MODELS[0]].missed, float(size_of(quantity, first.value))
         mine = drawn.tried[(drawn.tried["id"] == name) & drawn.tried["counts"]]
-        rows[str(name)] = {
-            **{key: row[key] for key in ("ids", "scene", "figure", "quantity", "sight")},
-            "unit": first.unit,
-            "printed": first.value,
-            "printed_at": first.time,
-            "times": list(dict.fromkeys(p.time for p in prints if not isnan(p.time))),
-            "signs": len({p.value > 0 for p in prints}),
-            "use": kind,
-            "fitted": "" if use in USES else use,
-            "limit": limit,
-            "note": "; ".join(filter(None, printed_rows().loc[ids, "note"])),
-            "bound": numerics.bound(row["scene"]) if quantity == "peak_displacement_error" else nan,
-            **{model: each.value for model, each in shown.items()},
-            **{f"{model}_at": each.time for model, each in shown.items()},
-            "other": shown[MODELS[0]].other,
-            "printed_size": size,
-            "missed": miss,
-            "u_num": max(abs(other - own) for other in others) + miss,
-            "u_print": first.rounding,
-            "u_D": solver.get(name, nan) * size,
-            "u_model": float(mine["change"].abs().max()) if len(mine) else nan,
-        }
+        entry = {key: row[key] for key in ("ids", "scene", "figure", "quantity", "sight")}
+        entry |= {"unit": first.unit, "printed": first.value, "printed_at": first.time}
+        entry |= {"use": kind, "fitted": "" if use in USES else use, "limit": limit}
+        entry["note"] = "; ".join(filter(None, printed_rows().loc[ids, "note"]))
+        entry["bound"] = numerics.bound(row["scene"]) if quantity == "peak_displacement_error" else nan
+        entry |= {model: each.value for model, each in shown.items()}
+        entry |= {f"{model}_at": each.time for model, each in shown.items()}
+        entry |= {"other": shown[MODELS[0]].other, "printed_size": size, "missed": miss}
+        entry |= {"u_num": max(abs(other - own) for other in others) + miss, "u_print": first.rounding}
+        entry |= {"u_D": solver.get(str(name), nan) * size}
+        rows[str(name)] = entry | {"u_model": float(mine["change"].abs().max()) if len(mine) else nan}
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
@@ -205,26 +194,27 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
                 continue
             shown = frames[str(name)]
             sizes = size_of(entry["quantity"], shown["value"]).to_numpy(np.float64)
-            rest = [entry[key] for key in ("u_num", "u_print", "u_D") if not isnan(entry[key])]
-            within = interval(sizes, *rest)
-            wider = interval(sizes, *rest, 0.0 if isnan(entry["u_model"]) else entry["u_model"])
+            within = interval(sizes, *_others(entry))
+            wider = interval(sizes, *_others(entry, "u_model"))
             size = within.size(entry["printed_size"])
             if size == Size.OUTSIDE and wider.size(entry["printed_size"]) != Size.OUTSIDE:
                 size = Size.FORM
-            gone = (shown["other"] / shown["value"] - 1.0).abs() > CLOSE
-            rows.append(
-                {
-                    "id": name,
-                    "hypothesis": hypothesis,
-                    **within._asdict(),
-                    "draws": len(sizes),
-                    "size": size,
-                    "chance": within.chance(),
-                    "form_chance": wider.chance(),
-                    "transient": float(gone.mean()) if entry["quantity"].startswith("range_") else nan,
-                }
-            )
+            gone = float(((shown["other"] / shown["value"] - 1.0).abs() > CLOSE).mean())
+            row = {
+                "id": name,
+                "hypothesis": hypothesis,
+                **within._asdict(),
+                "draws": len(sizes),
+                "size": size,
+            }
+            row |= {"chance": within.chance(), "form_chance": wider.chance()}
+            rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
     return pd.DataFrame(rows)
+
+
+def _others(entry: Entry, *more: str) -> list[float]:
+    """Return the half-widths that are known of an entry, besides that of the inputs."""
+    return [entry[key] for key in ("u_num", "u_print", "u_D", *more) if not isnan(entry[key])]
 
 
 def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
@@ -235,43 +225,27 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too.
     """
     rows = []
-    for (hypothesis, frames), (name, entry) in (
-        (pair, item) for pair in drawn.by_hypothesis.items() for item in entries.to_dict("index").items()
-    ):
-        shown = frames[str(name)]
+    pairs = product(drawn.by_hypothesis.items(), entries.to_dict("index").items())
+    for (hypothesis, frames), (name, entry) in pairs:
+        shown, period = frames[str(name)], load_scene(entry["scene"]).period
+        angle, shifted, sized = entry["quantity"].startswith("min_"), nan, nan
+        near = 1.0 if angle else REACH * period
         for identifier in entry["ids"].split(", "):
             printed = published(identifier)
-            angle, shifted, sized = entry["quantity"].startswith("min_"), nan, nan
             at = printed.angle if angle else printed.time
             if isnan(at):
                 continue
-            near = (
-                1.0
-                if angle
-                else REACH * load_scene(CENTRAL if entry["scene"] == IDEAL else entry["scene"]).period
-            )
             met = ((shown["time"] - at).abs() <= near) & (shown["value"] * printed.value >= 0)
             if entry["quantity"] in PEAKS:
-                other, period = shown["other"], load_scene(entry["scene"]).period
+                other = shown["other"]
                 early = ((shown["other_time"] + period - at).abs() <= near) & (other * printed.value > 0)
-                rest = [entry[key] for key in ("u_num", "u_print", "u_D") if not isnan(entry[key])]
-                fits = interval(other.abs().to_numpy(np.float64), *rest).size(abs(printed.value))
+                fits = interval(other.abs().to_numpy(np.float64), *_others(entry)).size(abs(printed.value))
                 shifted = float(early.mean())
                 sized = shifted * (fits != Size.OUTSIDE)
-            rows.append(
-                {
-                    "id": identifier,
-                    "scene": entry["scene"],
-                    "quantity": entry["quantity"],
-                    "hypothesis": hypothesis,
-                    "unit": "deg" if angle else "s",
-                    "at": at,
-                    "ours": entry[f"{MODELS[0]}_at"],
-                    "share": float(met.mean()),
-                    "shifted": shifted,
-                    "sized": sized,
-                }
-            )
+            row = {"id": identifier, "scene": entry["scene"], "quantity": entry["quantity"]}
+            row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
+            row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
+            rows.append(row | {"shifted": shifted, "sized": sized})
     return pd.DataFrame(rows)
 
 
@@ -302,20 +276,15 @@ def joint(sizes: pd.DataFrame, printed: pd.Series, seed: int = 0) -> Joint:
     powers = np.random.default_rng(seed).uniform(-1.0, 1.0, (SETS, values.shape[1]))
     random = np.array([met(np.median(values, axis=0) * FACTOR**power).max() for power in powers])
     best = int(ours.max())
-    return Joint(
-        len(sizes.columns), len(values), best, float(np.median(ours)), float(random.mean()),
-        float((random >= best).mean()),
-    )  # fmt: skip
+    middle, chance = float(np.median(ours)), float((random >= best).mean())
+    return Joint(len(sizes.columns), len(values), best, middle, float(random.mean()), chance)
 
 
 def joints(entries: pd.DataFrame, drawn: Drawn) -> dict[str, Joint]:
     """Return by hypothesis the `joint` measure of all predictions."""
-    predicted = entries[entries["use"] == Use.PREDICTION]
+    printed = entries.loc[entries["use"] == Use.PREDICTION, "printed_size"]
     return {
-        name: joint(
-            pd.DataFrame({each: frames[each]["value"].abs() for each in predicted.index}),
-            predicted["printed_size"],
-        )
+        name: joint(pd.DataFrame({each: frames[each]["value"].abs() for each in printed.index}), printed)
         for name, frames in drawn.by_hypothesis.items()
     }
 
@@ -369,9 +338,9 @@ def draw_all(config: Config, limits: Mapping[str, float], n_jobs: int, on_progre
 
     `ValueError` where no draw of a condition succeeds.
     """
-    together = drawn_together(numbers().index)
+    together, plain = drawn_together(numbers().index), config._replace(draws=0, long_draws=0)
     asked = [
-        (Draw(scene, ids, config, limits, many, changes=changes), config.long_draws if many else config.draws)
+        (Draw(scene, ids, plain, limits, many, changes=changes), config.long_draws if many else config.draws)
         for changes in HYPOTHESES.values()
         for (scene, many), ids in together.items()
     ]
@@ -399,7 +368,7 @@ def forms(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataF
     """
     rows = numbers()
     wanted = rows.index[rows["quantity"].str.startswith(("peak_", "range_")) & (rows["use"] != "misprint")]
-    small = config._replace(cycles=config.fewer)
+    small = config._replace(cycles=config.fewer, draws=0, long_draws=0)
     asked = [
         (one, Draw(scene, ids, small, {}, many, changes=one["values"]))
         for one in VARIANTS

@@ -12,7 +12,6 @@ from comparison.execution.run import Progress
 from comparison.formatting import number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
-from comparison.scene import load_scene
 from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
 from comparison.studies.paper.exponents import verdict
@@ -79,7 +78,7 @@ def page(results: Results) -> Mapping[str, object]:
     statements = results.statements.drop_duplicates("id")
     times = instants[instants["unit"] == "s"]
     angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
-    settings, units = load_scene(CENTRAL).reliability, {name: unit_of(name) for name in QUANTITIES}
+    units = {name: unit_of(name) for name in QUANTITIES}
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
     return {
         "entries": entries,
@@ -122,7 +121,6 @@ def page(results: Results) -> Mapping[str, object]:
             name: rows.to_dict("records")
             for name, rows in results.statements.query("model == @MODELS[0] and not decides").groupby("id")
         },
-        "limits": ", ".join(quantity(getattr(settings, name).upper, units[name]) for name in QUANTITIES),
         "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
         "reach": f"{100 * REACH:g}",
         "level": f"{100 * ledger.LEVEL:g}",
@@ -233,9 +231,8 @@ def _forms(tried: pd.DataFrame) -> str:
 def draw(results: Results, folder: Path) -> None:
     """Write the figures, and the long tables as CSV."""
     figures.draw(results.runs, results.entries, results.judged, folder)
-    times = results.entries["times"].map(lambda t: " ".join(map(str, t)))
     frames = {
-        "printed": results.entries.assign(times=times),
+        "printed": results.entries,
         "judged": results.judged,
         "instants": results.instants,
         "forms": results.tried,
