@@ -33,9 +33,7 @@ from comparison.tables.channels import Array
 NORM = sqrt(30)  # of the components of the state, between both norms
 DEFAULTS = ((1e-3, 1e-6), (1e-3 / NORM, 1e-6 / NORM))
 """Relative and absolute tolerances between which ode15s at its defaults lies."""
-LEVEL: float = DATA["level"]
 LIMIT = 900.0  # s, of a run; most take 5
-EPSILON = float(np.finfo(np.float64).eps)
 OTHERS = ((1e-5, 1e-8), (1e-12, 1e-6), (1e-12, 1e-7))
 """A tighter setting, and two whose control is absolute."""
 CHANNELS = {f"slider_{name}": k for k, name in enumerate(("x", "y", "vx", "vy", "ay"))}
@@ -238,7 +236,7 @@ def bound(name: str) -> float:
     scene = load_scene(name)
     pin = 0.0 if scene.data["joints"]["crank_pin"] == "ideal" else scene.data["clearance"]["crank_pin"]
     p, times = press(scene), np.linspace(0.0, scene.period, 721)
-    turns = np.linspace(0.0, 2 * np.pi, 37)[:-1]
+    turns = np.linspace(0.0, 2 * np.pi, 73)[:-1]
     moved = [(p.lines[1], pin * np.array([cos(a), sin(a)])) for a in turns]
     if not pin:
         moved = [(p.lines[0] + side * p.half[2], np.zeros(2)) for side in (-1, 1)]
@@ -260,8 +258,7 @@ def integrate(p: Press, setting: Setting, times: Array) -> tuple[Array, Array]:
     memory = np.zeros(4)
 
     def rates(t: float, states: Array) -> Array:
-        result: Array = derivative(p, t, states, setting.gain, memory, setting.inside)
-        return result
+        return np.asarray(derivative(p, t, states, setting.gain, memory, setting.inside))
 
     def remember(state: Array) -> None:
         at = corners(p, state[:15], state[15:])
@@ -305,7 +302,7 @@ def measure_run(task: Run, progress: Progress) -> Row:
     del progress
     p, period = press(task.scene), task.scene.period
     times: Array = np.linspace(0.0, 2 * period, 2 * task.samples + 1)[1:]
-    bits = task.setting.absolute * (1.0 + task.draw * EPSILON)
+    bits = task.setting.absolute * (1.0 + task.draw * np.finfo(np.float64).eps)
     at, run = integrate(p, task.setting._replace(absolute=bits), times)
     still, first = ideal(p, at), ideal(p, np.zeros(1))
     motion = {"slider_x": p.lines[1], "slider_vx": 0.0, **dict(zip(QUANTITIES.values(), still, strict=True))}
@@ -357,4 +354,4 @@ def u_d(runs: pd.DataFrame, converged: Mapping[str, float]) -> dict[str, float]:
     default = pd.MultiIndex.from_frame(runs[["relative", "absolute"]]).isin(DEFAULTS)
     own = runs[default & (runs["gain"] > 0).to_numpy()].dropna(subset=["value"])
     off = (own["value"].abs() / own["id"].map(converged) - 1.0).abs()
-    return {str(name): float(share) for name, share in off.groupby(own["id"]).quantile(LEVEL).items()}
+    return {str(name): float(share) for name, share in off.groupby(own["id"]).quantile(DATA["level"]).items()}

@@ -94,15 +94,12 @@ class Runs:
     pin: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles with clearance at the crank pin, with the journal's path and forces."""
     standard: dict[tuple[str, str], Table] = field(default_factory=dict)
-    """Two cycles at the settings as a user runs them: of all scenes by the first model, of the central case
-    by both."""
+    """Two cycles at usual settings: of all scenes by the first model, of the central case by both."""
     adams: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
-    chaos: Chaos = Chaos.UNDECIDED
-    exponents: dict[tuple[str, str], list[float]] = field(default_factory=dict)
-    """Verdict on the central case; (scene, model) -> measured Lyapunov exponents, per cycle."""
-    solver: pd.DataFrame = field(default_factory=pd.DataFrame)
-    """Runs of `comparison.studies.paper.numerics`."""
+    chaos: Chaos = Chaos.UNDECIDED  # of the central case
+    exponents: dict[tuple[str, str], list[float]] = field(default_factory=dict)  # Lyapunov's, per cycle
+    solver: pd.DataFrame = field(default_factory=pd.DataFrame)  # `comparison.studies.paper.numerics`
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
         """Return the errors of a run over the two cycles, actual - ideal."""
@@ -115,19 +112,12 @@ class Runs:
 
     @cached_property
     def laws_and_codes(self) -> dict[str, dict[str, Array]]:
-        """What differs -> channel -> differences in the second cycle: the code, the contact law, or both.
-
-        Both: as the paper's two programs may have differed in Fig. 13.
-        """
-        first, second_model = MODELS
-        pairs = {
-            "code": (self.short[CENTRAL, first][0], self.short[CENTRAL, second_model][0]),
-            "law": (self.short[CENTRAL, first][0], self.adams[first]),
-            "law and code": (self.short[CENTRAL, first][0], self.adams[second_model]),
-        }
+        """What differs (both, as may be in Fig. 13) -> channel -> differences in the second cycle."""
+        a, b = (self.short[CENTRAL, model][0] for model in MODELS)
+        others = {"code": b, "law": self.adams[MODELS[0]], "law and code": self.adams[MODELS[1]]}
         return {
-            name: {channel: (b.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
-            for name, (a, b) in pairs.items()
+            name: {channel: (other.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
+            for name, other in others.items()
         }
 
     def by_member(self, scene: str, model: str, channel: str, cycle: int = 2) -> list[Peak]:
@@ -276,8 +266,9 @@ class Shown(NamedTuple):
 def missed(sizes: Array, largest: float) -> float:
     """Return by how much samples may miss the largest of sizes: nothing where what is between is known.
 
-    As much as every second one misses it, or as the parabola through the top is higher, if that is more: the
-    one is blind to a top in the middle of two samples, the other to a narrow one.
+    A third of what every second one misses, as it falls with the square of the interval, or as much as the
+    parabola through the top is higher, if that is more: the one is blind to a top in the middle of two
+    samples, the other to a narrow one.
     """
     top = int(sizes.argmax())
     if largest > sizes[top]:
@@ -285,7 +276,7 @@ def missed(sizes: Array, largest: float) -> float:
     every_second = float(sizes[top] - min(sizes[::2].max(), sizes[1::2].max()))
     before, at, after = sizes[np.clip([top - 1, top, top + 1], 0, sizes.size - 1)].tolist()
     curved = 2 * at - before - after
-    return max(every_second, (after - before) ** 2 / (8 * curved) if curved else 0.0)
+    return max(every_second / 3, (after - before) ** 2 / (8 * curved) if curved else 0.0)
 
 
 def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]) -> Shown:
@@ -421,11 +412,6 @@ class Draw(Task):
     changes: Mapping[str, object] = field(default_factory=dict)  # of a hypothesis or a variant
     number: int = 0
     models = (REFERENCE,)
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-        return 0.1 + 0.01 * self.config.cycles * self.many
 
 
 class Ensemble(NamedTuple):

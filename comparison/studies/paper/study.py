@@ -76,7 +76,7 @@ def page(results: Results) -> Mapping[str, object]:
     predicted = entries[entries["use"] == Use.PREDICTION]
     judged = results.judged[results.judged["id"].isin(predicted.index)]
     statements = results.statements.drop_duplicates("id")
-    times = instants[instants["unit"] == "s"]
+    times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
     angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
     units = {name: unit_of(name) for name in QUANTITIES}
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
@@ -93,7 +93,7 @@ def page(results: Results) -> Mapping[str, object]:
         "instants": markdown(_times(times)),
         "dated": times["id"].nunique(),
         "agreeing": {
-            name: {key: int((rows[key] >= ledger.LEVEL).sum()) for key in ("share", "shifted", "sized")}
+            name: {key: number(rows[key].sum(), 2) for key in ("share", "shifted", "sized")}
             for name, rows in times.groupby("hypothesis", sort=False)
         },
         "by_chance": number(times["id"].nunique() * REACH, 2),  # twice the reach, half of the signs
