@@ -270,7 +270,7 @@ def joint(sizes: pd.DataFrame, printed: pd.Series, seed: int = 0) -> Joint:
     values = sizes.dropna().to_numpy(np.float64)
 
     def met(targets: Array) -> Array:
-        return np.asarray((np.abs(values / targets - 1.0) <= CLOSE).sum(axis=1))
+        return np.asarray((np.abs(values - targets) <= CLOSE * targets).sum(axis=1))
 
     ours = met(printed.reindex(sizes.columns).to_numpy(np.float64))
     powers = np.random.default_rng(seed).uniform(-1.0, 1.0, (SETS, values.shape[1]))

@@ -1,6 +1,7 @@
 """Printed numbers and statements of the paper: how they are judged, on made-up motions with known errors."""
 
 import dataclasses
+import re
 from itertools import product
 
 import numpy as np
@@ -13,7 +14,7 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import cap
 from comparison.scene import SceneError, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.paper import claims, fitting, ledger, runs
+from comparison.studies.paper import claims, fitting, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.exponents import Chaos
 from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
@@ -497,6 +498,40 @@ def test_pairs_that_differ_by_little_count_for_neither_side():
 )
 def test_the_quadrants_in_which_the_pin_pushes(angles, verdict):
     assert claims.verdict(claims.pin_zones(motions(angles=angles), "reference", {})) is verdict
+
+
+# ---- the page
+
+
+def test_the_page_begins_with_what_it_is_and_has_a_short_summary_of_what_was_counted():
+    made_up = motions([short(AS_THE_PAPER_SAYS)], long(AS_THE_PAPER_SAYS, wave(), 2e-4 * wave(4)))
+    made_up.adams.update({model: made_up.short[CENTRAL, model][0] for model in MODELS})
+    setting = {"relative": 1e-3, "absolute": 1e-6, "gain": 10.0}
+    object.__setattr__(made_up, "solver", pd.DataFrame([{"id": "F7-T-v", **setting, "value": 2e-3}]))
+    forms = {"id": "F7-T-v", "variant": "flores", "counts": True, "median": 2e-3, "change": 1e-3, "why": ""}
+    draws = drawn(
+        made_up, tried=pd.DataFrame([forms, forms | {"variant": "gonthier", "why": "not simulated"}])
+    )
+    entries = ledger.ledger(made_up, draws, LIMITS)
+    judged, instants = ledger.judge(entries, draws), ledger.instants(entries, draws)
+    results = study.Results(
+        made_up, entries, judged, instants, ledger.joints(entries, draws), draws.tried, LIMITS,
+        claims.judge_all(made_up),
+    )  # fmt: skip
+    text = study.STUDY.text(results)
+    _, summary, *_ = text.split("\n\n")
+    assert summary.startswith("**A comparison with a computation, not a validation.**")
+    assert len(summary.split()) <= 120
+    inside = judged[judged["size"].isin([Size.INSIDE, Size.WIDE])]
+    held = [
+        (inside["hypothesis"] == name)[
+            inside["id"].isin(entries.index[entries["use"] == Use.PREDICTION])
+        ].sum()
+        for name in runs.HYPOTHESES
+    ]
+    assert f"{held[0]} of them lie in our\n95 % interval with gravity and {held[1]} without" in summary
+    assert "gonthier (not simulated)" in text
+    assert not re.search(r"\{\w*\}", text)
 
 
 # ---- by the real models: what identifies the press must keep holding
