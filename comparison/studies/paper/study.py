@@ -6,10 +6,11 @@ from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.formatting import number, quantity
+from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
@@ -157,7 +158,8 @@ def _interval(entry: Entry, judged: Entry) -> str:
         ends = [runs.CAP - end for end in reversed(ends)]
     size = {Size.INSIDE: "**inside**", Size.OUTSIDE: "outside", Size.FORM: "outside but for the form"}
     said = size.get(judged["size"], judged["size"])
-    return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({share(judged['chance'])})"
+    chance = MISSING if isnan(judged["chance"]) else share(judged["chance"])
+    return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({chance})"
 
 
 def _written(entries: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
@@ -224,8 +226,9 @@ def _solver(solver: pd.DataFrame) -> str:
 def _forms(tried: pd.DataFrame) -> str:
     """Return the median sizes of the forms of the model over those of the shipped one."""
     own = tried[(tried["why"] == "") & (tried["variant"] != VARIANTS[0]["name"])]
-    ratios = [number(row.median / (row.median - row.change), 3) for row in own.itertuples()]
-    return crossed("printed as", list(own["id"]), list(own["variant"]), ratios)
+    ratios = own["median"] / (own["median"] - own["change"])
+    cells = [number(ratio, 3) if np.isfinite(ratio) else MISSING for ratio in ratios]
+    return crossed("printed as", list(own["id"]), list(own["variant"]), cells)
 
 
 def draw(results: Results, folder: Path) -> None:
