@@ -175,6 +175,20 @@ def vibration() -> float:
     return max(abs(published(name).value) for name in ("F14e-vy", "F14e-vy2"))
 
 
+def implied_positions() -> dict[str, float]:
+    """Return what printed errors of Fig. 14 imply of the slider's place across its guide, m from its centre.
+
+    At constant crank angle the error of y is the distance from the ideal slider's line times tan β, which is
+    largest, `printed_facts`, at the top dead centre, where the crank starts. ``line by x``: the middle of the
+    range of x; ``line by y``: where the left wall gives the highest y error; ``start``: where the lowest y
+    error is that of the start.
+    """
+    tangent = float(printed_facts()["value"]["largest tan β"])
+    low, high, y, y2 = (published(name).value for name in ("F14a-x", "F14a-x2", "F14e-y", "F14e-y2"))
+    clearance, line = float(load_scene(BASE).data["clearance"]["slider"]), -(low + high) / 2
+    return {"line by x": line, "line by y": y2 / tangent - clearance, "start": line - y / tangent}
+
+
 @cache
 def table_1() -> tuple[Lengths, float]:
     """Return the lengths of Table 1, and the speed of the crank, rad/s."""
