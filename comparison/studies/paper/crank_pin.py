@@ -118,13 +118,14 @@ def page(peaks: pd.DataFrame) -> dict[str, object]:
     """Return what the template asks."""
     frame, clearance = cases(peaks), load_scene(PIN).data["clearance"]["crank_pin"]
     bound, printed = reach(clearance), abs(PRINTED["displacement"].value)
-    depths = of_reference(frame, "displacement")["depth"]
+    steel = of_reference(frame, "displacement").reindex([STEEL]).iloc[0]
     return {
         "bound": quantity(bound, "m", 4),
         "printed": quantity(printed, "m", 4),
         # To first order the bound goes with the radius of the circle.
         "needed": quantity(clearance * (printed / bound - 1), "m", 2),
-        "depth": quantity(float(depths.get(STEEL, np.nan)), "m", 2),
+        "depth": quantity(float(steel["depth"]), "m", 2),
+        "ours": quantity(float(steel["median"]), "m", 4),
         "members": frame["count"].max(),
         "peaks": rows_table(shown_peak(frame, name) for name in QUANTITIES),
         "failed": peaks.reindex(columns=["model", "message"]).dropna().value_counts(sort=False),
