@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
-from math import exp, radians, sqrt
+from math import exp, log, radians, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -93,26 +93,19 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Da
     return pd.DataFrame(rows, pd.MultiIndex.from_tuples(settings))
 
 
-class RadiusFit(NamedTuple):
-    """A straight line through the logarithms of radii and peaks."""
+def fit_radius(peaks: pd.DataFrame) -> tuple[float, float, float]:
+    """Return how peaks over the printed ones, a row a radius (m), a column a scene, depend on the radius.
 
-    power: float  # of the radius in the peaks
-    radius: float
-    """At which the mean of the peaks is the printed one, m; nan where they do not grow with it."""
-    low: float
-    high: float  # one standard deviation to either side, from the scatter of the scenes through `POWER`, m
-    scatter: float  # factor by which the scenes scatter about their mean
-
-
-def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
-    """Return how peaks over the printed ones, a row a radius (m), a column a scene, depend on it."""
+    By a line through the logarithms: the power of the radius; the radius at which the mean of the peaks is
+    the printed one, nan where they do not grow with it; and the factor to which it is determined, one
+    standard deviation, from the scatter of the scenes through `POWER`.
+    """
     logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
     power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
     # The residual of each scene's ratio about the mean of all gives the uncertainty of a mean of five.
     scatter = sqrt(float(np.mean(np.var(logs, axis=1, ddof=1))))
-    factor = exp(scatter / sqrt(logs.shape[1]) / POWER)
     best = exp(float(scale.mean() - logs.mean() / power)) if power > 0 else float("nan")
-    return RadiusFit(power, best, best / factor, best * factor, exp(scatter))
+    return power, best, exp(scatter / sqrt(logs.shape[1]) / POWER)
 
 
 def by_radius(ratios: pd.DataFrame) -> pd.DataFrame:
@@ -138,6 +131,7 @@ def page(results: Results) -> dict[str, object]:
     unknowns = {name: [_mm(value) for value in values] for name, values in columns.items()}
     gravities = {name: float(misfits[GRAVITY, value]) for name, value in GRAVITIES.items()}
     most = DECISIVE * min(gravities.values())
+    power, radius, factor = fit_radius(by_radius(results.ratios))
     return {
         "config": results.config,
         "best": best,
@@ -152,8 +146,10 @@ def page(results: Results) -> dict[str, object]:
         "vibration": f"{1e3 * fitting.vibration():.1f}",
         "gravities": gravities,
         "excluded": [name for name, value in gravities.items() if value >= most],
-        "radius": fit_radius(by_radius(results.ratios)),
-        "used": load_scene(BASE).data["contact"]["corner_radius"],
+        "power": power,
+        "radius_factor": factor,
+        # How many such factors the radius of the scenes is off.
+        "radius_off": abs(log(load_scene(BASE).data["contact"]["corner_radius"] / radius)) / log(factor),
         "implied": {name: quantity(value, "m", 3) for name, value in fitting.implied_positions().items()},
     }
 

@@ -4,7 +4,6 @@ from functools import partial
 from math import acos, log, pi
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
@@ -13,7 +12,6 @@ from comparison.scene import load_scene
 from comparison.studies.paper.exponents import (
     CLEAR,
     SHORTEST,
-    STATE,
     Chaos,
     Exponent,
     Press,
@@ -24,8 +22,7 @@ from comparison.studies.paper.exponents import (
     states,
     verdict,
 )
-from comparison.studies.paper.nonlinear import COMPARED, DISTANCES, MAIN, answer, believed, compared
-from comparison.tables.table import Table
+from comparison.studies.paper.nonlinear import COMPARED, DISTANCES, MAIN, believed, compared
 
 RESTITUTION = 0.5
 REGULAR, CHAOTIC = 4.0, 11.0
@@ -124,14 +121,13 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
     lower = Exponent(-0.5, -0.6, -0.4, collapsed=0.9)
     assert (bound.sign, whole.sign, lower.sign) == (0, 1, -1)
     key, lost = (MAIN, "reference", 1e-10), (MAIN, "exudyn", 1e-10)
-    for of, scatter, best in (
+    for each, scatter, best in (
         ([bound, whole, lower, whole, whole], 1.0, whole),
         ([bound, lower, bound, bound, bound], 1.0, lower),
         # Only the first starts within a hundredth of the scatter.
         ([bound, whole, whole, whole, whole], 100 * DISTANCES["reference"][0], bound),
-        ([bound, whole, whole, whole, whole], 0.0, bound),
     ):
-        assert believed({key: of, lost: []}, {MAIN: scatter}) == {key: best}
+        assert believed({key: each, lost: []}, {MAIN: scatter}) == {key: best}
 
 
 @pytest.mark.parametrize(
@@ -140,9 +136,7 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
         ([(2.0, 0.0), (1.0, 0.9)], [(2.0, 0.0)], Chaos.CHAOTIC),  # a bound above zero says nothing
         ([(2.0, 0.0)], [(2.0, 0.9)], Chaos.UNDECIDED),  # one model alone measures it
         ([(2.0, 0.0), (0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
-        ([(2.0, 0.0)], [(-2.0, 0.0)], Chaos.UNDECIDED),
         ([(-2.0, 0.0), (-1.0, 0.9)], [(-2.0, 0.9)], Chaos.REGULAR),  # a bound below zero is enough
-        ([(-2.0, 0.0)], [(0.1, 0.0)], Chaos.UNDECIDED),
         ([], [], Chaos.UNDECIDED),
     ],
 )
@@ -151,12 +145,11 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
 ):
     best = {
         (MAIN, model, 10.0**-k): Exponent(value, value - 0.5, value + 0.5, collapsed)
-        for model, of in (("reference", reference), ("exudyn", exudyn))
-        for k, (value, collapsed) in enumerate(of)
+        for model, runs in (("reference", reference), ("exudyn", exudyn))
+        for k, (value, collapsed) in enumerate(runs)
     }
     best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
     assert verdict(best, MAIN) is expected
-    assert answer(best, MAIN)["verdict"] == f"**{expected.value}**"
 
 
 def test_a_statement_on_stability_holds_where_the_spans_of_both_models_lie_apart():
@@ -220,17 +213,3 @@ def test_stages_from_flight_to_flight_are_the_run(scene):
     begin = next(k for k in range(round(0.82 * PER_CYCLE), PER_CYCLE) if flying[k : k + 5].all())
     apart = (press.perturbed(whole[begin], begin, begin + 4) - whole[begin + 4]) * scale(scene)
     assert np.linalg.norm(apart) < 1e-12
-
-
-def test_backwards_the_crank_angle_goes_backwards(scene):
-    asked = []
-
-    def note(asked_scene):
-        asked.append(asked_scene.data)
-        return Table(pd.DataFrame({name: [1.0] for name in STATE}))
-
-    Press(scene.with_values({"drive.speed_rpm": -150.0}), note).perturbed(
-        np.zeros(4), 3 * PER_CYCLE + 50, 3 * PER_CYCLE + 90
-    )
-    assert asked[0]["mechanism"]["crank_angle_deg"] == pytest.approx(111.36 - 90.0)
-    assert asked[0]["drive"]["cycles"] == pytest.approx(0.2)
