@@ -134,7 +134,7 @@ ANGLES = 240
 """Crank angles of a cycle; parabolas through three of them give extrema to 1e-6 of their size."""
 OF_THE_QUOTIENT = 0.015
 """Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
-quotient falls 1.3 % short, as the page reports."""
+quotient falls 1.3 % short."""
 DRAWN, STARTS = 1000, 5  # random geometries an arrangement, and how many of the best are starts of a fit
 REACH, GUIDES = 0.9, (0.02, 1.5)
 """m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""

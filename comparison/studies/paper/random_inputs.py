@@ -34,8 +34,8 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
     """
     values: dict[str, Any] = {}
     for one, number in zip(inputs, u.tolist(), strict=True):
-        held = settable(scene.data)[one.key]
-        middle = float(held if one.element is None else held[one.element])
+        current = settable(scene.data)[one.key]
+        middle = float(current if one.element is None else current[one.element])
         if one.distribution == "normal":
             value = middle + one.deviation * number
         elif one.distribution == "lognormal":
@@ -45,7 +45,7 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
         if one.element is None:
             values[one.key] = value
         else:
-            values.setdefault(one.key, [*held])[one.element] = value
+            values.setdefault(one.key, [*current])[one.element] = value
     return values
 
 
