@@ -5,12 +5,10 @@ what it is asked with, small and full; what it measures, by `comparison.executio
 study resumes and a second call is quick; the template of its page and its figures.
 """
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
-from comparison.execution.run import Progress
 from comparison.studies.paper import MAIN, PARTS
 
 STUDIES = {
@@ -40,7 +38,7 @@ def write_study(
     name: str,
     folder: Path,
     n_jobs: int,
-    on_progress: Progress | None,
+    on_progress: Callable[[float], None] | None,
     *,
     small: bool = False,
     parts: Sequence[str] = (),
@@ -56,15 +54,13 @@ def write_study(
     parts
         Of the study paper: those of `comparison.studies.paper.PARTS` to write, by default all.
     """
+    from comparison.studies.shared.study import part
+
     package = f"comparison.studies.{name.replace('-', '_')}"
     names = list(parts) or (list(PARTS) if name == "paper" else [MAIN])
     pages = []
     for n, each in enumerate(names):
         study = import_module(f"{package}.{'study' if each == MAIN else each.replace('-', '_')}").STUDY
-        share = None if on_progress is None else partial(_shared, on_progress, n, len(names))
-        pages.append(study.write(folder, n_jobs, share, small=small))
+        progress = part(on_progress, n / len(names), (n + 1) / len(names))
+        pages.append(study.write(folder, n_jobs, progress, small=small))
     return pages
-
-
-def _shared(on_progress: Progress, before: int, count: int, share: float) -> None:
-    on_progress((before + share) / count)

@@ -14,17 +14,14 @@ from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.paper import fitting
-from comparison.studies.paper.runs import CENTRAL, PIN_NUDGE
+from comparison.studies.paper.runs import CENTRAL, PIN, PIN_NUDGE
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study, plain_ticks, rows_table
 from comparison.tables.table import Table
 
 STEEL = 210e9  # Pa; the modulus of the scenes
 PRINTED = {name: published(f"F7-R-{name[0]}") for name in QUANTITIES}
-REACH = 0.01
-"""s; a peak this close to the printed instant (2.5 % of a crank cycle) counts as the same passage."""
-CYCLE, PASSAGE = "second cycle", "passage"  # where a peak is taken
-CASE = ["model", "quantity", "where", "modulus"]  # of an ensemble's peak; Young's modulus in Pa
+CASE = ["model", "quantity", "modulus"]  # of an ensemble's peak; Young's modulus in Pa
 
 
 class Config(NamedTuple):
@@ -63,8 +60,9 @@ def scene(values: Mapping[str, object], member: int = 0) -> Scene:
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run the ensembles, Exudyn with steel and the ideal mechanism in one go.
 
-    Returns a row a run and peak, with the columns of `CASE`, ``size``, ``time`` (s) and ``depth`` (m), the
-    largest of the pin in its bearing; of a run that failed one with ``message``.
+    Returns a row a run and quantity, with the columns of `CASE`, ``size`` and ``time`` (s) of the largest
+    error of the second cycle, and ``depth`` (m), the largest of the pin in its bearing; of a run that failed
+    one row with ``message``.
     """
     usual = {"output.samples_per_cycle": config.samples}
     which = [(MODELS[0], modulus, k) for modulus in config.moduli for k in range(config.members)]
@@ -82,36 +80,29 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
 
 def peak_rows(outcome: Outcome, still: Table, period: float) -> list[dict[str, object]]:
     """Return the peaks of a run against the ideal mechanism's; of one that failed its reason."""
-    if outcome.table is None:
+    if (run := outcome.table) is None:
         kind = "not simulated" if outcome.status == "bad input" else outcome.status
         return [{"message": f"{kind}: {outcome.message}"}]
-    errors, events, rows = slider_errors(outcome.table, still, period), outcome.table.events, []
-    depth = np.nan if events is None else events["largest_depth"].max()
-    for name, channel in QUANTITIES.items():
-        instant = PRINTED[name].time
-        for where, span in {
-            PASSAGE: (instant - REACH, instant + REACH),
-            CYCLE: (period, 2 * period),
-        }.items():
-            peak = errors.peak(channel, *span)
-            row = {"quantity": name, "where": where, "size": abs(peak.value), "time": peak.time}
-            rows.append(row | {"depth": depth})
-    return rows
+    errors = slider_errors(run, still, period)
+    peaks = {name: errors.peak(channel, period, 2 * period) for name, channel in QUANTITIES.items()}
+    depth = np.nan if run.events is None else run.events["largest_depth"].max()
+    return [
+        {"quantity": name, "size": abs(peak.value), "time": peak.time, "depth": depth}
+        for name, peak in peaks.items()
+    ]
 
 
 def cases(peaks: pd.DataFrame) -> pd.DataFrame:
-    """Return median, least and largest peak of each ensemble, by `CASE`, and the printed one."""
+    """Return median, least and largest peak of each ensemble and the greatest depth, by `CASE`."""
     groups = peaks.dropna(subset=["size"]).groupby(CASE, sort=False)
-    frame = groups["size"].agg(["median", "min", "max", "count"])
-    frame["depth"] = groups["depth"].max()
-    frame["printed"] = [abs(PRINTED[name].value) for name in frame.index.get_level_values("quantity")]
-    return frame
+    frame = groups["size"].agg(["median", "min", "max", "count"]).assign(depth=groups["depth"].max())
+    return frame.sort_index(level="modulus", sort_remaining=False)
 
 
-def over_modulus(frame: pd.DataFrame, name: str, where: str) -> pd.DataFrame:
-    """Return the reference's peaks of a quantity at a place by Young's modulus, Pa, ascending."""
-    rows = frame.reset_index().set_index("modulus").sort_index()
-    return rows[(rows["model"] == MODELS[0]) & (rows["quantity"] == name) & (rows["where"] == where)]
+def of_reference(frame: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Return the reference's peaks of a quantity by Young's modulus, Pa, ascending."""
+    rows = frame.reset_index().set_index("modulus")
+    return rows[(rows["model"] == MODELS[0]) & (rows["quantity"] == name)]
 
 
 def met_at(sizes: pd.Series, size: float) -> list[float]:
@@ -125,31 +116,31 @@ def met_at(sizes: pd.Series, size: float) -> list[float]:
 
 def page(peaks: pd.DataFrame) -> dict[str, object]:
     """Return what the template asks."""
-    frame, clearance = cases(peaks), load_scene("crank-pin").data["clearance"]["crank_pin"]
+    frame, clearance = cases(peaks), load_scene(PIN).data["clearance"]["crank_pin"]
     bound, printed = reach(clearance), abs(PRINTED["displacement"].value)
-    steel = over_modulus(frame, "displacement", CYCLE)
+    steel = of_reference(frame, "displacement").reindex([STEEL]).iloc[0]
     return {
         "bound": quantity(bound, "m", 4),
         "printed": quantity(printed, "m", 4),
         # To first order the bound goes with the radius of the circle.
         "needed": quantity(clearance * (printed / bound - 1), "m", 2),
-        "depth": quantity(steel["depth"].reindex([STEEL]).iloc[0], "m", 2),
+        "depth": quantity(float(steel["depth"]), "m", 2),
+        "ours": quantity(float(steel["median"]), "m", 4),
         "members": frame["count"].max(),
-        "peaks": rows_table(shown_peak(frame, name, at) for at in (PASSAGE, CYCLE) for name in QUANTITIES),
+        "peaks": rows_table(shown_peak(frame, name) for name in QUANTITIES),
         "failed": peaks.reindex(columns=["model", "message"]).dropna().value_counts(sort=False),
     }
 
 
-def shown_peak(frame: pd.DataFrame, name: str, where: str) -> dict[str, str]:
+def shown_peak(frame: pd.DataFrame, name: str) -> dict[str, str]:
     """Return a line of the table: a peak of both models with steel, and the moduli that would meet it."""
     printed = PRINTED[name]
-    line = {"largest error": f"{name}, {where}", "printed": quantity(abs(printed.value), printed.unit, 4)}
+    line = {"largest error": name, "printed": quantity(abs(printed.value), printed.unit, 4)}
     for model in MODELS:
-        case = pd.MultiIndex.from_tuples([(model, name, where, STEEL)])
-        statistics = frame.reindex(case).iloc[0]
+        statistics = frame.reindex(pd.MultiIndex.from_tuples([(model, name, STEEL)])).iloc[0]
         low, middle, high = (quantity(statistics[part], printed.unit, 4) for part in ("min", "median", "max"))
         line[model] = f"{middle} ({low} … {high})" if statistics["count"] > 1 else middle
-    met = met_at(over_modulus(frame, name, where)["median"], abs(printed.value))
+    met = met_at(of_reference(frame, name)["median"], abs(printed.value))
     return line | {"met at (GPa)": " or ".join(number(each, 2) for each in met) or "none"}
 
 
@@ -157,7 +148,7 @@ def draw(peaks: pd.DataFrame, folder: Path) -> None:
     """Draw the peaks over the modulus; write all ensembles as a table."""
     frame = cases(peaks)
     frame.to_csv(folder / "peaks.csv", float_format="%.6g")
-    statistics = over_modulus(frame, "acceleration", PASSAGE)
+    statistics = of_reference(frame, "acceleration")
     moduli = statistics.index.to_numpy(float) / 1e9
     with svg.panels(folder / "stiffness.svg") as (axes,):
         axes.set(xscale="log", yscale="log", xlabel="Young's modulus (GPa)")

@@ -1,4 +1,4 @@
-r"""Methods of nonlinear dynamics: exponents, the 0-1 test, recurrence; the press as a map; the verdict.
+"""Largest Lyapunov exponents: of a map, of the press as a map, and the verdict on a scene.
 
 *Exponents.* Perturbed orbits are integrated beside an orbit, the logarithm of the growth of their distance is
 recorded, and they are brought back along their direction to the initial distance (G. Benettin, L. Galgani, A.
@@ -7,15 +7,6 @@ several: a whole one takes a distance from round-off to the size of the attracto
 starts every stage at round-off: how far it gets is the error of the computation. An orbit that does not get
 `CLEAR` times as far is *collapsed*: its growth is only bounded from above, and it starts the next stage in
 the direction that it had before.
-
-*0-1 test* (G. A. Gottwald and I. Melbourne, SIAM J. Applied Dynamical Systems 8 (2009) 129-145, Eqs. 2.1-2.4
-and Sec. 3.2). From a series phi_j, one value a period, the translation variables
-
-.. math:: p_c(n) = \sum_{j \le n} \phi_j \cos jc, \quad q_c(n) = \sum_{j \le n} \phi_j \sin jc
-
-stay bounded where the motion is regular and diffuse where it is chaotic. K_c is the correlation of their mean
-square displacement with time: 0 regular, 1 chaotic; the median over c leaves out resonances with the series.
-Noise passes for chaos.
 
 *The press as a map* takes the slider's state at a crank angle to that one cycle later, by any model. A state
 at a crank angle is a scene: the crank starts at that angle, and the keys of ``[initial]`` hold the slider's
@@ -45,10 +36,6 @@ CLEAR = 10.0  # times the error: there it changes the logarithm by at most 0.1
 CONFIDENCE = 0.95
 RESAMPLES = 2000
 FEW = 0.1  # share of periods with a collapsed stage that is passed over
-FREQUENCIES = 100
-BAND = (np.pi / 5, 4 * np.pi / 5)  # rad, of c: away from 0, pi and 2 pi
-LEAST = 100  # periods for the 0-1 test; a tenth of them is the longest displacement
-LONGEST = 16  # the longest period of a section that is looked for
 
 
 class Exponent(NamedTuple):
@@ -135,39 +122,6 @@ def mean_interval(values: Array, seed: int = 0) -> tuple[float, float]:
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(np.mean(values[rows], axis=1), (tail, 1.0 - tail))
     return float(low), float(high)
-
-
-def chaos_indicator(series: Array) -> float:
-    """Return K, the median of K_c over random c, of one value a period: near 0 regular, near 1 chaotic.
-
-    Raises ValueError if the series is shorter than `LEAST`.
-    """
-    n, spread = series.size, np.std(series)
-    if n < LEAST:
-        raise ValueError(f"the 0-1 test needs {LEAST} periods or more, not {n}")
-    if spread == 0.0:
-        return 0.0
-    # Shifted by its mean and scaled: neither changes K, and both keep the sums small.
-    phi = (series - np.mean(series)) / spread
-    c = np.random.default_rng(0).uniform(*BAND, FREQUENCIES)
-    walk = np.cumsum(phi * np.exp(1j * np.outer(c, np.arange(1, n + 1))), axis=1)
-    longest = n // 10
-    start, lags = walk[:, : n - longest], np.arange(1, longest + 1)
-    moved = [np.mean(np.abs(walk[:, k : k + n - longest] - start) ** 2, axis=1) for k in lags]
-    return float(np.median([np.corrcoef(lags, displacement)[0, 1] for displacement in np.array(moved).T]))
-
-
-def recurrence(section: Array, tolerance: float) -> int | None:
-    """Return after how many periods, the fewest, the whole of a stroboscopic section repeats.
-
-    The section has one value or state a period, shape (n,) or (n, k); two that are as close as the tolerance
-    are the same. None: no period up to `LONGEST` holds, or the section is too short to show it twice.
-    """
-    points = section.reshape(len(section), -1)
-    for count in range(1, min(LONGEST, len(points) // 2) + 1):
-        if np.max(np.linalg.norm(points[count:] - points[:-count], axis=1)) <= tolerance:
-            return count
-    return None
 
 
 # ---- the press as a map

@@ -134,7 +134,7 @@ ANGLES = 240
 """Crank angles of a cycle; parabolas through three of them give extrema to 1e-6 of their size."""
 OF_THE_QUOTIENT = 0.015
 """Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
-quotient falls 1.3 % short, as the page reports."""
+quotient falls 1.3 % short."""
 DRAWN, STARTS = 1000, 5  # random geometries an arrangement, and how many of the best are starts of a fit
 REACH, GUIDES = 0.9, (0.02, 1.5)
 """m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""
@@ -173,6 +173,20 @@ def printed_facts() -> pd.DataFrame:
 def vibration() -> float:
     """Return the largest velocity error of Fig. 14e, m/s."""
     return max(abs(published(name).value) for name in ("F14e-vy", "F14e-vy2"))
+
+
+def implied_positions() -> dict[str, float]:
+    """Return what printed errors of Fig. 14 imply of the slider's place across its guide, m from its centre.
+
+    At constant crank angle the error of y is the distance from the ideal slider's line times tan β, which is
+    largest, `printed_facts`, at the top dead centre, where the crank starts. ``line by x``: the middle of the
+    range of x; ``line by y``: where the left wall gives the highest y error; ``start``: where the lowest y
+    error is that of the start.
+    """
+    tangent = float(printed_facts()["value"]["largest tan β"])
+    low, high, y, y2 = (published(name).value for name in ("F14a-x", "F14a-x2", "F14e-y", "F14e-y2"))
+    clearance, line = float(load_scene(BASE).data["clearance"]["slider"]), -(low + high) / 2
+    return {"line by x": line, "line by y": y2 / tangent - clearance, "start": line - y / tangent}
 
 
 @cache

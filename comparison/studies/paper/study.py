@@ -250,14 +250,14 @@ STUDY = Study(
     "paper",
     small=Config(
         runs.Config(samples=200, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2),
-        nonlinear.STUDY.small._replace(scenes=(CENTRAL,), swept={}),
+        nonlinear.STUDY.small._replace(scenes=(CENTRAL,)),
         numerics.Config((CENTRAL,), numerics.DEFAULTS[1:], gains=(50.0,), draws=1, samples=500),
     ),
     full=Config(
         runs.Config(
             samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50
         ),
-        nonlinear.STUDY.full._replace(scenes=CHAOS, swept={}),
+        nonlinear.STUDY.full._replace(scenes=CHAOS),
         numerics.Config(
             runs.SLIDER,
             (*numerics.DEFAULTS, *numerics.OTHERS),

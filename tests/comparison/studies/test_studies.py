@@ -28,15 +28,15 @@ OTHER_FILES = {
     "paper": "report.html printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv "
     "criteria.csv",
     "paper/crank-pin": "peaks.csv",
-    "paper/identification": "arrangements.csv peaks.csv ranges.csv",
+    "paper/identification": "arrangements.csv peaks.csv",
     "paper/laws": "runs.csv",
-    "paper/nonlinear": "exponents.csv sections.csv",
+    "paper/nonlinear": "exponents.csv",
     "paper/reliability": "differences.csv random-inputs.csv",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
     "verdicts": "verdicts.csv verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""
-UNLINKED = ["report.html", "sections.csv", "shares.csv", "verdicts.toml"]
+UNLINKED = ["report.html", "shares.csv", "verdicts.toml"]
 
 
 @pytest.fixture(scope="module")
