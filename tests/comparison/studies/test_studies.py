@@ -36,7 +36,7 @@ OTHER_FILES = {
     "verdicts": "verdicts.csv verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""
-UNLINKED = ["report.html", "shares.csv", "verdicts.toml"]
+UNLINKED = ["report.html", "verdicts.toml"]
 
 
 @pytest.fixture(scope="module")
