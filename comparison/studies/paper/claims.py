@@ -24,10 +24,8 @@ Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], s
 """What one model's runs show of a statement: criterion -> value, and what these follow from: label -> values
 and their unit."""
 
-LITTLE = 0.05
-"""Relative change that is little, in every statement: see ``claims.toml``, criterion "peaks"."""
-BOTTOM = 0.05
-"""Of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work."""
+LITTLE = 0.05  # relative change that is little, in every statement: ``claims.toml``, criterion "peaks"
+BOTTOM = 0.05  # of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work
 
 _DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
 CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]

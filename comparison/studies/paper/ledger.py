@@ -126,7 +126,7 @@ def size_of(quantity: str, value: Any) -> Any:
 
 
 class Drawn(NamedTuple):
-    """What is drawn of printed numbers, by the first id of each: frames of `Shown`, a row a draw."""
+    """What is drawn: by the first id of each printed number a frame of `Shown`, a row a draw."""
 
     by_hypothesis: dict[str, dict[str, pd.DataFrame]]
     tried: pd.DataFrame  # `forms` of the model

@@ -34,8 +34,7 @@ NORM = sqrt(30)  # of the components of the state, between both norms
 DEFAULTS = ((1e-3, 1e-6), (1e-3 / NORM, 1e-6 / NORM))
 """Relative and absolute tolerances between which ode15s at its defaults lies."""
 LIMIT = 900.0  # s, of a run; most take 5
-OTHERS = ((1e-5, 1e-8), (1e-12, 1e-6), (1e-12, 1e-7))
-"""A tighter setting, and two whose control is absolute."""
+OTHERS = ((1e-5, 1e-8), (1e-12, 1e-6), (1e-12, 1e-7))  # a tighter one, and two whose control is absolute
 CHANNELS = {f"slider_{name}": k for k, name in enumerate(("x", "y", "vx", "vy", "ay"))}
 
 

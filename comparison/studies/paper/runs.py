@@ -34,8 +34,7 @@ from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
 CENTRAL, PIN, IDEAL = "150rpm-0.2mm", "crank-pin", "ideal"
-ADAMS = "adams-impact"
-"""The central case with the contact law of the program that the paper compares with in Fig. 13."""
+ADAMS = "adams-impact"  # the central case with the contact law of the second program, Fig. 13
 CONDITIONS = {
     ("translational", "150", "0.2", "210", "0.28"): CENTRAL,
     ("translational", "150", "0.2", "69", "0.28"): "69GPa",
@@ -46,8 +45,7 @@ CONDITIONS = {
     ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
     ("ideal", "150", "0", "210", "0.28"): IDEAL,
 }
-"""What `CONDITION` names, as printed -> the scene. The ideal mechanism of the central case stands for the
-last one."""
+"""What `CONDITION` names, as printed -> the scene; the last has the ideal mechanism of the central case."""
 *SCENES, _ = CONDITIONS.values()
 *SLIDER, _ = SCENES
 RELIABILITIES = (CENTRAL, "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")  # conditions of Figs. 16 and 17
@@ -66,8 +64,7 @@ REACH = 0.025
 """Of a cycle, 9 degrees of the crank: a peak this close to the printed instant is the same passage. Three
 times the 0.8 % by which the paper's own instants of one peak differ (0.4110 s and 0.4141 s)."""
 GOLDEN, PIN_NUDGE = (5**0.5 - 1) / 2, 1e-7
-"""From one member to the next: of the clearance from wall to wall, around it, the slider's start; degrees of
-the crank, less than 1e-9 m of the ideal slider."""
+"""From one member to the next: of the way between the walls, the start; degrees of the crank: < 1e-9 m."""
 
 
 class Config(NamedTuple):
