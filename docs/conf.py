@@ -16,7 +16,7 @@ from docutils import nodes  # noqa: E402
 project = "sixbar-crossval"
 root_doc = "docs/index"
 # The whole repository is the source, so that links between its pages hold here as they do beside the code.
-include_patterns = ["*.md", "docs/**", "reports/README.md", "reports/*/README.md", "examples/*/README.md"]
+include_patterns = ["*.md", "docs/**", "reports/README.md", "reports/*/*.md", "examples/*/README.md"]
 exclude_patterns = [".*", "build", "reports/out", "**/__pycache__"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown", ".ipynb": "markdown"}

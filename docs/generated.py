@@ -27,7 +27,8 @@ def _help(name: str, command: Any, parent: Any) -> Iterator[str]:
     path = context.command_path
     yield f"## `{path}`\n\n```text\n{command.get_help(context)}\n```"
     for below, each in getattr(command, "commands", {}).items():
-        yield from _help(below, each, context)
+        if not each.hidden:
+            yield from _help(below, each, context)
 
 
 def keys() -> str:

@@ -1,14 +1,15 @@
 """``sixbar study``: one command per study, and the sweep with its own options."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from comparison.cli import console
-from comparison.cli.console import columns, progress, say, warn
-from comparison.studies import STUDIES
+from comparison.cli.console import columns, complain, progress, say, warn
+from comparison.studies import MOVED, STUDIES
+from comparison.studies.paper import PARTS
 
 _SHOWN = 20  # rows of a sweep on the terminal, and one instead of the line that one is left
 _OutStudy = Annotated[
@@ -24,30 +25,63 @@ def _root(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
+_Small = Annotated[bool, console.option(None, "Few and short runs, for a trial.", "--small")]
+
+
+def _write(
+    name: str, out: Path | None, jobs: int | None, small: bool, quiet: bool, parts: Sequence[str] = ()
+) -> int:
+    from comparison.execution.pool import cpus
+    from comparison.files import check_folder
+    from comparison.studies import write_study
+
+    folder = check_folder(out or console.REPORTS / name)
+    with progress(name, quiet=quiet) as report:
+        pages = write_study(name, folder, jobs or cpus(), report, small=small, parts=parts)
+    say(*map(str, pages))
+    return 0
+
+
 def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
         jobs: console.Jobs = None,
-        small: Annotated[bool, console.option(None, "Few and short runs, for a trial.", "--small")] = False,
+        small: _Small = False,
         quiet: console.NoProgress = False,
     ) -> int:
-        from comparison.execution.pool import cpus
-        from comparison.files import check_folder
-        from comparison.studies import write_study
-
-        folder = check_folder(out or console.REPORTS / name)
-        with progress(name, quiet=quiet) as report:
-            path = write_study(name, folder, jobs or cpus(), report, small=small)
-        say(str(path))
-        return 0
+        return _write(name, out, jobs, small, quiet)
 
     return command
 
 
+def _paper(
+    part: Annotated[
+        list[str] | None,
+        console.option("PART", f"Part to write: {', '.join(PARTS)}; repeat for more. By default all."),
+    ] = None,
+    out: _OutStudy = None,
+    jobs: console.Jobs = None,
+    small: _Small = False,
+    quiet: console.NoProgress = False,
+) -> int:
+    if unknown := [name for name in part or () if name not in PARTS]:
+        raise typer.BadParameter(f"--part {unknown[0]!r} is none of {', '.join(PARTS)}")
+    return _write("paper", out, jobs, small, quiet, list(dict.fromkeys(part or ())))
+
+
+def _moved(name: str, part: str) -> Callable[[], int]:
+    return lambda: complain(f"study {name} is a part of another now: sixbar study paper --part {part}", 2)
+
+
 for _name, _about in STUDIES.items():
     studies.command(_name, help=f"{_about} Writes a README.md with figures.", short_help=_about)(
-        _command(_name)
+        _paper if _name == "paper" else _command(_name)
     )
+for _name, _part in MOVED.items():
+    # With whatever options it once had.
+    studies.command(
+        _name, hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True}
+    )(_moved(_name, _part))
 
 
 @studies.command()

@@ -1,4 +1,4 @@
-"""Reliability by quantity and crank angle, of one model and the difference of two: the paper's Eqs. 33-39.
+"""Reliability by quantity and crank angle, of one model and the difference of two: the paper's Eqs. 34-37.
 
 Stress-strength interference: stress is the error, of mean mu_s and deviation sigma_s, strength the error that
 is permitted, between limits of which mu_S is the middle and sigma_S a sixth of the distance; both are taken
@@ -50,13 +50,13 @@ PHASES = 100  # crank angles in a part of the cycle at which cycles are compared
 
 
 def reliability_index(limits: Limits, mean: Array | float, deviation: Array | float) -> Array:
-    """Return beta, Eq. 37, of errors with these moments."""
+    """Return beta, Eq. 35, of errors with these moments."""
     strength, spread = _strength(limits)
     return np.asarray((strength - mean) / np.hypot(spread, deviation))
 
 
 def reliability(limits: Limits, mean: Array | float, deviation: Array | float) -> Array:
-    """Return R = Phi(beta), Eq. 39, of errors with these moments, in the unit of the limits."""
+    """Return R = Phi(beta), Eq. 37, of errors with these moments, in the unit of the limits."""
     return np.asarray(ndtr(reliability_index(limits, mean, deviation)))
 
 
@@ -89,7 +89,7 @@ def implied_limit(published: float, mean: float, deviation: float) -> float:
     return float(fitting.min()) if fitting.size else float("nan")
 
 
-def _strength(limits: Limits) -> tuple[float, float]:  # mean and deviation, Eq. 38
+def _strength(limits: Limits) -> tuple[float, float]:  # mean and deviation, Eq. 36
     return (limits.upper + limits.lower) / 2.0, (limits.upper - limits.lower) / 6.0
 
 
@@ -122,7 +122,7 @@ class Assessment:
 
     ``angle`` are the upper edges of the bins, degrees from the start; ``cycles`` how many went into each;
     mean and deviation those of the error over time, or of its size, as the scene says; ``index`` is beta of
-    Eq. 37, ``left_open`` what is of it; ``worst`` the first bin with the smallest reliability but for
+    Eq. 35, ``left_open`` what is of it; ``worst`` the first bin with the smallest reliability but for
     round-off, ``cap`` the reliability of a mechanism without error; ``within`` is P(|e| <= upper limit), as
     the share of the time.
     """

@@ -1,6 +1,6 @@
 """Errors of the slider's motion, and their averages over parts of the crank cycle with what is open of them.
 
-An error is a result less the ideal mechanism's at equal time, Eq. 35 of the paper.
+An error is a result less the ideal mechanism's at equal time, Eq. 34 of the paper.
 """
 
 from collections.abc import Sequence

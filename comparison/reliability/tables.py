@@ -80,7 +80,7 @@ def reliability(
     finer_a: Results | None = None,
     finer_b: Results | None = None,
 ) -> TableReliability:
-    """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 33-39.
+    """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 34-37.
 
     Errors are those at equal time, from t = 0 s to the end of the shortest table. Intervals (95 %) hold what
     other cycles, and what is between the samples, leave open.

@@ -306,7 +306,7 @@ class Compare(Section):
 
 
 class Limits(Section):
-    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
+    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 36."""
 
     lower: Annotated[Real, IDENTIFIED] = 0.0
     """Lower limit of the permitted error."""
@@ -348,7 +348,7 @@ class Reliability(Section):
 
 
 class RandomInput(Section):
-    """Random variable about the scene's value of a key, for the study random-inputs."""
+    """Random variable about the scene's value of a key, for the study paper, part reliability."""
 
     key: Annotated[str, Field(min_length=1)]
     """Key of the scene that is random."""

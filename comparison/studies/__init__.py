@@ -5,21 +5,16 @@ what it is asked with, small and full; what it measures, by `comparison.executio
 study resumes and a second call is quick; the template of its page and its figures.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
+from comparison.studies.paper import MAIN, PARTS
+
 STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
-    "paper": "Every printed figure and statement of the paper against both models.",
-    "as-published": "Printed figures by the paper's own formulation and solver; 10 minutes on one core.",
-    "reliability": "Reliability of the paper's cases in both models.",
-    "contact-laws": "The paper's contact laws, and the energy that one of them creates.",
-    "crank-pin": "Clearance at the crank pin against its published peaks.",
-    "identification": "Geometry and parameters identified from the paper's figures.",
+    "paper": "The paper: its numbers and statements against both models, and parts on what they need; hours.",
     "ensembles": "Distributions of the motion in both models, where single runs are not predictable.",
-    "nonlinear": "Whether the press is chaotic: Lyapunov exponents, sections, bifurcations.",
-    "random-inputs": "Reliability with random inputs.",
     "detection": "Detection power and false-alarm rate of the verdict; an hour on two cores.",
     "campaign": "Random scenes in both models, and which model errs where they differ; an hour on two cores.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 to 15 minutes.",
@@ -27,20 +22,45 @@ STUDIES = {
 }
 """What each one is about."""
 NAMES = tuple(STUDIES)
+MOVED = {
+    "as-published": "main",
+    "identification": "identification",
+    "nonlinear": "nonlinear",
+    "reliability": "reliability",
+    "random-inputs": "reliability",
+    "crank-pin": "crank-pin",
+    "contact-laws": "laws",
+}
+"""Former study -> part of the study paper that it has become."""
 
 
 def write_study(
-    name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None, *, small: bool = False
-) -> Path:
-    """Let a study write its folder; parameters and result of `comparison.studies.shared.study.Study.write`.
+    name: str,
+    folder: Path,
+    n_jobs: int,
+    on_progress: Callable[[float], None] | None,
+    *,
+    small: bool = False,
+    parts: Sequence[str] = (),
+) -> list[Path]:
+    """Let a study write its folder; return the paths of its pages.
 
     Parameters
     ----------
     name
         One of `NAMES`.
     folder, n_jobs, on_progress, small
-        Where to, worker processes, progress from 0 to 1, and whether with few and short runs.
+        Output folder, worker processes, progress from 0 to 1, and whether with few and short runs.
+    parts
+        Of the study paper: those of `comparison.studies.paper.PARTS` to write, by default all.
     """
-    module = import_module(f"comparison.studies.{name.replace('-', '_')}.study")
-    path: Path = module.STUDY.write(folder, n_jobs, on_progress, small=small)
-    return path
+    from comparison.studies.shared.study import part
+
+    package = f"comparison.studies.{name.replace('-', '_')}"
+    names = list(parts) or (list(PARTS) if name == "paper" else [MAIN])
+    pages = []
+    for n, each in enumerate(names):
+        study = import_module(f"{package}.{'study' if each == MAIN else each.replace('-', '_')}").STUDY
+        progress = part(on_progress, n / len(names), (n + 1) / len(names))
+        pages.append(study.write(folder, n_jobs, progress, small=small))
+    return pages

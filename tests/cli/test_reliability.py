@@ -42,7 +42,7 @@ FINER = ["--period", CYCLE, "--finer-a", "a.mat", "--finer-b"]
 
 
 def expected(limits, mean, deviation):
-    """Eqs. 37-39."""
+    """Eqs. 35-37."""
     lower, upper = limits
     return norm.cdf(((upper + lower) / 2 - mean) / np.hypot((upper - lower) / 6, deviation))
 

@@ -277,8 +277,8 @@ def test_the_settings_that_are_recommended_run(sixbar):
 
 @pytest.mark.slow
 def test_a_study_writes_a_page(sixbar):
-    path = sixbar("study", "crank-pin", "--small", "--out", "s", "-q").lines[-1]
-    assert path == "s/README.md"
+    path = sixbar("study", "paper", "--part", "crank-pin", "--small", "--out", "s", "-q").lines[-1]
+    assert path == "s/crank-pin.md"
     assert sixbar.text(path).startswith("# ")
 
 

@@ -11,6 +11,7 @@ from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.cli.reports import BEGIN, END, TIMES, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
+from comparison.studies.paper import MAIN, PARTS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -18,8 +19,8 @@ REPORTS = ROOT / "reports"
 
 
 def test_the_verdicts_and_rates_are_those_of_the_reports():
-    readmes = {name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES}
-    text = generated(readmes, (REPORTS / TIMES).read_text("utf-8"))
+    pages = {path: (REPORTS / path).read_text("utf-8") for path in (f"{name}/README.md" for name in NAMES)}
+    text = generated(pages, (REPORTS / TIMES).read_text("utf-8"))
     assert sum(line[:1] == "|" for line in text.splitlines()) == 2 + len(shipped_scenes())
     assert re.search(r"\d+ false alarms in \d{3,} decided comparisons", text)
     assert with_generated(README, text) == README
@@ -39,20 +40,22 @@ def test_the_verdicts_on_record_are_those_of_the_reports():
 
 
 def test_the_list_of_the_studies_is_that_of_their_reports():
-    readmes = {name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES}
-    assert (REPORTS / "README.md").read_text("utf-8") == index(readmes)
-    for name, text in readmes.items():
+    paths = [f"{name}/README.md" for name in NAMES]
+    paths[2:2] = [f"paper/{part}.md" for part in PARTS if part != MAIN]
+    pages = {path: (REPORTS / path).read_text("utf-8") for path in paths}
+    assert (REPORTS / "README.md").read_text("utf-8") == index(pages)
+    for path, text in pages.items():
         assert text.startswith("# ")
-        for picture in re.findall(r"\]\(([\w-]+\.svg)\)", text):
-            assert (REPORTS / name / picture).is_file(), picture
+        for link in re.findall(r"\]\(([\w./-]+\.(?:svg|csv|md))\)", text):
+            assert (REPORTS / path).parent.joinpath(link).is_file(), f"{path}: {link}"
 
 
 def test_the_index_has_the_finding_of_a_study_and_its_first_picture():
     text = (
         "# A title\n\nAbout.\n\n**Of 3 runs\n2 agree.** More.\n\n**No.**\n\n![a](one.svg)\n\n![b](two.svg)\n"
     )
-    assert index({"runs": text, "bare": "# Bare\n"}).partition("\n\n## ")[2] == (
-        "[A title](runs/README.md)\n\nOf 3 runs 2 agree.\n\n![a](runs/one.svg)\n\n## [Bare](bare/README.md)\n"
+    assert index({"runs/README.md": text, "runs/bare.md": "# Bare\n"}).partition("\n\n## ")[2] == (
+        "[A title](runs/README.md)\n\nOf 3 runs 2 agree.\n\n![a](runs/one.svg)\n\n## [Bare](runs/bare.md)\n"
     )
 
 

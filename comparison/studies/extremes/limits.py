@@ -24,9 +24,9 @@ from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.contact_laws.study import contacts, corner_stiffness
 from comparison.studies.extremes.runs import BASE
-from comparison.studies.identification.fitting import TOPOLOGIES, Geometry, motion, table_1
+from comparison.studies.paper.fitting import TOPOLOGIES, Geometry, motion, table_1
+from comparison.studies.paper.laws import contacts, corner_stiffness
 from comparison.studies.shared.study import curves, rate
 from comparison.tables.table import Table
 

@@ -20,9 +20,9 @@ from scipy.integrate import DOP853
 from comparison.execution.run import Job, Progress, energy_share, run_all
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.contact_laws.study import contacts, corner_stiffness
 from comparison.studies.extremes.limits import duration, effective_mass
 from comparison.studies.extremes.runs import BASE
+from comparison.studies.paper.laws import contacts, corner_stiffness
 from comparison.studies.shared.study import curves, part
 from comparison.tables.channels import Array
 from comparison.tables.table import Table

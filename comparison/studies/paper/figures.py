@@ -8,17 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from comparison.formatting import pretty_unit
 from comparison.models import MODELS
-from comparison.reliability.assessment import reliability
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
-from comparison.scene.schema import Limits
-from comparison.studies.paper.ledger import Outcome, Size, Use, size_of
+from comparison.studies.paper.ledger import Size, Use
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import plain_ticks
@@ -31,13 +28,14 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-BAR: dict[str, Any] = {"color": svg.FIRST, "alpha": 0.45}
-MARKS: dict[str, dict[str, Any]] = {
-    Size.REPRODUCED: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
-    Size.WIDE: {"color": svg.INK, "marker": "o", "ms": 5, "mfc": "none", "ls": ""},
-    Size.OUTSIDE: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
+BARS: list[tuple[float, dict[str, Any]]] = [
+    (-0.15, {"color": svg.FIRST, "lw": 4, "alpha": 0.6}),
+    (0.15, {"color": svg.SECOND, "lw": 4, "alpha": 0.6}),
+]
+MARKS: dict[bool, dict[str, Any]] = {
+    True: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
+    False: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
 }
-SECOND: dict[str, Any] = {"color": svg.SECOND, "marker": "|", "ms": 8, "ls": ""}
 EDGE = 0.2  # of the axis of the predictions
 LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
@@ -54,25 +52,18 @@ ERRORS = {
     "figure-12": ("F12-150", "F12-300"),
 }
 """Figure -> how the ids of the printed peaks of its two conditions begin."""
-RELIABILITY = {"figure-16": ("F16-01", "F16-05"), "figure-17": ("F17-150", "F17-300")}
-X_RANGE = ("F14a-x", "F14a-x2")
 
 
-def draw(runs: Runs, entries: pd.DataFrame, folder: Path) -> None:
-    """Write the figures; `entries` is the ledger."""
-    _predictions(entries, folder / "predictions.svg")
+def draw(runs: Runs, entries: pd.DataFrame, judged: pd.DataFrame, folder: Path) -> None:
+    """Write the figures of runs and of the ledger."""
+    _predictions(entries, judged, folder / "predictions.svg")
     _responses(runs, folder / "figure-7.svg")
-    _path(runs, folder / "figure-8.svg")
     _pin(runs, folder / "figure-8-pin.svg")
     for name, conditions in ERRORS.items():
         _errors(runs, conditions, folder / f"{name}.svg")
     _two_codes(runs, folder / "figure-13.svg")
     _phase(runs, folder / "figure-14-phase.svg")
     _poincare(runs, folder / "figure-14-poincare.svg")
-    _cycles(runs, folder / "figure-15.svg")
-    fitted = dict(zip(entries["quantity"], entries["limit"], strict=True))
-    for name, conditions in RELIABILITY.items():
-        _reliability(runs, conditions, fitted, folder / f"{name}.svg")
 
 
 @contextmanager
@@ -99,31 +90,33 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
         panel.plot(x[kept], y[kept], label=model, **LINES[model])
 
 
-def _predictions(entries: pd.DataFrame, path: Path) -> None:
-    """Draw printed sizes over ours, with the interval of ours: a panel a quantity, a line a condition."""
+def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> None:
+    """Draw printed sizes over ours, with both intervals: a panel a quantity, a line a condition."""
     predicted = entries[entries["use"] == Use.PREDICTION]
     kind = predicted["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
-    ours = size_of("", predicted[MODELS[0]])
-    of_many = predicted["sign"] == Outcome.NONE
+    ours = predicted[MODELS[0]].abs()
+    of_many = predicted["quantity"].str.startswith("range_")
     name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
     lines = [*SCENES, *dict.fromkeys(name[of_many])]
     place = name.map(lines.index)
+    inside = judged["id"][judged["size"].isin([Size.INSIDE, Size.WIDE])].unique()
     titles, x = list(QUANTITIES), "size over ours (-)"
     with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mine = kind == quantity
-            y, scale = place[mine], ours[mine]
-            low, high = (predicted[end][mine] / scale for end in ("low", "high"))
-            panel.hlines(y, low.clip(lower=EDGE), high, lw=6, label="our interval, 95 %", **BAR)
-            other = predicted[MODELS[1]][mine].abs() / scale
-            panel.plot(other, y, label=f"{MODELS[1]} over {MODELS[0]}", **SECOND)
-            for size, look in MARKS.items():
-                shown = mine & (predicted["size"] == size)
-                if size not in set(predicted["size"]):
-                    continue
-                ratio = predicted["printed_size"][shown] / ours[shown]
-                panel.plot(ratio, place[shown], label=f"printed: {size}", **look)
+            for (hypothesis, rows), (aside, bar) in zip(
+                judged.groupby("hypothesis", sort=False), BARS, strict=True
+            ):
+                ends = rows.set_index("id").reindex(predicted.index[mine])
+                low, high = (ends[end] / ours[mine] for end in ("low", "high"))
+                label = f"our interval, 95 %: gravity {'none' if hypothesis == 'none' else 'downwards'}"
+                panel.hlines(place[mine] + aside, low.clip(lower=EDGE), high, label=label, **bar)
+            ratio = predicted["printed_size"] / ours
+            for within, look in MARKS.items():
+                shown = mine & (predicted.index.isin(inside) == within)
+                label = f"printed: inside {'one or both' if within else 'neither'}"
+                panel.plot(ratio[shown], place[shown], label=label, **look)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
             plain_ticks(panel.xaxis, [0.5, 1, 2, 4])
         axes[0].set_yticks(range(len(lines)), lines)
@@ -185,34 +178,7 @@ def _two_codes(runs: Runs, path: Path) -> None:
         axes[-1][1].legend(loc="lower left", fontsize=7)  # above the panels stands that of the models
 
 
-def _reliability(runs: Runs, conditions: Sequence[str], limits: Mapping[str, float], path: Path) -> None:
-    """Draw what is missing to 1 in every part of the cycle, with the printed minima.
-
-    With the limits of the scenes, and of the first model with those fitted to all printed minima.
-    """
-    scenes, x = [scene_of(f"{prefix}-d") for prefix in conditions], "crank angle from the start (deg)"
-    labels = [f"1 − R of the\n{quantity} (-)" for quantity in QUANTITIES]
-    with _grid(path, labels, scenes, 5.1, x, sharex=True, sharey="row") as axes:
-        for column, (prefix, scene) in enumerate(zip(conditions, scenes, strict=True)):
-            assessed = {model: runs.reliabilities[scene, model] for model in MODELS}
-            for row, quantity in zip(axes, QUANTITIES, strict=True):
-                panel, first = row[column], assessed[MODELS[0]][quantity]
-                for model, by_quantity in assessed.items():
-                    curve = by_quantity[quantity]
-                    panel.semilogy(curve.angle, 1 - curve.reliability, ".-", label=model, **LINES[model])
-                upper = Limits(upper=limits[f"min_{quantity}_reliability"])
-                fitted = reliability(upper, first.mean, first.deviation)
-                panel.plot(first.angle, 1 - fitted, label="fitted limit", **RANGE)
-                printed = published(f"{prefix}-{quantity[0]}")
-                panel.plot(printed.angle, 1 - printed.value, label="printed", **PRINTED)
-                panel.set(xlim=(18, 378), xticks=range(36, 361, 72))
-        for row in axes:
-            row[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            row[0].yaxis.set_major_formatter(FormatStrFormatter("%g"))
-            row[0].yaxis.set_minor_locator(NullLocator())
-
-
-# ---- paths, phase portraits, Poincaré maps, many cycles: a column a model
+# ---- paths, phase portraits, Poincaré maps: a column a model
 
 PLANES = {
     "x": ("slider x − line (mm)", "velocity of x (mm/s)", "F14a-x", "F14a-vx", (1e3, 1e3)),
@@ -234,22 +200,6 @@ def _plane(runs: Runs, name: str, model: str) -> tuple[Array, Array]:
     zero = runs.ideal[CENTRAL, model].values(f"slider_{name}")[0]
     place, velocity = (runs.by_cycle(CENTRAL, model, f"slider_{part}{name}") for part in ("", "v"))
     return scale * (place - zero), scale_v * velocity
-
-
-def _path(runs: Runs, path: Path) -> None:
-    """Draw the slider's centre in its guide over the second cycle (Fig. 8a)."""
-    x = "slider x − guide line (mm)"
-    with _grid(path, ["slider y − start (m)"], MODELS, 3.2, x, sharex=True, sharey=True) as (axes,):
-        for panel, model in zip(axes, MODELS, strict=True):
-            run, ideal = runs.short[CENTRAL, model][0], runs.ideal[CENTRAL, model]
-            x_of, y = (
-                (run.values(channel) - ideal.values(channel)[0])[second(run)][::EVERY]
-                for channel in ("slider_x", "slider_y")
-            )
-            panel.plot(1e3 * x_of, y, color=COLOURS[model], lw=0.8, label="slider's centre, second cycle")
-            for name, label in zip(X_RANGE, ("printed range", None), strict=True):
-                panel.axvline(1e3 * published(name).value, label=label, **LIMIT)
-            panel.margins(x=0.04)
 
 
 def _pin(runs: Runs, path: Path) -> None:
@@ -332,19 +282,3 @@ def _poincare(runs: Runs, path: Path) -> None:
                 panel.plot(scale * x, scale_v * v, ".", color=COLOURS[model], ms=3, label=label)
                 panel.margins(0.05)
                 panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start")
-
-
-def _cycles(runs: Runs, path: Path) -> None:
-    """Draw the lowest and the highest sample of each column of the drawing over all cycles (Fig. 15)."""
-    rows = {"x": [1e3 * published(name).value for name in X_RANGE], "y": [published("S4.2-stroke").value]}
-    labels = [PLANES[plane][0] for plane in rows]
-    with _grid(path, labels, MODELS, 4.2, "time (crank cycles)", sharex=True, sharey="row") as axes:
-        for row, (plane, printed) in zip(axes, rows.items(), strict=True):
-            for panel, model in zip(row, MODELS, strict=True):
-                by_cycle = _plane(runs, plane, model)[0]
-                kept = envelope(by_cycle.ravel(), COLUMNS)
-                time, values = kept / by_cycle.shape[1], by_cycle.ravel()[kept]
-                panel.plot(time, values, color=COLOURS[model], lw=0.6, label="all cycles")
-                for k, value in enumerate(printed):
-                    panel.axhline(value, label=None if k else "printed", **LIMIT)
-                panel.set_xlim(0, len(by_cycle))

@@ -1,16 +1,17 @@
-"""The ledger: every printed number against both models, by what it was used for, size, sign and instant.
+"""The ledger: every printed number against both models, under each hypothesis on gravity.
 
 A number to which the geometry, the reference line or a limit of the reliability was fitted is no prediction,
-however well it is met. A number that the paper prints again is one entry. Sizes are judged after ASME V&V 20:
-the difference of simulation and print against the uncertainties of numerics, inputs and print, but around the
-median of the draws, on each side separately. Size, sign and instant are judged separately: the largest error
-of a cycle has the printed size by chance more easily than all three.
+however well it is met; a number that the paper prints again is one entry. Sizes are judged after ASME V&V 20,
+u_val^2 = u_num^2 + u_input^2 + u_D^2, u_D with the rounding of the print, but around the median of the draws,
+on each side separately; the form of the model, u_model, is added apart. Beside every count stands what sizes
+at random give.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from math import exp, hypot, isnan, nan
+from itertools import product
+from math import exp, hypot, isnan, log, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,22 +20,19 @@ from scipy.optimize import minimize_scalar
 
 from comparison.execution.run import Progress
 from comparison.models import MODELS
-from comparison.reliability.assessment import implied_limit
-from comparison.reliability.errors import unit_of
 from comparison.scene import load_scene
+from comparison.studies.paper import numerics
 from comparison.studies.paper.runs import (
     CAP,
     CENTRAL,
     DATA,
-    GROUPS,
+    HYPOTHESES,
     IDEAL,
-    MISSED,
     PEAKS,
     REACH,
     VARIANTS,
     Config,
     Draw,
-    Ensemble,
     Runs,
     lacking,
     measure,
@@ -50,6 +48,10 @@ Entry = Mapping[Any, Any]  # a row of the ledger
 
 LEVEL: float = DATA["level"]
 WIDE: float = DATA["wide"]
+FACTOR: float = DATA["factor"]
+CLOSE: float = DATA["close"]
+SETS = 1000  # of random sizes: a share of 5 % is then known to 0.7 %
+PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
 
 
 class Use(StrEnum):
@@ -68,26 +70,17 @@ USES = {"prediction": Use.PREDICTION, "misprint": Use.MISPRINT, "cap": Use.UNINF
 class Size(StrEnum):
     """Whether the printed size lies in the interval of ours."""
 
-    REPRODUCED = "reproduced"
-    WIDE = "not excluded"  # in an interval so wide that it says little
-    OUTSIDE = "not reproduced"
-    NONE = "not compared"
-
-
-class Outcome(StrEnum):
-    """Whether a sign or an instant is the printed one, in all but a few draws."""
-
-    AGREES = "agrees"
-    DIFFERS = "differs"
-    VARIES = "varies"  # from draw to draw
-    OPEN = "open"  # printed in more than one way
-    NONE = ""  # nothing to compare
+    INSIDE = "inside"
+    WIDE = "inside, wide"  # an interval so wide that it says little
+    FORM = "form"  # outside, but for what the form of the model changes
+    OUTSIDE = "outside"
 
 
 class Interval(NamedTuple):
     """The interval of a size."""
 
     low: float
+    middle: float
     high: float
     u_input: float  # half of the interval of the draws alone
 
@@ -95,32 +88,36 @@ class Interval(NamedTuple):
         """Judge a printed size."""
         if not self.low <= printed <= self.high:
             return Size.OUTSIDE
-        return Size.REPRODUCED if self.low > 0 and self.high <= WIDE * self.low else Size.WIDE
+        return Size.INSIDE if self.low > 0 and self.high <= WIDE * self.low else Size.WIDE
+
+    def chance(self) -> float:
+        """Return the share of log-uniform sizes within a factor of `FACTOR` of the middle that it holds."""
+        if not self.middle > 0:
+            return nan
+        low, high = (log(max(end / self.middle, 1e-300)) / log(FACTOR) for end in (self.low, self.high))
+        return max(min(high, 1.0) - max(low, -1.0), 0.0) / 2
 
 
-def interval(sizes: Array, u_num: float, u_print: float) -> Interval:
-    """Return the interval of sizes drawn, with the half-widths of numerics and print added in squares.
+def interval(sizes: Array, *others: float) -> Interval:
+    """Return the interval of sizes drawn, with other half-widths added in squares on each side.
 
-    To each side of the median: what the inputs leave open is not symmetric. Of n draws Weibull's rule leaves
-    the share of further ones between two quantiles what it is to be; the linear one 0.91 for 0.95 of 50.
+    Of n draws Weibull's rule leaves the share of further ones between two quantiles what it is to be; the
+    linear one 0.91 for 0.95 of 50.
     """
     if not sizes.size:
-        return Interval(nan, nan, nan)
+        return Interval(nan, nan, nan, nan)
     shares = [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2]
     low, middle, high = np.quantile(sizes, shares, method="weibull").tolist()
-    rest = hypot(u_num, u_print)
-    return Interval(middle - hypot(middle - low, rest), middle + hypot(high - middle, rest), (high - low) / 2)
+    ends = middle - hypot(middle - low, *others), middle + hypot(high - middle, *others)
+    return Interval(ends[0], middle, ends[1], (high - low) / 2)
 
 
-def outcome(ways: int, share: float) -> Outcome:
-    """Judge what is printed in so many ways by the share of the draws that agree with it."""
-    if isnan(share):
-        return Outcome.NONE
-    if ways > 1:
-        return Outcome.OPEN
-    if share >= LEVEL:
-        return Outcome.AGREES
-    return Outcome.DIFFERS if share <= 1 - LEVEL else Outcome.VARIES
+def at_least(count: int, chances: Iterable[float]) -> float:
+    """Return the probability of as many successes or more of independent trials with these chances."""
+    exactly = np.ones(1)
+    for chance in chances:
+        exactly = np.convolve(exactly, [1.0 - chance, chance])
+    return float(exactly[count:].sum())
 
 
 def size_of(quantity: str, value: Any) -> Any:
@@ -128,82 +125,171 @@ def size_of(quantity: str, value: Any) -> Any:
     return CAP - value if quantity.startswith("min_") else abs(value)
 
 
-def ledger(runs: Runs, drawn: Mapping[str, pd.DataFrame], limits: Mapping[str, float]) -> pd.DataFrame:
-    """Return a row for each printed number, in the order of the paper.
+class Drawn(NamedTuple):
+    """What is drawn: by the first id of each printed number a frame of `Shown`, a row a draw."""
 
-    ``drawn``: by the first id of each number, what `Ensemble` has of it.
+    by_hypothesis: dict[str, dict[str, pd.DataFrame]]
+    tried: pd.DataFrame  # `forms` of the model
 
-    ``printed``, ``printed_at`` (s) as first printed, ``times``, ``signs`` as printed anywhere; ``limit`` of
-    the permitted error, of a reliability. By model: its value, ``_at`` (s), and ``_ratio``: its size over the
-    printed one (`size_of`). ``printed_size``, ``u_num``, ``u_print``, ``u_input``, ``low`` and ``high``,
-    95 %, are of that size. ``sign_share``, ``instant_share``, ``both_share``: of the draws.
+
+# ---- entries, and how they are judged
+
+
+def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFrame:
+    """Return a row for each printed number, in the order of the paper, by its first id.
+
+    ``printed``, ``printed_at`` (s) as first printed; ``limit`` of the permitted error, of a reliability;
+    ``bound`` (m) that geometry sets to an error of the displacement. By model its value and ``_at`` (s, deg).
+    ``printed_size``, ``u_num``, of which samples may miss ``missed``, ``u_print``, ``u_D`` (nan where its
+    solver was not run), ``u_model``: 95 %, of that size. ``other``: as in `Shown`.
     """
-    rows = numbers().to_dict("index")
-    return pd.DataFrame([_entry(row, runs, drawn[str(name)], limits) for name, row in rows.items()])
+    solver: dict[str, float] = {}
+    if len(runs.solver):
+        exact = {
+            name: abs(measure(name, runs, MODELS[0], limits).value) for name in set(runs.solver["id"]) - {""}
+        }
+        solver = numerics.u_d(runs.solver, exact)
+    rows = {}
+    for name, row in numbers().to_dict("index").items():
+        ids, quantity, use, limit = row["ids"].split(", "), row["quantity"], row["use"], nan
+        prints = [published(each) for each in ids]
+        first, kind = prints[0], USES.get(use, Use.CALIBRATION)
+        if quantity.startswith("min_"):
+            limit = limits[quantity.split("_")[1]]
+            if "displacement" in quantity and limit > abs(published("S4.2-stroke").value):
+                kind = Use.UNINFORMATIVE
+        shown = {model: measure(ids[0], runs, model, limits) for model in MODELS}
+        sizes = {model: float(size_of(quantity, each.value)) for model, each in shown.items()}
+        own, others = sizes[MODELS[0]], [sizes[model] for model in MODELS[1:]]
+        if quantity in PEAKS:
+            usual = {(row["scene"], MODELS[0]): [runs.standard[row["scene"], MODELS[0]]]}
+            others.append(abs(measure(ids[0], replace(runs, short=usual), MODELS[0], limits).value))
+        miss, size = shown[MODELS[0]].missed, float(size_of(quantity, first.value))
+        mine = drawn.tried[(drawn.tried["id"] == name) & drawn.tried["counts"]]
+        entry = {key: row[key] for key in ("ids", "scene", "figure", "quantity", "sight")}
+        entry |= {"unit": first.unit, "printed": first.value, "printed_at": first.time}
+        entry |= {"use": kind, "fitted": "" if use in USES else use, "limit": limit}
+        entry["note"] = "; ".join(filter(None, printed_rows().loc[ids, "note"]))
+        entry["bound"] = numerics.bound(row["scene"]) if quantity == "peak_displacement_error" else nan
+        entry |= {model: each.value for model, each in shown.items()}
+        entry |= {f"{model}_at": each.time for model, each in shown.items()}
+        entry |= {"other": shown[MODELS[0]].other, "printed_size": size, "missed": miss}
+        entry |= {"u_num": max(abs(other - own) for other in others) + miss, "u_print": first.rounding}
+        entry |= {"u_D": solver.get(str(name), nan) * size}
+        rows[str(name)] = entry | {"u_model": float(mine["change"].abs().max()) if len(mine) else nan}
+    return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def _entry(row: Entry, runs: Runs, drawn: pd.DataFrame, limits: Mapping[str, float]) -> dict[str, Any]:
-    """Judge one of the `numbers`."""
-    ids, scene, quantity, word = row["ids"].split(", "), row["scene"], row["quantity"], row["use"]
-    prints = [published(name) for name in ids]
-    first = prints[0]
-    use, limit = USES.get(word, Use.CALIBRATION), nan
-    if quantity.startswith("min_"):
-        limit = limits[quantity.split("_")[1]]
-        if "displacement" in quantity and limit > abs(published("S4.2-stroke").value):
-            use = Use.UNINFORMATIVE
-    judged = use in (Use.PREDICTION, Use.CALIBRATION)
-    shown = {model: measure(ids[0], runs, model, limits) for model in MODELS}
-    sizes = {model: float(size_of(quantity, each.value)) for model, each in shown.items()}
-    size = float(size_of(quantity, first.value))
-    others = [sizes[model] for model in MODELS[1:]]
-    if quantity in PEAKS:
-        usual = {(scene, MODELS[0]): [runs.standard[scene, MODELS[0]]]}
-        others.append(abs(measure(ids[0], replace(runs, short=usual), MODELS[0], limits).value))
-    missed = MISSED * sizes[MODELS[0]] if quantity in PEAKS else 0.0
-    u_num = max(abs(other - sizes[MODELS[0]]) for other in others) + missed
-    times, signs = list(dict.fromkeys(p.time for p in prints)), {p.value > 0 for p in prints}
-    same_sign = drawn["value"] * first.value > 0
-    near = (drawn["time"] - first.time).abs() <= REACH * load_scene(scene).period
-    peak = judged and quantity in PEAKS
-    sign, instant, both = (
-        float(each.mean()) if peak else nan for each in (same_sign, near, same_sign & near)
-    )
-    within = interval(size_of(quantity, drawn["value"]).to_numpy(np.float64), u_num, first.rounding)
-    entry: dict[str, Any] = {
-        "ids": row["ids"],
-        "scene": scene,
-        "figure": row["figure"],
-        "quantity": quantity,
-        "unit": first.unit,
-        "printed": first.value,
-        "printed_at": first.time,
-        "times": [time for time in times if not isnan(time)],
-        "signs": len(signs),
-        "use": use,
-        "fitted": "" if word in USES else word,
-        "limit": limit,
-        "note": "; ".join(filter(None, printed_rows().loc[ids, "note"])),
+def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
+    """Return a row for each entry that is judged and each hypothesis.
+
+    ``id``, ``hypothesis``; ``u_input``, ``low``, ``middle``, ``high`` of the size, ``size``: a `Size`;
+    ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``. ``transient``:
+    share of the draws in which an end of a range is the first cycle's alone.
+    """
+    rows = []
+    for hypothesis, frames in drawn.by_hypothesis.items():
+        for name, entry in entries.to_dict("index").items():
+            if entry["use"] not in (Use.PREDICTION, Use.CALIBRATION):
+                continue
+            shown = frames[str(name)]
+            sizes = size_of(entry["quantity"], shown["value"]).to_numpy(np.float64)
+            within = interval(sizes, *_others(entry))
+            wider = interval(sizes, *_others(entry, "u_model"))
+            size = within.size(entry["printed_size"])
+            if size == Size.OUTSIDE and wider.size(entry["printed_size"]) != Size.OUTSIDE:
+                size = Size.FORM
+            gone = float(((shown["other"] / shown["value"] - 1.0).abs() > CLOSE).mean())
+            row = {
+                "id": name,
+                "hypothesis": hypothesis,
+                **within._asdict(),
+                "draws": len(sizes),
+                "size": size,
+            }
+            row |= {"chance": within.chance(), "form_chance": wider.chance()}
+            rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
+    return pd.DataFrame(rows)
+
+
+def _others(entry: Entry, *more: str) -> list[float]:
+    """Return the half-widths that are known of an entry, besides that of the inputs."""
+    return [entry[key] for key in ("u_num", "u_print", "u_D", *more) if not isnan(entry[key])]
+
+
+def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
+    """Return a row for each printed instant or angle, each time that it is printed, and each hypothesis.
+
+    ``at`` and ``ours``: s, or deg; ``share`` of the draws that have the printed sign within `REACH` of a
+    cycle of it, of a reliability its angle; ``shifted``: the same of the first cycle, for the instant a
+    period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too.
+    """
+    rows = []
+    pairs = product(drawn.by_hypothesis.items(), entries.to_dict("index").items())
+    for (hypothesis, frames), (name, entry) in pairs:
+        shown, period = frames[str(name)], load_scene(entry["scene"]).period
+        angle, shifted, sized = entry["quantity"].startswith("min_"), nan, nan
+        near = 1.0 if angle else REACH * period
+        for identifier in entry["ids"].split(", "):
+            printed = published(identifier)
+            at = printed.angle if angle else printed.time
+            if isnan(at):
+                continue
+            met = ((shown["time"] - at).abs() <= near) & (shown["value"] * printed.value >= 0)
+            if entry["quantity"] in PEAKS:
+                other = shown["other"]
+                early = ((shown["other_time"] + period - at).abs() <= near) & (other * printed.value > 0)
+                fits = interval(other.abs().to_numpy(np.float64), *_others(entry)).size(abs(printed.value))
+                shifted = float(early.mean())
+                sized = shifted * (fits != Size.OUTSIDE)
+            row = {"id": identifier, "scene": entry["scene"], "quantity": entry["quantity"]}
+            row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
+            row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
+            rows.append(row | {"shifted": shifted, "sized": sized})
+    return pd.DataFrame(rows)
+
+
+def matches_by_chance(printed: Sequence[float], ours: Sequence[float]) -> float:
+    """Return how many of ours are equal to the printed ones in the mean over all orders of these."""
+    return sum(printed.count(each) for each in ours) / len(printed)
+
+
+class Joint(NamedTuple):
+    """How many printed sizes one draw meets within `CLOSE` at once."""
+
+    of: int
+    draws: int
+    best: int
+    median: float
+    random: float  # mean of the best where the printed sizes are random within `FACTOR` of our medians
+    chance: float  # share of random sets of which the best meets as many or more
+
+
+def joint(sizes: pd.DataFrame, printed: pd.Series, seed: int = 0) -> Joint:
+    """Return the joint measure of drawn sizes, a row a draw, a column a printed number."""
+    values = sizes.dropna().to_numpy(np.float64)
+
+    def met(targets: Array) -> Array:
+        return np.asarray((np.abs(values - targets) <= CLOSE * targets).sum(axis=1))
+
+    ours = met(printed.reindex(sizes.columns).to_numpy(np.float64))
+    powers = np.random.default_rng(seed).uniform(-1.0, 1.0, (SETS, values.shape[1]))
+    random = np.array([met(np.median(values, axis=0) * FACTOR**power).max() for power in powers])
+    best = int(ours.max())
+    middle, chance = float(np.median(ours)), float((random >= best).mean())
+    return Joint(len(sizes.columns), len(values), best, middle, float(random.mean()), chance)
+
+
+def joints(entries: pd.DataFrame, drawn: Drawn) -> dict[str, Joint]:
+    """Return by hypothesis the `joint` measure of all predictions."""
+    printed = entries.loc[entries["use"] == Use.PREDICTION, "printed_size"]
+    return {
+        name: joint(pd.DataFrame({each: frames[each]["value"].abs() for each in printed.index}), printed)
+        for name, frames in drawn.by_hypothesis.items()
     }
-    for model, each in shown.items():
-        ratio = sizes[model] / size if judged else nan
-        entry |= {model: each.value, f"{model}_at": each.time, f"{model}_ratio": ratio}
-    return entry | {
-        "printed_size": size,
-        "u_num": u_num,
-        "u_print": first.rounding,
-        **within._asdict(),
-        "draws": len(drawn),
-        "size": within.size(size) if judged else Size.NONE,
-        "sign_share": sign,
-        "instant_share": instant,
-        "both_share": both,
-        "sign": outcome(len(signs), sign),
-        "instant": outcome(len(times), instant),
-    }
 
 
-# ---- the limits that the paper must have used for its reliabilities, from our errors
+# ---- the limit that the paper must have used for its reliabilities, from our errors
 
 
 def printed_reliabilities() -> list[tuple[str, str, Published]]:
@@ -225,7 +311,7 @@ def one_limit(runs: Runs, quantity: str) -> float:
     ]
 
     def squares(log_limit: float) -> float:
-        ours = [max(lacking(exp(log_limit), assessed), 1e-300) for _, assessed in known]
+        ours = [max(lacking(exp(log_limit), assessed).max(), 1e-300) for _, assessed in known]
         return float(np.sum(np.log(np.array(ours) / [wanted for wanted, _ in known]) ** 2))
 
     # The sum has several minima where a limit is too narrow for any reliability; a scan finds the widest.
@@ -235,36 +321,7 @@ def one_limit(runs: Runs, quantity: str) -> float:
     return exp(minimize_scalar(squares, bounds=around, method="bounded").x)
 
 
-def implied(runs: Runs) -> pd.DataFrame:
-    """Solve every printed reliability for its upper limit (the lower one is zero), in its part of the cycle.
-
-    Behind a model's name ``_least`` and ``_most`` within the rounding of the print; ``_worst_at`` (deg): the
-    part in which the model's reliability is smallest, and ``_worst``: the limit that gives the print there.
-    """
-    rows = []
-    for identifier, quantity, printed in printed_reliabilities():
-        row: dict[str, Any] = {"id": identifier, "quantity": quantity, "unit": unit_of(quantity)}
-        row |= {"printed": printed.value, "at": printed.angle}
-        for model in MODELS:
-            assessed = runs.reliabilities[scene_of(identifier), model][quantity]
-            there, worst = int(np.argmin(np.abs(assessed.angle - printed.angle))), assessed.worst
-            moments = {k: (float(assessed.mean[k]), float(assessed.deviation[k])) for k in (there, worst)}
-            # A higher reliability needs a wider limit.
-            for end, by in (("", 0.0), ("_least", -printed.rounding), ("_most", printed.rounding)):
-                row[f"{model}{end}"] = implied_limit(printed.value + by, *moments[there])
-            row[f"{model}_worst_at"] = float(assessed.angle[worst])
-            row[f"{model}_worst"] = implied_limit(printed.value, *moments[worst])
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-# ---- what is drawn, and what is tried for the predictions that are not reproduced
-
-FIRST_CYCLE = "first cycle"  # the variant that needs no run of its own
-PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
-COLUMNS = [
-    "ids", "scene", "quantity", "unit", "printed", "variant", "low", "high", "draws", "size", "why",
-]  # fmt: skip
+# ---- what is drawn
 
 
 def drawn_together(ids: Iterable[str]) -> dict[tuple[str, bool], tuple[str, ...]]:
@@ -276,125 +333,65 @@ def drawn_together(ids: Iterable[str]) -> dict[tuple[str, bool], tuple[str, ...]
     return {(str(name), bool(long)): tuple(own.index) for (name, long), own in groups}
 
 
-def peaks_of(scene: str) -> tuple[str, ...]:
-    """Return the first id of each largest error that is printed of a scene."""
-    own = numbers()
-    return tuple(own.index[(own["scene"] == scene) & own["quantity"].isin(PEAKS)])
+def draw_all(config: Config, limits: Mapping[str, float], n_jobs: int, on_progress: Progress | None) -> Drawn:
+    """Draw all inputs for every printed number under each hypothesis, and forms of the model.
 
-
-def draw_all(
-    config: Config, limits: Mapping[str, float], n_jobs: int, on_progress: Progress | None
-) -> tuple[dict[str, pd.DataFrame], pd.DataFrame]:
-    """Draw all inputs for every printed number, and each group alone for the central largest errors.
-
-    Returns what `Ensemble` shows by id, and `shares` of the inputs.
+    `ValueError` where no draw of a condition succeeds.
     """
-    small = config._replace(samples=2 * config.long_samples)
+    together, plain = drawn_together(numbers().index), config._replace(draws=0, long_draws=0)
     asked = [
-        (Draw(scene, ids, small, limits, many), config.long_draws if many else config.draws)
-        for (scene, many), ids in drawn_together(numbers().index).items()
+        (Draw(scene, ids, plain, limits, many, changes=changes), config.long_draws if many else config.draws)
+        for changes in HYPOTHESES.values()
+        for (scene, many), ids in together.items()
     ]
-    count, central = len(asked), peaks_of(CENTRAL)
-    asked += [(Draw(CENTRAL, central, small, {}, only=group), config.draws) for group in GROUPS]
-    ensembles = run_draws(asked, n_jobs, on_progress)
+    ensembles = run_draws(asked, n_jobs, part(on_progress, 0.0, 0.7))
     for (one, _), each in zip(asked, ensembles, strict=True):
         if each.shown.empty:
             raise ValueError(f"no draw of {one.name} succeeded: {each.failures[0]}")
-    drawn = {
-        name: pd.DataFrame(each.shown[name])
-        for (one, _), each in zip(asked[:count], ensembles, strict=False)
-        for name in one.ids
-    }
-    counted = [name for name in central if numbers().loc[name, "use"] != "misprint"]
-    return drawn, shares(dict(zip(GROUPS, ensembles[count:], strict=True)), counted)
-
-
-def shares(alone: Mapping[str, Ensemble], ids: Sequence[str]) -> pd.DataFrame:
-    """Return ``u_input`` of largest errors by each group of inputs alone, and its share of the squares."""
-    rows = [
-        (name, group, interval(each.shown[name]["value"].abs().to_numpy(), 0.0, 0.0).u_input)
-        for name in ids
-        for group, each in alone.items()
-    ]
-    frame = pd.DataFrame(rows, columns=["id", "group", "u_input"])
-    squares = frame["u_input"] ** 2
-    return frame.assign(share=(squares / squares.groupby(frame["id"]).transform("sum")).fillna(0.0))
-
-
-def missed(entries: pd.DataFrame) -> pd.DataFrame:
-    """Return the predictions that are not reproduced."""
-    return entries[(entries["use"] == Use.PREDICTION) & (entries["size"] == Size.OUTSIDE)]
-
-
-def try_variants(
-    entries: pd.DataFrame,
-    drawn: Mapping[str, pd.DataFrame],
-    config: Config,
-    n_jobs: int,
-    on_progress: Progress | None,
-) -> pd.DataFrame:
-    """Return a row of `COLUMNS` for each largest error or range and each variant tried for it.
-
-    Tried for the predictions that are not reproduced, the materials for all of their largest errors. A
-    variant of which one of `PROBED` draws of two cycles fails under a condition is left out, and ``why`` has
-    the status of its run. Ranges are those of fewer cycles.
-    """
-    by_id = {entry["ids"].split(", ")[0]: entry for entry in entries.to_dict("records")}
-    open_ids = [ids.split(", ")[0] for ids in missed(entries)["ids"]]
-    peaks = [name for name in open_ids if by_id[name]["quantity"] in PEAKS]
-    wanted = drawn_together(
-        [name for name in open_ids if by_id[name]["quantity"].startswith(("peak_", "range_"))]
-    )
-    small = config._replace(samples=2 * config.long_samples, cycles=config.fewer)
-    asked = [
-        (one["name"], Draw(scene, ids, small, {}, many, changes=one["values"]))
-        for one in VARIANTS
-        if "values" in one
-        for (scene, many), ids in (
-            {(one["scene"], False): peaks_of(one["scene"])} if "scene" in one else wanted
-        ).items()
-    ]
-    probed = [(variant, draw) for variant, draw in asked if not draw.many]
-    probes = run_draws([(draw, PROBED) for _, draw in probed], n_jobs, part(on_progress, 0.0, 0.1))
-    why: dict[str, str] = {}
-    for (variant, _), probe in zip(probed, probes, strict=True):
-        for text in probe.failures:
-            why.setdefault(variant, text)
-    runs = [(draw, config.long_draws) for variant, draw in asked if variant not in why]
-    rest = iter(run_draws(runs, n_jobs, part(on_progress, 0.1, 1.0)))
-    rows = [_row(by_id[name], FIRST_CYCLE, drawn[name]["first"]) for name in peaks]
-    for variant, draw in asked:
-        shown = None if variant in why else next(rest).shown
-        for name in draw.ids:
-            values = pd.Series(dtype=float) if shown is None else shown[name]["value"]
-            rows.append(_row(by_id[name], variant, values, why.get(variant, "")))
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def _row(entry: Entry, variant: str, values: pd.Series, why: str = "") -> dict[str, Any]:
-    """Judge a printed number by the interval of a variant's draws; numerics and print are the entry's."""
-    sizes = size_of(entry["quantity"], values).to_numpy(np.float64)
-    within = interval(sizes, entry["u_num"], entry["u_print"])
-    size = Size.NONE if why else within.size(abs(entry["printed"]))
-    judged = (variant, within.low, within.high, len(values), size, why)
-    return {name: entry[name] for name in COLUMNS[:5]} | dict(zip(COLUMNS[5:], judged, strict=True))
-
-
-def causes(entries: pd.DataFrame, tried: pd.DataFrame, numerics: pd.DataFrame) -> pd.DataFrame:
-    """Return what reaches each prediction that is not reproduced, a row each by the index of ``entries``.
-
-    ``reached_by``: the names of variants; ``variants``: how many were tried; ``settings``: at how many the
-    paper's own formulation and solver gives the printed size, ``chance`` of that: those of ``numerics``, as
-    `comparison.studies.as_published.study.judge` returns it; nan where it was not tried.
-    """
-    by_id = numerics.set_index("id").reindex(columns=["settings", "chance"])
-    rows = {}
-    for key, ids in missed(entries)["ids"].items():
-        mine = tried[(tried["ids"] == ids) & (tried["size"] != Size.NONE)]
-        name = next((each for each in ids.split(", ") if each in by_id.index), None)
-        rows[key] = {
-            "reached_by": list(mine["variant"][mine["size"] != Size.OUTSIDE]),
-            "variants": len(mine),
-            **(by_id.loc[name].to_dict() if name else dict.fromkeys(by_id, nan)),
+    by_hypothesis = {}
+    for place, name in enumerate(HYPOTHESES):
+        own = slice(place * len(together), (place + 1) * len(together))
+        by_hypothesis[name] = {
+            each: pd.DataFrame(done.shown[each])
+            for (one, _), done in zip(asked[own], ensembles[own], strict=True)
+            for each in one.ids
         }
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["reached_by", "variants", *by_id])
+    return Drawn(by_hypothesis, forms(config, n_jobs, part(on_progress, 0.7, 1.0)))
+
+
+def forms(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Return a row for each largest error or range and each form of the model, with the same draws.
+
+    ``id``, ``variant``, ``counts``: for u_model; ``draws``, ``median`` size, ``change``: that less the median
+    of the first form in the same draws; ``why``: where a form is left out under a condition, as one of
+    `PROBED` draws fails, the reason. Ranges are those of fewer cycles.
+    """
+    rows = numbers()
+    wanted = rows.index[rows["quantity"].str.startswith(("peak_", "range_")) & (rows["use"] != "misprint")]
+    small = config._replace(cycles=config.fewer, draws=0, long_draws=0)
+    asked = [
+        (one, Draw(scene, ids, small, {}, many, changes=one["values"]))
+        for one in VARIANTS
+        for (scene, many), ids in drawn_together(wanted).items()
+        if scene == one.get("scene", scene)
+    ]
+    probes = run_draws([(draw, PROBED) for _, draw in asked], n_jobs, part(on_progress, 0.0, 0.2))
+    kept = [
+        (draw, config.long_draws)
+        for (_, draw), probe in zip(asked, probes, strict=True)
+        if not probe.failures
+    ]
+    rest = iter(run_draws(kept, n_jobs, part(on_progress, 0.2, 1.0)))
+    lines: list[dict[str, Any]] = []
+    base: dict[str, pd.Series] = {}
+    for (one, draw), probe in zip(asked, probes, strict=True):
+        shown = None if probe.failures else next(rest).shown
+        for name in draw.ids:
+            line = {"id": name, "variant": one["name"], "counts": one.get("counts", False), "draws": 0}
+            line |= {"median": nan, "change": nan, "why": probe.failures[0] if probe.failures else ""}
+            if shown is not None:
+                own = shown[name]["value"].abs()
+                known = base.setdefault(name, own).reindex(own.index).median()
+                line |= {"draws": len(own), "median": own.median(), "change": own.median() - known}
+            lines.append(line)
+    return pd.DataFrame(lines)

@@ -26,16 +26,15 @@ from comparison.reliability.assessment import Assessment, assess, cap, ideal_sce
 from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
-from comparison.studies.identification import fitting
-from comparison.studies.nonlinear.methods import Chaos
+from comparison.studies.paper import fitting
+from comparison.studies.paper.exponents import Chaos
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier, settable
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
 CENTRAL, PIN, IDEAL = "150rpm-0.2mm", "crank-pin", "ideal"
-ADAMS = "adams-impact"
-"""The central case with the contact law of the program that the paper compares with in Fig. 13."""
+ADAMS = "adams-impact"  # the central case with the contact law of the second program, Fig. 13
 CONDITIONS = {
     ("translational", "150", "0.2", "210", "0.28"): CENTRAL,
     ("translational", "150", "0.2", "69", "0.28"): "69GPa",
@@ -46,8 +45,7 @@ CONDITIONS = {
     ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
     ("ideal", "150", "0", "210", "0.28"): IDEAL,
 }
-"""What `CONDITION` names, as printed -> the scene. The ideal mechanism of the central case stands for the
-last one."""
+"""What `CONDITION` names, as printed -> the scene; the last has the ideal mechanism of the central case."""
 *SCENES, _ = CONDITIONS.values()
 *SLIDER, _ = SCENES
 RELIABILITIES = (CENTRAL, "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")  # conditions of Figs. 16 and 17
@@ -65,12 +63,8 @@ RANGES = {
 REACH = 0.025
 """Of a cycle, 9 degrees of the crank: a peak this close to the printed instant is the same passage. Three
 times the 0.8 % by which the paper's own instants of one peak differ (0.4110 s and 0.4141 s)."""
-MISSED = 2e-3
-"""Of a largest error, by which 10,000 samples a cycle may miss it: 1.65e-3 measured against 120,000, for a
-velocity; less for displacements and accelerations."""
-NUDGE, PIN_NUDGE = 1e-6, 1e-7
-"""From one member to the next: m of the slider's start, half a per cent of the clearance; degrees of the
-crank, less than 1e-9 m of the ideal slider."""
+GOLDEN, PIN_NUDGE = (5**0.5 - 1) / 2, 1e-7
+"""From one member to the next: of the way between the walls, the start; degrees of the crank: < 1e-9 m."""
 
 
 class Config(NamedTuple):
@@ -81,8 +75,8 @@ class Config(NamedTuple):
     long_samples: int  # a cycle, of many cycles; divides the former
     cycles: int  # of the central case, as in Figs. 14 and 15
     fewer: int = 0  # of the other cases, which the paper does not follow so long
-    members: int = 1  # runs of two cycles that differ by a nudge
-    draws: int = 0  # of what the paper does not print, or rounds
+    members: int = 1  # runs of two cycles from other starts
+    draws: int = 0  # of what the paper does not print, or rounds, without gravity as many
     long_draws: int = 0  # of the same, where runs are long: of many cycles, of variants
 
 
@@ -97,13 +91,12 @@ class Runs:
     pin: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles with clearance at the crank pin, with the journal's path and forces."""
     standard: dict[tuple[str, str], Table] = field(default_factory=dict)
-    """Two cycles at the settings as a user runs them: of all scenes by the first model, of the central case
-    by both."""
+    """Two cycles at usual settings: of all scenes by the first model, of the central case by both."""
     adams: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
-    chaos: Chaos = Chaos.UNDECIDED
-    exponents: dict[str, list[float]] = field(default_factory=dict)
-    """Verdict of the study nonlinear on the central case; model -> measured Lyapunov exponents, per cycle."""
+    chaos: Chaos = Chaos.UNDECIDED  # of the central case
+    exponents: dict[tuple[str, str], list[float]] = field(default_factory=dict)  # Lyapunov's, per cycle
+    solver: pd.DataFrame = field(default_factory=pd.DataFrame)  # `comparison.studies.paper.numerics`
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
         """Return the errors of a run over the two cycles, actual - ideal."""
@@ -116,19 +109,12 @@ class Runs:
 
     @cached_property
     def laws_and_codes(self) -> dict[str, dict[str, Array]]:
-        """What differs -> channel -> differences in the second cycle: the code, the contact law, or both.
-
-        Both: as the paper's two programs may have differed in Fig. 13.
-        """
-        first, second_model = MODELS
-        pairs = {
-            "code": (self.short[CENTRAL, first][0], self.short[CENTRAL, second_model][0]),
-            "law": (self.short[CENTRAL, first][0], self.adams[first]),
-            "law and code": (self.short[CENTRAL, first][0], self.adams[second_model]),
-        }
+        """What differs (both, as may be in Fig. 13) -> channel -> differences in the second cycle."""
+        a, b = (self.short[CENTRAL, model][0] for model in MODELS)
+        others = {"code": b, "law": self.adams[MODELS[0]], "law and code": self.adams[MODELS[1]]}
         return {
-            name: {channel: (b.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
-            for name, (a, b) in pairs.items()
+            name: {channel: (other.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
+            for name, other in others.items()
         }
 
     def by_member(self, scene: str, model: str, channel: str, cycle: int = 2) -> list[Peak]:
@@ -179,7 +165,9 @@ def short_scene(config: Config, name: str, member: int = 0) -> Scene:
     """Return two cycles of a condition, at the models' tightest settings."""
     scene = _two_cycles(config, name, "accelerations")
     mechanism = scene.data["mechanism"]
-    start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
+    start = {START: mechanism["reference_offset"]}
+    if member:
+        start = {START: (2.0 * (member * GOLDEN % 1.0) - 1.0) * scene.data["clearance"]["slider"]}
     if name == PIN:
         start = {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + member * PIN_NUDGE}
     return at_tier(scene.with_values(start), "tight")
@@ -236,9 +224,9 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
 CAP = cap(Limits(upper=1.0))  # reliability without any error, whatever the limit
 
 
-def lacking(limit: float, assessed: Assessment) -> float:
-    """Return what the smallest reliability would miss to the cap with another upper limit, the lower zero."""
-    return CAP - float(reliability(Limits(upper=limit), assessed.mean, assessed.deviation).min())
+def lacking(limit: float, assessed: Assessment) -> Array:
+    """Return what reliabilities miss to the cap with another upper limit, the lower zero, shape (bins,)."""
+    return CAP - reliability(Limits(upper=limit), assessed.mean, assessed.deviation)
 
 
 def scene_of(identifier: str) -> str:
@@ -260,40 +248,88 @@ def numbers() -> pd.DataFrame:
     return first.assign(ids=ids.to_numpy(), scene=[scene_of(str(name)) for name in first.index])
 
 
-def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float], cycle: int = 2) -> Peak:
-    """Return what a model's run shows in place of a published row, in its unit.
+class Shown(NamedTuple):
+    """What a run shows in place of a printed number, in its unit."""
 
-    The largest error of a cycle; of what belongs to no instant without a time. The smallest reliability is
-    that with the upper limit of its quantity, the lower zero.
+    value: float
+    time: float = nan
+    """Of a largest error, s; of a smallest reliability its crank angle, deg."""
+    missed: float = 0.0  # by which its samples may miss it
+    other: float = nan
+    """The same of the first cycle; of a range that from the second cycle on."""
+    other_time: float = nan
+
+
+def missed(sizes: Array, largest: float) -> float:
+    """Return by how much samples may miss the largest of sizes: nothing where what is between is known.
+
+    A third of what every second one misses, as it falls with the square of the interval, or as much as the
+    parabola through the top is higher, if that is more: the one is blind to a top in the middle of two
+    samples, the other to a narrow one.
+    """
+    top = int(sizes.argmax())
+    if largest > sizes[top]:
+        return 0.0
+    every_second = float(sizes[top] - min(sizes[::2].max(), sizes[1::2].max()))
+    before, at, after = sizes[np.clip([top - 1, top, top + 1], 0, sizes.size - 1)].tolist()
+    curved = 2 * at - before - after
+    return max(every_second / 3, (after - before) ** 2 / (8 * curved) if curved else 0.0)
+
+
+def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]) -> Shown:
+    """Return what a model's run shows in place of a published row.
+
+    The largest error of the second cycle. The smallest reliability is that with the upper limit of its
+    quantity, the lower zero.
     """
     scene, quantity = scene_of(identifier), str(printed_rows().loc[identifier, "quantity"])
     if channel := PEAKS.get(quantity):
-        return runs.by_member(scene, model, channel, cycle)[0]
+        first, peak = (runs.by_member(scene, model, channel, cycle)[0] for cycle in (1, 2))
+        own = runs.errors(scene, model, channel)
+        sizes = np.abs(own[second(runs.ideal[scene, model])])
+        return Shown(peak.value, peak.time, missed(sizes, abs(peak.value)), first.value, first.time)
     if quantity.startswith("min_"):
         name = quantity.split("_")[1]
-        return Peak(CAP - lacking(limits[name], runs.reliabilities[scene, model][name]), nan)
+        assessed = runs.reliabilities[scene, model][name]
+        lack = lacking(limits[name], assessed)
+        return Shown(CAP - float(lack.max()), float(assessed.angle[lack.argmax()]))
     ideal, samples = runs.ideal[CENTRAL, model], runs.config.samples
     y, velocity = ideal.values("slider_y"), ideal.values("slider_vy")
     if quantity == "lowest_displacement":
-        value = float(y.min() - y[0])
-    elif quantity == "crank_angle_at_top_dead_centre":  # the zero of the velocity where y is highest
+        at = samples + int(y[samples:].argmin())
+        return Shown(float(y[at] - y[0]), float(ideal.time[at]))
+    if quantity == "crank_angle_at_top_dead_centre":  # the zero of the velocity where y is highest
         at = samples // 2 + int(y[samples // 2 : -samples // 2].argmax())
         rise = (velocity[at + 1] - velocity[at - 1]) / 2
         known = ideal.provenance.get("scene") or load_scene(IDEAL).data
         start = float(known["mechanism"]["crank_angle_deg"])
-        value = float(start + 360.0 * ((at - velocity[at] / rise) / samples - 1.0))
-    else:
-        name, _, end = quantity.rpartition("_")
-        channel, origin = RANGES[name]
-        if origin == "motion":
-            errors = runs.long_errors(scene, model, channel)
-            ends = float(errors.min()), float(errors.max())
-        else:
-            zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
-            extremes = runs.long[scene, model].extrema[channel]
-            ends = extremes["min"] - zero, extremes["max"] - zero
-        value = ends[end == "high"]
-    return Peak(value, nan)
+        turned = float((at - velocity[at] / rise) / samples - 1.0)
+        return Shown(start + 360.0 * turned, turned * float(ideal.time[-1]) / 2)
+    return _range(quantity, runs, scene, model)
+
+
+def _range(quantity: str, runs: Runs, scene: str, model: str) -> Shown:
+    """Return an end of a range over all cycles; ``other`` without the first one.
+
+    Of coordinates that of the model's own extrema; of errors that of the samples, the first two cycles being
+    sampled as densely as runs of two.
+    """
+    name, _, end = quantity.rpartition("_")
+    (channel, origin), sign = RANGES[name], 1.0 if end == "high" else -1.0
+    if origin == "motion":
+        parts = [sign * row for row in runs.long_errors(scene, model, channel)]
+        dense = sign * runs.errors(scene, model, channel)
+        parts[:2] = np.array_split(dense, [runs.config.samples])
+        ends = [(float(part.max()), missed(part, -np.inf)) for part in parts]
+        whole, later = (max(ends[first:])[0] for first in (0, 1))
+        most = max(top + miss for top, miss in ends)
+        return Shown(sign * whole, missed=most - whole, other=sign * later)
+    zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
+    table = runs.long[scene, model]
+    extremes, word = table.extrema[channel], "max" if end == "high" else "min"
+    by_cycle = (table.cycle_extrema or {}).get(f"{channel}_{word}", [nan, nan])
+    rest = sign * float(np.max(sign * np.asarray(by_cycle[1:], dtype=np.float64)))
+    return Shown(extremes[word] - zero, other=rest - zero)
 
 
 # ---- what is drawn
@@ -302,47 +338,42 @@ DATA = tomllib.loads(files("comparison.studies.paper").joinpath("uncertainty.tom
 INPUTS: list[dict[str, Any]] = DATA["input"]
 VARIANTS: list[dict[str, Any]] = DATA["variant"]
 SEED: int = DATA["seed"]
-GEOMETRY: str = DATA["geometry"]["group"]
-GROUPS = tuple(dict.fromkeys([GEOMETRY, *(one["group"] for one in INPUTS)]))
 REFERENCE, ATTEMPTS = "reference", 1000
 WITHOUT_CLEARANCE = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
-FIELDS = ("value", "time", "first")
+FIELDS = Shown._fields
+HYPOTHESES: dict[str, dict[str, object]] = {"gravity": {}, "none": {"environment.gravity": 0.0}}
+"""The paper does not mention gravity: what is changed in a scene, whose own is 9.81 m/s^2."""
 RODS = ("crank", "rod2", "rocker", "rod4")
 OFFSET, START, ANGLE = "mechanism.reference_offset", "initial.slider_offset", "mechanism.crank_angle_deg"
 
 
-def value(one: Mapping[str, Any], middle: float, u: float) -> float:
-    """Return the value of an input for a number u between -1 and 1; its middle for 0."""
-    if "other" in one:
-        return float(one["other"]) if u < 0 else middle
-    return float(middle * one["factor"] ** u if "factor" in one else middle + one["half"] * u)
+def value(one: Mapping[str, Any], middle: Mapping[str, Any], u: float) -> float:
+    """Return the value of an input for a number u between -1 and 1; its middle for 0 where it has one."""
+    if "within" in one:
+        return float(u * middle[one["within"]])
+    known = middle[one["key"]]
+    return float(known * one["factor"] ** u if "factor" in one else known + one["half"] * u)
 
 
 @cache
-def drawn(number: int, only: str) -> tuple[tuple[float, ...], fitting.Geometry | None, float]:
-    """Return the numbers u of `INPUTS`, zero outside the group ``only``, geometry and its dead centre (deg).
+def drawn(number: int) -> tuple[tuple[float, ...], fitting.Geometry, float]:
+    """Return the numbers u of `INPUTS`, a geometry and its dead centre (deg).
 
-    Drawn until the geometry meets every printed fact within its allowance; None: that of the scene.
+    Drawn until the geometry meets every printed fact within its allowance.
     """
     rng, facts = np.random.default_rng([SEED, number]), fitting.printed_facts()
     allowances, topology = facts["allowance"].to_numpy(), fitting.TOPOLOGIES[0]
-    lengths, keys = fitting.table_1()[0], [one["key"] for one in INPUTS]
-    groups = [*(one["group"] for one in INPUTS), *[GEOMETRY] * len(facts)]
-    counts = np.array([only in ("", group) for group in groups])
-    rods = [keys.index(f"mechanism.{rod}.length") for rod in RODS]
+    printed, keys = fitting.table_1()[0], [one["key"] for one in INPUTS]
     for _ in range(ATTEMPTS):
-        u = rng.uniform(-1.0, 1.0, counts.size) * counts
-        own, of_facts = tuple(u[: len(INPUTS)].tolist()), u[len(INPUTS) :]
-        if not of_facts.any() and not u[rods].any():
-            return own, None, 0.0
-        printed = (lengths.crank, lengths.rod2, lengths.rocker, lengths.rod4)
-        crank, rod2, rocker, rod4 = (
-            value(INPUTS[k], length, own[k]) for k, length in zip(rods, printed, strict=True)
-        )
-        changed = fitting.Lengths(crank, rod2, rocker, rocker / 2, rod4)
-        wanted = facts.assign(value=facts["value"] + allowances * of_facts)
-        start, known = fitting.shipped_geometry(), (topology, wanted, allowances, changed)
-        best = least_squares(fitting.residuals, start, args=known, x_scale=0.1)
+        own = tuple(rng.uniform(-1.0, 1.0, len(INPUTS)).tolist())
+        wanted = facts.assign(value=facts["value"] + allowances * rng.uniform(-1.0, 1.0, len(facts)))
+        lengths = {}
+        for rod in RODS:
+            k = keys.index(f"mechanism.{rod}.length")
+            lengths[rod] = value(INPUTS[k], {keys[k]: getattr(printed, rod)}, own[k])
+        changed = fitting.Lengths(**lengths, rocker_centroid=lengths["rocker"] / 2)
+        known = (topology, wanted, allowances, changed)
+        best = least_squares(fitting.residuals, fitting.shipped_geometry(), args=known, x_scale=0.1)
         fitted = fitting.Geometry(*best.x.tolist())
         misses = fitting.residuals(fitted, topology, facts, allowances, changed)
         if np.abs(misses).max() <= 1.0:
@@ -350,19 +381,16 @@ def drawn(number: int, only: str) -> tuple[tuple[float, ...], fitting.Geometry |
     raise ValueError(f"draw {number}: no geometry meets the printed facts")
 
 
-def draw(scene: Scene, number: int, only: str = "") -> dict[str, object]:
-    """Return the keys of a scene with the inputs of one draw, of all groups or of one alone.
+def draw(scene: Scene, number: int) -> dict[str, object]:
+    """Return the keys of a scene with the inputs of one draw.
 
     The same number draws the same inputs in every scene. All rods are uniform: centroids are in the middle.
     """
-    own, geometry, top = drawn(number, only)
+    own, geometry, top = drawn(number)
     middle = settable(scene.data)
     pairs = zip(INPUTS, own, strict=True)
-    values: dict[str, float] = {one["key"]: value(one, middle[one["key"]], u) for one, u in pairs}
+    values: dict[str, float] = {one["key"]: value(one, middle, u) for one, u in pairs}
     values |= {f"mechanism.{rod}.centroid": values[f"mechanism.{rod}.length"] / 2 for rod in RODS}
-    values[START] += values[OFFSET] - middle[OFFSET]  # the start is on the ideal slider's line
-    if geometry is None:
-        return dict(values)
     values[ANGLE] += top - middle[ANGLE]
     values["mechanism.guide_x"] = geometry.guide - values[OFFSET]
     return values | {"mechanism.rocker_pivot": [geometry.pivot_x, geometry.pivot_y]}
@@ -377,23 +405,16 @@ class Draw(Task):
     config: Config
     limits: Mapping[str, float]  # of the permitted error, by quantity
     many: bool = False  # whether many cycles are run too
-    only: str = ""  # the group of inputs that is drawn; all
-    changes: Mapping[str, object] = field(default_factory=dict)  # of a variant
+    left_open: bool = True  # whether what the paper leaves open is drawn
+    changes: Mapping[str, object] = field(default_factory=dict)  # of a hypothesis or a variant
     number: int = 0
     models = (REFERENCE,)
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-        return 0.1 + 0.01 * self.config.cycles * self.many
 
 
 class Ensemble(NamedTuple):
     """What came of draws."""
 
-    shown: pd.DataFrame
-    """A row a draw that succeeded, by its number; columns (id, one of `FIELDS`), the last that of the first
-    cycle."""
+    shown: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, one of `FIELDS`)
     failures: list[str]  # of each that did not its status, or why the model refused it
 
 
@@ -419,7 +440,7 @@ def measure_draw(task: Draw, progress: Progress) -> Row:
     del progress
     config, name = task.config, task.name
     base = short_scene(config, name)
-    values = draw(base, task.number, task.only) | dict(task.changes)
+    values = (draw(base, task.number) if task.left_open else {}) | dict(task.changes)
     scene = base.with_values(values)
     ideal = run_one(scene.with_values(WITHOUT_CLEARANCE), REFERENCE)
     many = {}
@@ -427,8 +448,5 @@ def measure_draw(task: Draw, progress: Progress) -> Row:
         many[name, REFERENCE] = run_one(long_scene(config, name).with_values(values), REFERENCE)
     short = {(name, REFERENCE): [run_one(scene, REFERENCE)]}
     runs = Runs(config, short, {(name, REFERENCE): ideal, (CENTRAL, REFERENCE): ideal}, many)
-    shown: list[float] = []
-    for each in task.ids:
-        peak, first = (measure(each, runs, REFERENCE, task.limits, cycle) for cycle in (2, 1))
-        shown += [peak.value, peak.time, first.value]
-    return {"shown": shown}
+    rows = [measure(each, runs, REFERENCE, task.limits) for each in task.ids]
+    return {"shown": [value for row in rows for value in row]}

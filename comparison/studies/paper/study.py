@@ -1,10 +1,10 @@
-"""The paper against both models: every printed number, every figure, every statement."""
+"""The paper against both models: every printed number, instant, figure and statement."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from math import isnan
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,103 +13,103 @@ from comparison.execution.run import Progress
 from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
-from comparison.scene import load_scene
-from comparison.studies.as_published import study as as_published
-from comparison.studies.nonlinear import study as nonlinear
-from comparison.studies.nonlinear.methods import verdict
-from comparison.studies.paper import figures, ledger, runs
+from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
-from comparison.studies.paper.ledger import Entry, Outcome, Size, Use
-from comparison.studies.paper.runs import CAP, CENTRAL, DATA, INPUTS, PEAKS, REACH, VARIANTS, Runs
-from comparison.studies.shared.published import printed_rows
-from comparison.studies.shared.study import Study, markdown, part, rows_table, share, write_csv
+from comparison.studies.paper.exponents import verdict
+from comparison.studies.paper.ledger import Entry, Joint, Size, Use
+from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
+from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
 
-OUTCOMES = (Outcome.AGREES, Outcome.DIFFERS, Outcome.VARIES, Outcome.OPEN)
-SIZES = (Size.REPRODUCED, Size.WIDE, Size.OUTSIDE)
-BOTH = "both partners"  # what the scenes of other materials have
-MATERIALS = {one["name"] for one in VARIANTS if "scene" in one}
+CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose exponents statements need
 
 
 class Config(NamedTuple):
-    """What is run: here, and by the studies nonlinear and as-published."""
+    """What is run: here, of the part nonlinear, and by the paper's own solver."""
 
     runs: runs.Config
     chaos: nonlinear.Config
-    published: as_published.Config
+    solver: numerics.Config
 
 
 class Results(NamedTuple):
     """What was run, and what follows from it."""
 
     runs: Runs
-    entries: pd.DataFrame  # `ledger`
-    causes: pd.DataFrame  # `ledger.causes`
-    shares: pd.DataFrame  # `ledger.shares`
-    tried: pd.DataFrame  # `ledger.try_variants`
-    limits: pd.DataFrame  # `implied`
+    entries: pd.DataFrame  # `ledger.ledger`
+    judged: pd.DataFrame  # `ledger.judge`
+    instants: pd.DataFrame  # `ledger.instants`
+    joints: dict[str, Joint]
+    tried: pd.DataFrame  # `ledger.forms`
+    limits: dict[str, float]  # of the permitted error, by quantity
     statements: pd.DataFrame  # `judge_all`
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run everything and judge it."""
-    best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.25)).best
-    central = {model: [e for key, e in best.items() if key[:2] == (CENTRAL, model)] for model in MODELS}
+    best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.2)).best
+    exponents: dict[tuple[str, str], list[float]] = {}
+    for (scene, model, *_), each in best.items():
+        exponents.setdefault((scene, model), []).extend([each.value] if each.measured else [])
     made = replace(
-        runs.simulate(config.runs, n_jobs, part(on_progress, 0.25, 0.5)),
+        runs.simulate(config.runs, n_jobs, part(on_progress, 0.2, 0.35)),
         chaos=verdict(best, CENTRAL),
-        exponents={model: [e.value for e in each if e.measured] for model, each in central.items()},
+        exponents=exponents,
+        solver=numerics.measure(config.solver, n_jobs, part(on_progress, 0.35, 0.6)),
     )
     limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
-    drawn, alone = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.5, 0.8))
+    drawn = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.6, 1.0))
     entries = ledger.ledger(made, drawn, limits)
-    tried = ledger.try_variants(entries, drawn, config.runs, n_jobs, part(on_progress, 0.8, 0.9))
-    published = as_published.measured(config.published, n_jobs, part(on_progress, 0.9, 1.0))
-    reached = ledger.causes(entries, tried, published.judged)
-    return Results(made, entries, reached, alone, tried, ledger.implied(made), judge_all(made))
+    return Results(
+        made,
+        entries,
+        ledger.judge(entries, drawn),
+        ledger.instants(entries, drawn),
+        ledger.joints(entries, drawn),
+        drawn.tried,
+        limits,
+        judge_all(made),
+    )
 
 
 def page(results: Results) -> Mapping[str, object]:
     """Return what the template asks."""
-    entries, settings = results.entries, load_scene(CENTRAL).reliability
-    predicted, materials = entries[entries["use"] == Use.PREDICTION], _materials(results)
-    fitted = entries.drop_duplicates("limit").set_index("quantity")["limit"]
-    shown = results.statements.query("model == @MODELS[0] and not decides")
-    limits = {name: fitted[f"min_{name}_reliability"] for name in QUANTITIES}
-    peaks, statements = predicted[predicted["sign_share"].notna()], results.statements.drop_duplicates("id")
-    clear = peaks[(peaks["sign"] != Outcome.OPEN) & (peaks["instant"] != Outcome.OPEN)]
-    error = (predicted[f"{MODELS[0]}_ratio"] - 1.0).abs() * predicted["printed_size"]
-    nominal = error <= np.sqrt((predicted[["u_num", "u_input", "u_print"]] ** 2).sum(axis=1))
-    other = nominal != (predicted["size"] != Size.OUTSIDE)
+    entries, instants = results.entries, results.instants
+    predicted = entries[entries["use"] == Use.PREDICTION]
+    judged = results.judged[results.judged["id"].isin(predicted.index)]
+    statements = results.statements.drop_duplicates("id")
+    times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
+    angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
+    units = {name: unit_of(name) for name in QUANTITIES}
+    ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
-        "sizes": {str(size): predicted[predicted["size"] == size] for size in SIZES},
-        "peaks": peaks,
-        "clear": len(clear),
-        "met": ((clear["size"] == Size.REPRODUCED) & (clear["both_share"] >= DATA["level"])).sum(),
-        "nominal": nominal.sum(),
-        "otherwise": ", ".join(predicted[other]["ids"].str.split(", ").str[0]) or "none",
-        "outcomes": OUTCOMES,
-        "table": markdown(_written(entries)),
-        "missed": rows_table(map(_missed, ledger.missed(entries).join(results.causes).to_dict("records"))),
-        "reached": int(results.causes["reached_by"].map(bool).sum()),
-        "by_numerics": results.causes["settings"].gt(0).sum(),
-        "tried_numerics": results.causes["settings"].count(),
-        "chance": number(results.causes["chance"].sum(), 2),
-        "variants": ", ".join(dict.fromkeys(one["name"] for one in VARIANTS)),
+        "hypotheses": {name: _counts(judged[judged["hypothesis"] == name]) for name in HYPOTHESES},
+        "close": int(((ratio - 1.0).abs() <= ledger.CLOSE).sum()),
+        "near": int(ratio.between(1 / ledger.FACTOR, ledger.FACTOR).sum()),
+        "joints": results.joints,
+        "sizes": tuple(Size),
+        "predictions": markdown(_written(predicted, results.judged)),
+        "others": markdown(_written(entries[entries["use"] == Use.CALIBRATION], results.judged)),
+        "instants": markdown(_times(times)),
+        "dated": times["id"].nunique(),
+        "agreeing": {
+            name: {key: number(rows[key].sum(), 2) for key in ("share", "shifted", "sized")}
+            for name, rows in times.groupby("hypothesis", sort=False)
+        },
+        "by_chance": number(times["id"].nunique() * REACH, 2),  # twice the reach, half of the signs
+        "angles": len(angles),
+        "angles_met": int(((angles["ours"] - angles["at"]).abs() < 1.0).sum()),
+        "angles_chance": number(ledger.matches_by_chance(list(angles["at"]), list(angles["ours"])), 3),
+        "solver": _solver(results.runs.solver),
+        "forms": _forms(results.tried),
+        "variants": VARIANTS,
         "left_out": results.tried[results.tried["why"] != ""].drop_duplicates(["variant", "why"]),
         "quantities": QUANTITIES,
-        "units": {name: unit_of(name) for name in QUANTITIES},
+        "units": units,
         "laws_and_codes": results.runs.laws_and_codes,
         "geometry": DATA["geometry"],
         "inputs": INPUTS,
-        "shares": markdown(_shares(results.shares)),
-        "largest": _largest(results.shares),
-        "materials": markdown(materials),
-        "held": ", ".join(
-            f"{name} {rows['size'].isin([Size.REPRODUCED, Size.WIDE]).sum()} of {len(rows)}"
-            for name, rows in materials.groupby("changed", sort=False)
-        ),
         "statements": statements,
         "statements_table": markdown(
             statements.assign(
@@ -117,17 +117,31 @@ def page(results: Results) -> Mapping[str, object]:
                 + (": " + statements["reason"]).where(statements["reason"] != "", "")
             )[["section", "says", "verdict"]]
         ),
-        "verdicts": {
-            str(each): (results.statements.drop_duplicates("id")["verdict"] == each).sum() for each in Verdict
+        "verdicts": {str(each): int((statements["verdict"] == each).sum()) for each in Verdict},
+        "evidence": {
+            name: rows.to_dict("records")
+            for name, rows in results.statements.query("model == @MODELS[0] and not decides").groupby("id")
         },
-        "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
-        "limits": ", ".join(quantity(getattr(settings, name).upper, unit_of(name)) for name in QUANTITIES),
-        "one_limit": ", ".join(quantity(limit, unit_of(name), 2) for name, limit in limits.items()),
+        "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
         "reach": f"{100 * REACH:g}",
-        "level": f"{100 * DATA['level']:g}",
-        "wide": f"{DATA['wide']:g}",
+        "level": f"{100 * ledger.LEVEL:g}",
+        "factor": f"{ledger.FACTOR:g}",
+        "within": f"{100 * ledger.CLOSE:g}",
+        "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
         "central": CENTRAL,
+    }
+
+
+def _counts(judged: pd.DataFrame) -> dict[str, Any]:
+    """Return how many predictions have each `Size`, how many are inside, and what chance gives of it."""
+    inside = int(judged["size"].isin([Size.INSIDE, Size.WIDE]).sum())
+    return {
+        **{str(size): int((judged["size"] == size).sum()) for size in Size},
+        "held": inside,
+        "expected": number(judged["chance"].sum(), 2),
+        "likely": share(ledger.at_least(inside, judged["chance"].fillna(0.0))),
+        "form_expected": number(judged["form_chance"].sum(), 2),
     }
 
 
@@ -137,95 +151,97 @@ def _size(value: float, entry: Entry, digits: int = 3) -> str:
     return f"{value:.{digits + 4}f}" if entry["unit"] == "1" else quantity(value, entry["unit"], digits)
 
 
-def _interval(entry: Entry) -> str:
-    """Write the interval of the sizes, of a reliability that of the reliability."""
-    ends = [max(entry[end], 0.0) for end in ("low", "high")]
+def _interval(entry: Entry, judged: Entry) -> str:
+    """Write the interval of the sizes, of a reliability that of the reliability, and its verdict."""
+    ends = [max(judged[end], 0.0) for end in ("low", "high")]
     if entry["unit"] == "1":
-        ends = [CAP - end for end in reversed(ends)]
-    return " … ".join(_size(end, entry) for end in ends)
+        ends = [runs.CAP - end for end in reversed(ends)]
+    size = {Size.INSIDE: "**inside**", Size.OUTSIDE: "outside", Size.FORM: "outside but for the form"}
+    said = size.get(judged["size"], judged["size"])
+    chance = MISSING if isnan(judged["chance"]) else share(judged["chance"])
+    return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({chance})"
 
 
-def _written(entries: pd.DataFrame) -> pd.DataFrame:
-    """Return the ledger as the page shows it: both models' values once where they are the same."""
+def _written(entries: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
+    """Return entries as the page shows them: a column a hypothesis."""
+    by = {(row["id"], row["hypothesis"]): row for row in judged.to_dict("records")}
     rows = []
-    for entry in entries.to_dict("records"):
-        judged = entry["size"] != Size.NONE
+    for name, entry in entries.to_dict("index").items():
         ours = dict.fromkeys(_size(entry[model], entry) for model in MODELS)
-        shares = [entry["sign_share"], entry["instant_share"]]
-        rows.append(
-            {
-                "printed as": entry["ids"],
-                "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
-                "use": entry["use"] + (entry["fitted"] and f": {entry['fitted']}"),
-                "printed": _size(entry["printed"], entry, 4 if entry["unit"] != "1" else 3),
-                "ours": " and ".join(ours),
-                "u_num": number(entry["u_num"] / entry["printed_size"], 2) if judged else "",
-                "u_input": number(entry["u_input"] / entry["printed_size"], 2) if judged else "",
-                "u_print": number(entry["u_print"] / entry["printed_size"], 2) if judged else "",
-                "interval": _interval(entry) if judged else "",
-                "size": str(entry["size"]),
-                "sign / instant": "" if isnan(shares[0]) else " / ".join(map(share, shares)),
-            }
-        )
+        row = {
+            "printed as": entry["ids"],
+            "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
+            "printed": _size(entry["printed"], entry, 4 if entry["unit"] != "1" else 3),
+            "ours": " and ".join(ours),
+        }
+        for key in ("u_num", "u_print", "u_D", "u_model"):
+            over = entry[key] / entry["printed_size"]
+            row[key] = "" if isnan(over) else number(over, 2)
+        row |= {each: _interval(entry, by[name, each]) for each in HYPOTHESES}
+        rows.append(row | {"remarks": "; ".join(_remarks(entry, by[name, next(iter(HYPOTHESES))]))})
     return pd.DataFrame(rows)
 
 
-def _missed(entry: Entry) -> dict[str, str]:
-    """Return a line of a prediction that is not reproduced."""
-    numerics = "not tried"
-    if not isnan(entry["settings"]):
-        chance = MISSING if isnan(entry["chance"]) else share(entry["chance"])
-        numerics = f"{entry['settings']:g} settings (chance {chance})"
-    return {
-        "printed as": entry["ids"],
-        "what": f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}",
-        "printed": _size(entry["printed"], entry, 4),
-        "interval": _interval(entry),
-        "reached by": ", ".join(entry["reached_by"]) or f"none of {entry['variants']:g}",
-        "numerics": numerics,
-    }
+def _remarks(entry: Entry, judged: Entry) -> list[str]:
+    """Return what is to be known of an entry: what was fitted, geometry's bound, first cycle, samples."""
+    said = [f"fitted: {entry['fitted']}" if entry["fitted"] else ""]
+    said.append(f"in sight: {entry['sight']}" if entry["sight"] else "")
+    bound = quantity(entry["bound"], "m", 4)
+    if entry["printed_size"] > entry["bound"]:
+        said.append(f"geometry without penetration permits {bound}")
+    elif abs(entry[MODELS[0]]) > 0.97 * entry["bound"]:  # penetrations add a per cent
+        said.append(f"ours is geometry's bound of {bound}")
+    if judged["transient"] >= 0.5:
+        later = _size(entry["other"], entry)
+        said.append(f"the first cycle's alone in {share(judged['transient'])} of the draws; later {later}")
+    if entry["missed"] > 1e-3 * entry["printed_size"]:
+        said.append(f"samples may miss {share(entry['missed'] / entry['printed_size'])}")
+    return [each for each in said if each]
 
 
-def _shares(shares: pd.DataFrame) -> pd.DataFrame:
-    """Return the shares of the inputs in u_input of the central largest errors, a row each."""
-    cells = ["< 1 %" if each < 0.01 else f"{100 * each:.0f} %" for each in shares["share"]]
-    wide = shares.assign(cell=cells).pivot_table("cell", "id", "group", aggfunc="first", sort=False)
-    return wide.reset_index(names="printed as")
+def _times(instants: pd.DataFrame) -> pd.DataFrame:
+    """Return the printed instants, a column a hypothesis: shares as printed, and a period earlier."""
+    rows: dict[str, dict[str, str]] = {}
+    for each in instants.to_dict("records"):
+        row = rows.setdefault(each["id"], {"printed as": each["id"], "what": each["scene"]})
+        row |= {"printed": f"{each['at']:.4f} s", "ours": f"{each['ours']:.4f} s"}
+        cells = [share(each[key]) if not isnan(each[key]) else "" for key in ("share", "shifted", "sized")]
+        row[each["hypothesis"]] = " / ".join(cells)
+    return pd.DataFrame(list(rows.values()))
 
 
-def _largest(shares: pd.DataFrame) -> str:
-    """Say which input has the largest share of each central largest error."""
-    largest = shares.loc[shares.groupby("id", sort=False)["share"].idxmax()]
-    quantities = printed_rows().loc[largest["id"], "quantity"].str.split("_").str[1]
-    return ", ".join(f"{group} ({of})" for of, group in zip(quantities, largest["group"], strict=True))
+def _solver(solver: pd.DataFrame) -> str:
+    """Return extreme sizes of the runs by the paper's solver with stabilization, a column a tolerance."""
+    own = solver[(solver["gain"] > 0) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
+    ends = own.groupby(["id", "relative", "absolute"], sort=False)["size"].agg(["min", "max"]).reset_index()
+    units = runs.numbers()["unit"]
+    cells = [
+        " … ".join(quantity(row[end], units[row["id"]]) for end in ("min", "max"))
+        for row in ends.to_dict("records")
+    ]
+    columns = [f"{row.relative:.2g} / {row.absolute:.2g}" for row in ends.itertuples()]
+    return crossed("printed as", list(ends["id"]), columns, cells)
 
 
-def _materials(results: Results) -> pd.DataFrame:
-    """Return how the largest errors with another material are met, by which partner has it."""
-    base = results.entries[results.entries["quantity"].isin(PEAKS)].assign(variant=BOTH)
-    lines = pd.concat([base, results.tried[results.tried["variant"].isin(MATERIALS)]])
-    lines = lines[lines["scene"].isin({one["scene"] for one in VARIANTS if "scene" in one})]
-    rows = []
-    for entry in lines.sort_values(["scene", "quantity"], kind="stable").to_dict("records"):
-        what = f"{entry['scene']}, {entry['quantity'].replace('_', ' ')}"
-        known = {"what": what, "printed": _size(abs(entry["printed"]), entry, 4)}
-        within = "" if entry["size"] == Size.NONE else _interval(entry)
-        cells = {"changed": entry["variant"], "interval": within, "size": str(entry["size"])}
-        rows.append(known | cells)
-    return pd.DataFrame(rows)
+def _forms(tried: pd.DataFrame) -> str:
+    """Return the median sizes of the forms of the model over those of the shipped one."""
+    own = tried[(tried["why"] == "") & (tried["variant"] != VARIANTS[0]["name"])]
+    ratios = own["median"] / (own["median"] - own["change"])
+    cells = [number(ratio, 3) if np.isfinite(ratio) else MISSING for ratio in ratios]
+    return crossed("printed as", list(own["id"]), list(own["variant"]), cells)
 
 
 def draw(results: Results, folder: Path) -> None:
     """Write the figures, and the long tables as CSV."""
-    figures.draw(results.runs, results.entries, folder)
-    times = results.entries["times"].map(lambda t: " ".join(map(str, t)))
+    figures.draw(results.runs, results.entries, results.judged, folder)
     frames = {
-        "printed": results.entries.assign(times=times).join(results.causes),
+        "printed": results.entries,
+        "judged": results.judged,
+        "instants": results.instants,
+        "forms": results.tried,
+        "solver": results.runs.solver,
         "statements": results.statements,
         "criteria": pd.DataFrame([{"criterion": name} | each for name, each in CRITERIA.items()]),
-        "limits": results.limits,
-        "shares": results.shares,
-        "causes": results.tried,
     }
     write_csv(frames, folder)
 
@@ -233,16 +249,22 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "paper",
     small=Config(
-        runs.Config(samples=100, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2),
-        nonlinear.STUDY.small._replace(scenes=(CENTRAL,), swept={}),
-        as_published.STUDY.small,
+        runs.Config(samples=200, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2),
+        nonlinear.STUDY.small._replace(scenes=(CENTRAL,)),
+        numerics.Config((CENTRAL,), numerics.DEFAULTS[1:], gains=(50.0,), draws=1, samples=500),
     ),
     full=Config(
         runs.Config(
             samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50
         ),
-        nonlinear.STUDY.full._replace(scenes=(CENTRAL,), swept={}),
-        as_published.STUDY.full,
+        nonlinear.STUDY.full._replace(scenes=CHAOS),
+        numerics.Config(
+            runs.SLIDER,
+            (*numerics.DEFAULTS, *numerics.OTHERS),
+            gains=(0.0, 5.0, 10.0, 50.0, 100.0),
+            draws=3,
+            samples=10_000,
+        ),
     ),
     measure=measure,
     page=page,

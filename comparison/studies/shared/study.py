@@ -33,7 +33,7 @@ R = TypeVar("R")
 class Study(Generic[C, R]):
     """A study of this package."""
 
-    name: str  # as the command line takes it; also of its package and template
+    name: str  # as the command line takes it; also of its template, and of its package or module
     small: C
     full: C  # what it is asked with: to try it, or for its report
     measure: Callable[[C, int, Progress | None], R]
@@ -46,6 +46,8 @@ class Study(Generic[C, R]):
     """What goes into ``NAME.json`` beside the page; None: nothing."""
     one_file: bool = False
     """Whether page and figures go into one file too, ``report.html``."""
+    part_of: str = ""
+    """Study of which it is a part: its page is NAME.md there, all else in a folder NAME beside the page."""
 
     def write(self, folder: Path, n_jobs: int, on_progress: Progress | None, *, small: bool = False) -> Path:
         """Measure, and write page, data and figures into a folder; return the page's path."""
@@ -56,10 +58,12 @@ class Study(Generic[C, R]):
 
     def report(self, results: R, folder: Path) -> Path:
         """Write page, data and figures of results into a folder that is there; return the page's path."""
-        self.draw(results, folder)
+        beside = folder / self.name if self.part_of else folder
+        beside.mkdir(exist_ok=True)
+        self.draw(results, beside)
         if self.data is not None:
-            write_json(self.data(results), folder / f"{self.name}.json")
-        page = folder / "README.md"
+            write_json(self.data(results), beside / f"{self.name}.json")
+        page = folder / (f"{self.name}.md" if self.part_of else "README.md")
         write_text(self.text(results), page)
         if self.one_file:
             write_text(single_page(page), folder / "report.html")
@@ -68,7 +72,7 @@ class Study(Generic[C, R]):
     def text(self, results: R) -> str:
         """Return the page: its template with what is measured."""
         name = self.name.replace("-", "_")
-        template = files(f"comparison.studies.{name}") / f"{name}.md"
+        template = files(f"comparison.studies.{self.part_of or name}") / f"{name}.md"
         return _PAGES.from_string(template.read_text("utf-8")).render(self.page(results))
 
 

@@ -21,7 +21,7 @@ from comparison.reliability.assessment import (
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import load_scene
 from comparison.scene.schema import AccelerationLimits, Reliability
-from comparison.studies.reliability.study import STUDY
+from comparison.studies.paper.reliability import STUDY
 from comparison.tables.table import Table, TableError
 from comparison.verdict.validate import validate
 from comparison.words.reliability import line, notes, rounded

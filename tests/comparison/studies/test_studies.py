@@ -15,27 +15,28 @@ from comparison.execution.pool import kept_workers
 from comparison.models import platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import NAMES
+from comparison.studies import MOVED, NAMES
+from comparison.studies.paper import MAIN, PARTS
 from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {
-    "as-published": "figures.csv converged.csv causes.csv runs.csv settings.csv",
-    "contact-laws": "runs.csv switches.csv",
-    "crank-pin": "peaks.csv",
     "campaign": "campaign.json scenes.csv opinions.csv failures.csv",
     "detection": "detection.json comparisons.csv faults.csv",
     "ensembles": "tests.csv",
     "extremes": "cells.csv classes.csv",
-    "identification": "arrangements.csv peaks.csv ranges.csv",
-    "nonlinear": "exponents.csv sections.csv",
-    "paper": "report.html printed.csv statements.csv criteria.csv limits.csv shares.csv causes.csv",
-    "random-inputs": "gradients.csv precision.csv probabilities.csv",
-    "reliability": "differences.csv two-cycles.csv one-model.csv",
+    "paper": "report.html printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv "
+    "criteria.csv",
+    "paper/crank-pin": "peaks.csv",
+    "paper/identification": "arrangements.csv peaks.csv",
+    "paper/laws": "runs.csv",
+    "paper/nonlinear": "exponents.csv",
+    "paper/reliability": "differences.csv random-inputs.csv",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
     "verdicts": "verdicts.csv verdicts.toml",
 }
-UNLINKED = ["report.html", "sections.csv", "shares.csv", "verdicts.toml"]
+"""Study, or paper and its part -> its files beside page and pictures."""
+UNLINKED = ["report.html", "verdicts.toml"]
 
 
 @pytest.fixture(scope="module")
@@ -51,18 +52,23 @@ def folder(fakes, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", OTHER_FILES)
 def test_a_study_writes_page_figures_and_tables_and_a_second_call_runs_nothing(
     name, folder, fakes, monkeypatch, capsys
 ):
-    page = folder / "reports" / name / "README.md"
+    study, _, part = name.partition("/")
+    page = folder / "reports" / (f"{name}.md" if part else f"{name}/README.md")
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
-    linked = set(re.findall(r"\]\(([\w.-]+\.\w+)\)", text))
+    beside = f"{part}/" if part else ""
+    linked = set(re.findall(rf"\]\({beside}([\w.-]+\.(?:svg|csv|json|html))\)", text))
     pictures = {file for file in linked if file.endswith(".svg")}
-    written = {path.name: path for path in page.parent.iterdir()}
-    assert written.keys() == {"README.md", *OTHER_FILES[name].split(), *pictures}
-    assert written.keys() - linked <= {"README.md", *UNLINKED}
+    written = {path.name: path for path in (folder / "reports" / name).iterdir() if path.suffix != ".md"}
+    for path in [path for path in written.values() if path.is_dir()]:
+        assert f"paper/{path.name}" in OTHER_FILES
+        del written[path.name]
+    assert written.keys() == {*OTHER_FILES[name].split(), *pictures}
+    assert written.keys() - linked <= set(UNLINKED)
     for picture in pictures:
         drawn = written[picture].read_text("utf-8")
         assert drawn.count("<path") > 10
@@ -74,17 +80,31 @@ def test_a_study_writes_page_figures_and_tables_and_a_second_call_runs_nothing(
         monkeypatch.chdir(folder)
         runs = log.read_text()
         assert runs.count("\n") > 1000
-        assert main(["study", name, "--small"]) == 0
+        chosen = ["--part", part or MAIN] if study == "paper" else []
+        assert main(["study", study, "--small", *chosen]) == 0
         assert log.read_text() == runs
-    assert capsys.readouterr().out == f"reports/out/{name}/README.md\n"
-    for path in Path("reports/out", name).iterdir():
-        assert path.suffix in (".svg", ".html") or path.read_bytes() == written[path.name].read_bytes()
+    again = Path("reports/out", f"{name}.md" if part else f"{name}/README.md")
+    assert capsys.readouterr().out == f"{again}\n"
+    assert again.read_bytes() == page.read_bytes()
+    for path in written.values():
+        same = folder / "reports" / "out" / name / path.name
+        assert path.suffix in (".svg", ".html") or path.read_bytes() == same.read_bytes()
+
+
+def test_a_study_that_is_a_part_now_says_so_and_a_part_that_is_none_is_refused(capsys):
+    for name, part in MOVED.items():
+        assert main(["study", name, "--small", "--jobs", "1"]) == 2
+        assert f"sixbar study paper --part {part}" in capsys.readouterr().err
+        assert part in PARTS
+    assert main(["study", "paper", "--part", "nonlinera"]) == 2
+    assert "'nonlinera'" in capsys.readouterr().err
 
 
 def test_all_studies_their_list_and_the_table_of_the_readme(folder):
     listed = (folder / "reports" / "README.md").read_text("utf-8")
     links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
-    assert links == [f"{name}/README.md" for name in NAMES]
+    parts = [f"paper/{part}.md" for part in PARTS if part != MAIN]
+    assert sorted(links) == sorted([f"{name}/README.md" for name in NAMES] + parts)
     for section in listed.split("\n## ")[1:]:
         _, finding, *pictures = section.strip().split("\n\n")
         assert finding.endswith(".")

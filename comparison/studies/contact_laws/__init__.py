@@ -1,1 +1,0 @@
-"""The paper's contact laws on the same scene, and where they differ."""

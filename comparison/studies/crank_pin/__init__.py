@@ -1,1 +1,0 @@
-"""Clearance at the crank pin as well as in the guide."""

@@ -1,1 +1,0 @@
-"""Geometry and parameters that the paper does not print but that its other figures imply."""

@@ -1,1 +1,0 @@
-"""Whether the press is chaotic, as the paper says: answered with both models."""

@@ -1,0 +1,146 @@
+"""The paper's contact laws on its central case, and the energy that the switch of Eqs. 7-8 creates."""
+
+from collections.abc import Mapping
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.report import svg
+from comparison.report.svg import upper_envelope
+from comparison.scene import load_scene
+from comparison.studies.paper.runs import CENTRAL
+from comparison.studies.shared.study import Quantities, Study, quantities, write_csv
+from comparison.tables.table import Table
+
+LITERAL = "paper-switching"
+TOLERANCES = {"hertz-corners": (1e-12,), "foundation": (1e-12,), LITERAL: (1e-9, 1e-10, 1e-11, 1e-12)}
+"""Law -> tolerances of the reference."""
+DENSER = 10
+"""Times as many samples of the literal law by the reference, which stops: it is known to its last sample."""
+LEAST = 1e-14  # J: below round-off of the energies; what a logarithmic axis shows of zero
+SHOWN: Quantities = {
+    "law": "law",
+    "model": "model",
+    "tolerance": "tolerance",
+    "energy created": ("spurious_energy_J", "J"),
+    "largest speed of x": ("speed_of_x_m/s", "m/s"),
+    "largest force": ("force_N", "N"),
+    "deepest": ("depth_m", "m"),
+    "end": "end",
+}
+
+
+Results = Mapping[tuple[str, str, float], Outcome]
+"""The runs by law, model and tolerance of the reference (nan: Exudyn)."""
+
+
+def measure(samples: int, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run one cycle of the central case by both models, with so many samples."""
+    which = [(law, "reference", tolerance) for law, each in TOLERANCES.items() for tolerance in each]
+    which += [(law, "exudyn", nan) for law in TOLERANCES]
+    jobs = []
+    for law, model, tolerance in which:
+        values: dict[str, object] = {"contact.law": law, "drive.cycles": 1.0, "output.groups": ["energy"]}
+        denser = DENSER if (law, model) == (LITERAL, "reference") else 1
+        values["output.samples_per_cycle"] = denser * samples
+        if model == "reference":
+            values["solver.reference.tolerance"] = tolerance
+        jobs.append(Job(load_scene(CENTRAL, values), model))
+    return dict(zip(which, run_all(jobs, n_jobs, on_progress), strict=True))
+
+
+def _recorded(outcome: Outcome) -> Table | None:
+    """Return the table of a run, or its part up to where it stopped."""
+    table = outcome.table or outcome.partial
+    return table if table and len(table.frame) else None
+
+
+def contacts(run: Table) -> pd.DataFrame:
+    """Return the contacts of a run with clearance, which has them always; a row each, by their start."""
+    return pd.DataFrame() if run.events is None else run.events
+
+
+def corner_stiffness(contact: Mapping[str, Any]) -> float:
+    """Return K of one corner, N/m^n (Eq. 10)."""
+    return float(4 / (3 * _compliance(contact)) * np.sqrt(contact["corner_radius"]))
+
+
+def _compliance(contact: Mapping[str, Any]) -> float:
+    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])  # sigma_m + sigma_n, 1/Pa
+
+
+def surplus(depth: float, scene: Mapping[str, Any]) -> float:
+    """Return by how much the surface law stores more energy than the corner law, J.
+
+    At the instant at which the second corner of a side touches and the first is at ``depth``, m:
+    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10.
+    """
+    contact, slider = scene["contact"], scene["mechanism"]["slider"]
+    K, n = corner_stiffness(contact), contact["exponent"]
+    Ks = (slider["thickness"] + slider["length"]) / (0.475 * _compliance(contact))
+    return float(Ks * depth**2 / 6 - K * depth ** (n + 1) / (n + 1))
+
+
+def runs_frame(results: Results) -> pd.DataFrame:
+    """Return a row a run in SI units; nan where it recorded nothing. ``end``: how it ended."""
+    rows = []
+    for (law, model, tolerance), outcome in results.items():
+        row: dict[str, object] = {"law": law, "model": model, "tolerance": tolerance}
+        row |= {"status": outcome.status, "end_s": nan}
+        row["end"] = f"not simulated: {outcome.message}"
+        if run := _recorded(outcome):
+            energy, speed, touches = run.values("energy_residual"), run.extrema["slider_vx"], contacts(run)
+            row |= {
+                "end_s": float(run.time[-1]),
+                "end": "1 cycle" if outcome.table else f"{outcome.status} at {run.time[-1]:.4f} s",
+                # Minus the residual of the balance: created where it is above zero.
+                "spurious_energy_J": -float(energy[-1]),
+                "largest_spurious_energy_J": float(np.abs(energy).max()),
+                "speed_of_x_m/s": max(abs(speed["min"]), abs(speed["max"])),
+                "force_N": touches["peak_force"].max(),
+                "depth_m": touches["largest_depth"].max(),
+            }
+        rows.append(row)
+    frame = pd.DataFrame(rows)
+    return frame.sort_values("law", key=lambda laws: laws.map(list(TOLERANCES).index), kind="stable")
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what the template asks."""
+    frame = runs_frame(results)
+    finest = frame[(frame["model"] == "reference") & (frame["tolerance"] == min(TOLERANCES[LITERAL]))]
+    tolerance = frame["tolerance"].map("{:.0e}".format).where(frame["tolerance"].notna(), "")
+    return {
+        "largest": finest.reindex(columns=["law", "largest_spurious_energy_J"]).dropna(),
+        "tolerance": f"{min(TOLERANCES[LITERAL]):.0e}",
+        "runs": quantities(frame.assign(tolerance=tolerance), SHOWN),
+        "surplus": surplus(1e-6, load_scene(CENTRAL).data),
+    }
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Write the runs as a table, and draw the energy of the reference's most accurate run of each law."""
+    write_csv({"runs": runs_frame(results)}, folder, "%.6g")
+    with svg.panels(folder / "energy.svg") as (axes,):
+        for law, line in zip(TOLERANCES, svg.SERIES_LINES, strict=False):
+            if run := _recorded(results[law, "reference", min(TOLERANCES[law])]):
+                size = np.maximum(np.abs(run.values("energy_residual")), LEAST)
+                kept = upper_envelope(size)
+                axes.plot(run.time[kept], size[kept], label=law, **line)
+        axes.set(xlabel="time (s)", ylabel="|energy created| (J)", yscale="log")
+        svg.legend_above(axes)
+
+
+STUDY = Study(
+    "laws",
+    small=200,
+    full=4000,
+    measure=measure,
+    page=page,
+    draw=draw,
+    part_of="paper",
+)

@@ -1,0 +1,258 @@
+"""Whether the press is chaotic: exponents of both models, and the statements that they decide."""
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.tasks import measure_all, on_processes
+from comparison.formatting import MISSING, quantity
+from comparison.models import MODELS
+from comparison.report import svg
+from comparison.scene import Scene, load_scene
+from comparison.studies.paper import exponents
+from comparison.studies.paper.exponents import TRANSIENT, Exponent, Key, verdict
+from comparison.studies.shared.study import Study, part, write_csv
+from comparison.tables.channels import Array
+
+MAIN = "150rpm-0.2mm"
+FORGETTING = "adams-impact"
+"""The main scene with a damping that does not depend on the speed of a contact's first touch."""
+COMPARED = {
+    "4.4, 6: a larger clearance exacerbates the dynamic instability": ("90rpm-0.5mm", "90rpm-0.1mm"),
+    "4.5, 6: higher speeds compromise kinematic stability": ("300rpm-0.2mm", MAIN),
+}
+"""Statement -> scene whose exponent should be the larger one, and the other."""
+USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
+DISTANCES = {"reference": (1e-10, 1e-9, 1e-8, 1e-7, 1e-6), "exudyn": (1e-8, 1e-7)}
+"""m, of perturbed runs from their orbit."""
+NEAR = 0.01
+"""Of the largest scatter over the angles: perturbed runs that start farther away are no neighbours."""
+ANGLES = 40  # samples a cycle of a long run
+
+
+class Config(NamedTuple):
+    """How much is run."""
+
+    scenes: tuple[str, ...]  # the first is `MAIN`
+    tolerances: Mapping[str, tuple[float, ...]]
+    """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
+    cycles: Mapping[str, int]  # model -> cycles through which these are followed
+    long: int  # cycles of a run of the reference that shows how far the states scatter
+
+
+class Results(NamedTuple):
+    """Exponents of all runs, and the largest scatter of each scene's states, m."""
+
+    config: Config
+    measured: dict[Key, list[Exponent]]  # one a distance; none where they cannot be followed
+    best: dict[Key, Exponent]  # of these the ones to believe
+    scatter: dict[str, float]
+
+
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Follow perturbed runs and run the long ones, each of which must succeed."""
+    names = (*config.scenes, FORGETTING)
+    followed = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
+    followed += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
+    followed += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
+    followed += [(FORGETTING, model, USUAL[model]) for model in MODELS]
+    chains = [
+        exponents.Chain(_scene(*key), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
+    ]
+    rows = measure_all(exponents.measure, chains, on_processes(n_jobs), part(on_progress, 0.0, 0.7))
+    by_distance = [[Exponent(*each) for each in row.get("exponents", [])] for row in rows]
+    measured = dict(zip(followed, by_distance, strict=True))
+    sparse = {"output.groups": [], "output.samples_per_cycle": ANGLES, "drive.cycles": float(config.long)}
+    long = [
+        Job(_scene(name, "reference", USUAL["reference"]).with_values(sparse), "reference") for name in names
+    ]
+    scatter = {}
+    outcomes = run_all(long, n_jobs, part(on_progress, 0.7, 1.0))
+    for name, job, outcome in zip(names, long, outcomes, strict=True):
+        states = exponents.states(successful(outcome, job), job.scene) * exponents.scale(job.scene)
+        later = exponents.by_cycle(states, job.scene)[TRANSIENT:]
+        scatter[name] = float(np.linalg.norm(later.std(axis=0), axis=1).max())
+    return Results(config, measured, believed(measured, scatter), scatter)
+
+
+def _scene(name: str, model: str, tolerance: float) -> Scene:
+    """Return a scene at a tolerance of a model; Exudyn integrates the tree (rod 4 and slider)."""
+    fixed: dict[str, object] = {f"solver.{model}.tolerance": tolerance}
+    if model == "exudyn":
+        fixed["solver.exudyn.formulation"] = "tree"
+    return load_scene(name, fixed)
+
+
+def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, float]) -> dict[Key, Exponent]:
+    """Return the exponent to believe of each orbit that could be followed.
+
+    Of the distances (each has one exponent) at which perturbed runs are neighbours, by the largest scatter of
+    a scene's states (m), the smallest at which it is measured; where it is nowhere, the lowest bound.
+    """
+    best = {}
+    for (name, model, tolerance), each in measured.items():
+        pairs = zip(each, DISTANCES[model], strict=False)
+        near = [e for e, distance in pairs if distance <= NEAR * scatter[name]] or each[:1]
+        if near:
+            lowest = min(near, key=lambda e: e.value)
+            best[name, model, tolerance] = next((e for e in near if e.measured), lowest)
+    return best
+
+
+# ---- what the exponents say
+
+
+def span(best: Mapping[Key, Exponent], name: str, model: str) -> tuple[float, float]:
+    """Return the least and the greatest exponent per cycle that the intervals of a scene's runs leave.
+
+    Of the runs that measure it. Where none does, all below the lowest upper bound; without a run everything.
+    """
+    runs = [e for key, e in best.items() if key[:2] == (name, model)]
+    if measured := [e for e in runs if e.measured]:
+        return min(e.low for e in measured), max(e.high for e in measured)
+    return -inf, min((e.high for e in runs), default=inf)
+
+
+def gap(more: Sequence[float] | Array, less: Sequence[float] | Array) -> float:
+    """Return by how much at least one `span` is above another; negative: below it; 0 where they overlap."""
+    return float(max(more[0] - less[1], 0.0) or min(more[1] - less[0], 0.0))
+
+
+def compared(best: Mapping[Key, Exponent]) -> pd.DataFrame:
+    """Return a row for each statement of `COMPARED`, unit and model: spans of both scenes, and their `gap`.
+
+    ``per``: "cycle", and "s" where the scenes' cycles are not equally long; ``verdict``: of the statement in
+    this unit by both models. No row where a scene was not run.
+    """
+    rows = []
+    for says, names in COMPARED.items():
+        if not set(names) <= {name for name, _, _ in best}:
+            continue
+        periods = [load_scene(name).period for name in names]
+        units = {"cycle": [1.0, 1.0]} | ({"s": periods} if len(set(periods)) > 1 else {})
+        for per, lengths in units.items():
+            spans = {
+                model: [
+                    np.divide(span(best, name, model), length)
+                    for name, length in zip(names, lengths, strict=True)
+                ]
+                for model in MODELS
+            }
+            gaps = {model: gap(*each) for model, each in spans.items()}
+            signs = {float(np.sign(size)) for size in gaps.values()}
+            word = "supported" if signs == {1.0} else "contradicted" if signs == {-1.0} else "undecided"
+            for model, (more, less) in spans.items():
+                row = {"statement": says, "per": per, "verdict": word, "model": model, "gap": gaps[model]}
+                row |= {"more": names[0], "more_low": more[0], "more_high": more[1]}
+                rows.append(row | {"less": names[1], "less_low": less[0], "less_high": less[1]})
+    return pd.DataFrame(rows)
+
+
+def frame(results: Results) -> pd.DataFrame:
+    """Return a row for each run and distance."""
+    return pd.DataFrame(
+        {
+            "scene": name,
+            "model": model,
+            "tolerance": tolerance,
+            "distance_m": distance,
+            "exponent_per_cycle": e.value,
+            "low": e.low,
+            "high": e.high,
+            "share_collapsed": e.collapsed,
+            "upper_bound": not e.measured,
+            "believed": e == results.best[name, model, tolerance],
+        }
+        for (name, model, tolerance), measured in results.measured.items()
+        for distance, e in zip(DISTANCES[model], measured, strict=False)
+    )
+
+
+# ---- page and figure
+
+COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what the template asks."""
+    config, best, statements = results.config, results.best, compared(results.best)
+    return {
+        "config": config,
+        "verdicts": pd.Series([verdict(best, name).value for name in config.scenes]).value_counts(),
+        "answer": pd.DataFrame(
+            answer(best, name) | {"largest scatter": quantity(results.scatter[name], "m", 2)}
+            for name in (*config.scenes, FORGETTING)
+        ),
+        "statements": statements,
+        "spans": pd.DataFrame(map(_shown, statements.to_dict("records"))),
+    }
+
+
+def _shown(row: Mapping[Any, Any]) -> dict[str, str]:
+    """Return a line of the table of statements."""
+    line = {"Sec.": row["statement"], "model": row["model"], "exponent": f"1/{row['per']}"}
+    for heading, side in (("larger by the paper", "more"), ("smaller", "less")):
+        low, high = row[f"{side}_low"], row[f"{side}_high"]
+        text = f"≤ {high:.2f}" if low == -inf else f"{low:.2f} … {high:.2f}"
+        line[heading] = f"{row[side]}: {text}"
+    return line | {"verdict of both": row["verdict"]}
+
+
+def answer(best: Mapping[Key, Exponent], name: str) -> dict[str, str]:
+    """Return for a scene whether it is chaotic, its exponents, and how many runs measure them."""
+    line = {"scene": name, "verdict": f"**{verdict(best, name).value}**"}
+    for model in MODELS:
+        runs = [e for key, e in best.items() if key[:2] == (name, model)]
+        measured = sorted(e.value for e in runs if e.measured)
+        ends = " … ".join(f"{value:.2f}" for value in dict.fromkeys(measured[:1] + measured[-1:]))
+        bound = f"≤ {min(e.value for e in runs):.2f}" if runs else MISSING
+        line[f"exponent, {model} (1/cycle)"] = ends or bound
+        line[f"runs that measure it, {model}"] = f"{len(measured)} of {len(runs)}"
+    return line
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw the exponents to believe with their intervals (hollow: an upper bound); write all as a table."""
+    write_csv({"exponents": frame(results)}, folder, "%.6g")
+    names = (*results.config.scenes, FORGETTING)
+    with svg.panels(folder / "exponents.svg", height=0.42 * len(names) + 1.0) as (axes,):
+        for row, name in enumerate(names):
+            runs = [(model, e) for (scene, model, _), e in results.best.items() if scene == name]
+            for n, (model, e) in enumerate(runs):
+                at, bars = row + 0.12 * (n - 0.5 * (len(runs) - 1)), [[e.value - e.low], [e.high - e.value]]
+                look: Any = {"color": COLOURS[model], "mfc": None if e.measured else "none"}
+                axes.errorbar(e.value, at, xerr=bars, fmt="o", ms=4, lw=0.9, capsize=1.5, **look)
+        for model, colour in COLOURS.items():
+            axes.plot([], [], "o", ms=4, color=colour, label=model)
+        axes.plot([], [], "o", ms=4, color=svg.INK, mfc="none", label="upper bound")
+        axes.axvline(0.0, color=svg.LIMIT, lw=0.8)
+        axes.set_yticks(range(len(names)), names)
+        axes.invert_yaxis()
+        axes.set(xlabel="largest Lyapunov exponent (1/cycle)", ylabel="scene")
+        svg.legend_above(axes)
+
+
+STUDY = Study(
+    "nonlinear",
+    small=Config(
+        scenes=(MAIN, "300rpm-0.2mm"),
+        tolerances={"reference": (1e-10, 1e-12), "exudyn": (1e-10,)},
+        cycles={"reference": 3, "exudyn": 2},
+        long=112,
+    ),
+    full=Config(
+        scenes=(MAIN, "300rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm"),
+        tolerances={"reference": (1e-9, 1e-10, 1e-11, 1e-12), "exudyn": (1e-8, 1e-9, 1e-10, 1e-11)},
+        cycles={"reference": 40, "exudyn": 8},
+        long=600,
+    ),
+    measure=measure,
+    page=page,
+    draw=draw,
+    part_of="paper",
+)

@@ -1,1 +1,0 @@
-"""Reliability with random inputs: how their scatter changes the errors of the slider."""

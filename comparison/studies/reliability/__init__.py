@@ -1,1 +1,0 @@
-"""Reliability of the paper's cases by both models."""

@@ -1,0 +1,41 @@
+"""The part on contact laws from made-up runs: how a run ended stands in its line; the energy of a switch."""
+
+import pandas as pd
+import pytest
+
+from comparison.execution.run import Outcome
+from comparison.scene import load_scene
+from comparison.studies.paper.laws import TOLERANCES, page, runs_frame, surplus
+from comparison.tables.table import Table
+
+
+def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
+    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
+    partial = Table(
+        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0], "slider_x": [0.0, 1.0]}),
+        pd.DataFrame(
+            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
+        ),
+        {"slider_vx": {"min": -2.0, "max": 1.0}},
+    )
+    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
+    results = {
+        (law, "reference", tolerance): refused if law == "foundation" else stopped
+        for law, each in TOLERANCES.items()
+        for tolerance in each
+    }
+    frame = runs_frame(results).drop_duplicates("law").set_index("law")
+    assert (frame["spurious_energy_J"]["hertz-corners"], frame["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
+    assert pd.isna(frame["force_N"]["foundation"])
+    hertz, foundation, *literal = page(results)["runs"].splitlines()[2:]
+    assert hertz.endswith("| work-limit at 0.1000 s |")
+    assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")
+    assert len(literal) == 4
+
+
+def test_the_surface_law_stores_more_than_the_corner_law_where_the_second_corner_touches():
+    # K = 4 / (3 * 2 sigma) sqrt(R), K_s = (T + L) / (0.475 * 2 sigma), sigma = (1 - 0.28^2) / 210 GPa:
+    # 4.8038e9 N/m^1.5 and 2.8783e10 N/m, so at 1 um 4.7971e-3 - 1.9215e-6 J.
+    scene = load_scene("150rpm-0.2mm").data
+    assert surplus(1e-6, scene) == pytest.approx(4.795228e-3, rel=1e-4)
+    assert surplus(0.0, scene) == 0.0
