@@ -4,7 +4,7 @@ Times increase, in s, shape (n,), n >= 2; signals and their differences have the
 one unit. No measure changes with the units but by the factor of its own.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from math import ceil
 from typing import Any, NamedTuple
@@ -36,20 +36,30 @@ def scaled(value: float, scale: float) -> float:
     return value / scale if scale > 0 else float("nan")
 
 
-def peaks(time: Array, a: Array, b: Array, zero: float = 0.0) -> tuple[tuple[float, float], ...]:
-    """Return value and instant of the peak of either signal: the sample farthest from a zero.
+Between = tuple[Sequence[tuple[float, float]], Sequence[tuple[float, float]]]
+"""Instants and values of two signals between their samples."""
+
+
+def peaks(
+    time: Array, a: Array, b: Array, zero: float = 0.0, between: Between = ((), ())
+) -> tuple[tuple[float, float], ...]:
+    """Return value and instant of the peak of either signal: the sample, or extremum, farthest from a zero.
 
     On the side to which the two go farther: a wave that is as high as it is deep would else have its peak
     above in one and below in the other. Of samples equally far but for round-off the first.
     """
-    above = max(float(a.max()), float(b.max())) - zero
-    below = zero - min(float(a.min()), float(b.min()))
+    times = [np.append(time, [at for at, _ in more]) for more in between]
+    signals = [
+        np.append(each, [value for _, value in more]) for each, more in zip((a, b), between, strict=True)
+    ]
+    above = max(float(each.max()) for each in signals) - zero
+    below = zero - min(float(each.min()) for each in signals)
     side = 1.0 if above >= (1.0 - EQUAL) * below else -1.0
     pairs = []
-    for signal in (a, b):
+    for at, signal in zip(times, signals, strict=True):
         away = side * (signal - zero)
         farthest = int((away >= away.max() - EQUAL * abs(away.max())).argmax())
-        pairs.append((float(signal[farthest]), float(time[farthest])))
+        pairs.append((float(signal[farthest]), float(at[farthest])))
     return tuple(pairs)
 
 
@@ -143,7 +153,9 @@ def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Arr
     return np.asarray(np.maximum(np.maximum(low - values, values - high), 0.0))
 
 
-def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str, float]:
+def information(
+    time: Array, a: Array, b: Array, *, position: bool, between: Between = ((), ())
+) -> dict[str, float]:
     """Measure b against a in the usual ways; nan where a measure is undefined.
 
     Of a position the zero is arbitrary (the slider moves by 0.2 mm at x = -0.55 m): both are measured from
@@ -153,7 +165,7 @@ def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str,
     first, second = np.interp(grid, time, a), np.interp(grid, time, b)
     zero = float(first.mean() + second.mean()) / 2 if position else 0.0
     first, second = first - zero, second - zero
-    (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero)
+    (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero, between)
     errors: dict[str, float] = {}
     for name, last, measure in (
         ("sprague_geers", "combined", sprague_geers),

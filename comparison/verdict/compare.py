@@ -8,7 +8,7 @@ Roache).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertain
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
 from comparison.metrics.contacts import noted
-from comparison.metrics.signals import information, scaled
+from comparison.metrics.signals import Between, scaled
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, BoolArray, Channel, expected
@@ -103,7 +103,6 @@ def compare(
     compared = [name for name in names if only is None or name in only]
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
-    ungated = criteria.model_copy(update={"gate": {}})  # of the grids that tell the errors by sampling
 
     def judged(every: int) -> dict[str, ChannelComparison]:
         results: dict[str, ChannelComparison] = {}
@@ -123,7 +122,7 @@ def compare(
                 scene=None if scene is None else scene.data,
                 u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
-                criteria=criteria if every == 1 else ungated,
+                criteria=criteria,
                 limits=limits,
             )
         return results
@@ -134,9 +133,12 @@ def compare(
             channel,
             coverage_error=_sampling_error([grid[name].coverage for grid in grids]),
             rms_error=_sampling_error([grid[name].rms_difference for grid in grids]),
+            between=_between(channel, (a.base, b.base)),
         )
         for name, channel in grids[0].items()
     }
+    if criteria.gate:
+        results = {name: _gated(channel, criteria.gate) for name, channel in results.items()}
     warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
@@ -427,8 +429,6 @@ def compare_channel(
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
         result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
-    if criteria.gate and not known and result.verdict != "unexcited":
-        result = replace(result, **_by_gate(result, criteria.gate))
     return result
 
 
@@ -478,9 +478,30 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[
     }
 
 
-def _by_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> dict[str, Any]:
+def _between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
+    """Return the extrema of a channel that no sample shows, of both tables or of none.
+
+    A force between two samples may be twice that of the samples. Extrema outside the compared span do not
+    count, nor those that do not hold the samples: a mapping has turned or scaled the column.
+    """
+    if channel.definition.angle or not all(channel.channel in table.extrema for table in tables):
+        return ((), ())
+    first, last = float(channel.time[0]), float(channel.time[-1])
+    rows: list[list[tuple[float, float]]] = []
+    for table, samples in zip(tables, (channel.a, channel.b), strict=True):
+        own = table.extrema[channel.channel]
+        if not own.get("min", inf) <= samples.min() <= samples.max() <= own.get("max", -inf):
+            return ((), ())
+        ends = [(own.get(f"time_of_{end}", nan), own[end]) for end in ("min", "max")]
+        rows.append([(at, value) for at, value in ends if first <= at <= last])
+    return rows[0], rows[1]
+
+
+def _gated(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
     """Hold the metrics of a channel against their limits; a difference that samples show remains."""
-    values = information(channel.time, channel.a, channel.b, position=channel.definition.rate is not None)
+    if channel.u is not None or channel.verdict == "unexcited":
+        return channel
+    values = dict(channel.metrics)
     values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
     values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
     checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
@@ -489,4 +510,4 @@ def _by_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> dict[str,
         decided = {"verdict": "differ", "basis": Basis.GATE}
     elif channel.basis is Basis.NO_LIMIT:
         decided = {"verdict": "agree", "basis": Basis.GATE}
-    return {"checks": checks} | decided
+    return replace(channel, checks=checks, **decided)

@@ -16,7 +16,7 @@ from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.signals import information, maximum, rms, scaled, tube_distance
+from comparison.metrics.signals import Between, information, maximum, rms, scaled, tube_distance
 from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
@@ -104,6 +104,7 @@ class ChannelComparison:
     checks: tuple[Check, ...] = ()
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
+    between: Between = ((), ())  # extrema of a and b at steps between the samples, where both are known
 
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
@@ -258,7 +259,8 @@ class ChannelComparison:
         """`comparison.metrics.signals.information` of b against a; none of unexcited channels."""
         if self.verdict == "unexcited":
             return {}
-        return information(self.time, self.a, self.b, position=self.definition.rate is not None)
+        position = self.definition.rate is not None
+        return information(self.time, self.a, self.b, position=position, between=self.between)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """How two tables are judged: by a tolerance, by further runs, at events; and what a comparison writes."""
 
+import json
 import shlex
 
 import numpy as np
@@ -210,3 +211,16 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
     assert "--period 0.7" in sixbar.numbers["command"]
     sixbar.table("p-fine.csv", time=TIME[:90], y=X[:90])
     sixbar.refused("compare p.csv q.csv --finer-a=p-fine.csv --finer-b=q-fine.csv", "p finer", "times")
+
+
+def test_the_peak_of_a_force_is_the_extremum_not_a_sample(sixbar):
+    """Of two runs with the same contacts and other samples: 39 N in the samples of one are 59 N in truth."""
+    options = ["150rpm-0.2mm", "--model", "reference", "-q", "--set", "drive.cycles=0.1"]
+    for name, samples in (("few", 1000), ("many", 1300)):
+        sixbar("run", *options, "--out", f"{name}.csv", "--set", f"output.samples_per_cycle={samples}")
+    sixbar("compare", "few.csv", "many.csv", "--tolerance", "1", "--json")
+    measured = sixbar.numbers["channels"]["corner_ll_normal"]["information"]
+    largest = json.loads(sixbar.text("few.json"))["extrema"]["corner_ll_normal"]["max"]
+    assert measured["peak_a"] == largest
+    # The same accepted steps in both.
+    assert (measured["peak_difference"], measured["peak_time_difference"]) == (0.0, 0.0)

@@ -69,6 +69,14 @@ def test_a_peak_that_is_late_has_its_delay_and_both_are_sought_on_one_side():
     assert (value, other) == pytest.approx((-1.55, -1.45), rel=1e-15)
 
 
+def test_a_peak_between_the_samples_counts_where_it_goes_farther():
+    half_wave = np.maximum(0.0, np.sin(PHASE))
+    between = [(0.05, -1e-3), (0.123, 1.5)], [(0.321, 1.25)]
+    assert peaks(TIME, half_wave, half_wave, between=between) == ((1.5, 0.123), (1.25, 0.321))
+    lower = [(0.05, 0.9)], [(0.321, 0.9)]
+    assert peaks(TIME, half_wave, half_wave, between=lower) == peaks(TIME, half_wave, half_wave)
+
+
 @given(seeds, st.floats(-10, 10))
 def test_exchange_sign_and_offset(seed, offset):
     time, m, c = noise(seed)
