@@ -303,12 +303,9 @@ def _begins(row: list[str], after: list[str] | None, headings: list[list[str]], 
     again = [bool(NUMBER.fullmatch(field)) for field in after or row]
     whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
     alike = len(again) == len(row) and any(again)
-    places = [_time(names) for names in headings]
-    below_time = any(
-        numbers[n] and (whole or (alike and again[n])) if n is not None else known and any(numbers) and alike
-        for n in places
-    )
-    if len(row) < 2 or (known and (not headings or _are_units(row))):
+    places = [n for n in map(_time, headings) if n is not None]
+    below_time = any(numbers[n] and (whole or (alike and again[n])) for n in places)
+    if len(row) < 2 or (known and not headings):
         return False
     return below_time or (whole and (known or alike))
 
@@ -420,14 +417,9 @@ def _time(fields: Sequence[str]) -> int | None:
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
-    """Return names and units; brackets that tell apart what has one name are part of the name."""
     parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
-    for n, (name, unit) in enumerate(parts):
-        if bare.count(name) > 1 and unit is not None and (parse_unit(unit) is None or unit.isdigit()):
-            parts[n] = names[n], None
-    final = [name for name, _ in parts]
-    if twice := next((name for name in final if name and final.count(name) > 1), None):
+    if twice := next((name for name in bare if name and bare.count(name) > 1), None):
         raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {settled('names')}")
     heading: Heading = []
     for (name, beside), entry in zip(parts, units or [""] * len(parts), strict=True):

@@ -36,7 +36,6 @@ def compared(capsys, a, b, *options):
         (",x\n0.0,1\n0.5,2\n", "x"),  # pandas with the time as the index
         ("time,x,\n0,1\n1,2\n", "x"),
         ("time x1 x2\ns m2 m2\n0 1 2\n1 2 3\n", "x1 x2"),
-        ("time,load (left),load (right)\n0,1,2\n1,2,3\n", "load (left) load (right)"),
         ("time,0,1\n0.0,1,2\n1.0,2,3\n", "0 1"),
         ("# rows: 2\n# columns: 2\n 0 1\n 1 2\n", "#2"),  # Octave's text
         ("sep=;\ntime;x\n0;1,5\n1;2\n", "x"),
@@ -149,13 +148,7 @@ def test_a_column_of_text_in_parquet():
 ROWS = "0,1,5\n1,2,6\n"
 SPACED = ROWS.replace(",", " ")
 NAMED, HASH = 'names = ["time", "p", "q"]', 'comment = "#"'
-CLOCK = """skip = 0
-[columns.clock]
-channel = "time"
-unit = "s"
-[columns.x]
-channel = "x"
-[channels.x]"""
+CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
 STATED = [  # content, words of the refusal, what a mapping states, names, values of the second column
     # Columns of several levels
     (",b1,b2\n,x,x\ntime,,\n" + ROWS, "line 1, above the names, may be names", NAMED, "p q", [1, 2]),
@@ -163,6 +156,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("body,left,right\ntime,x,y\n" + ROWS, "line 1, above the names, may be", "skip = 1", "x y", [1, 2]),
     ("time\tb1\tb2\nstep\tx\tx\n" + ROWS.replace(",", "\t"), "line 2, below the names", NAMED, "p q", [1, 2]),
     ("time,x,x\n" + ROWS, "column 'x' occurs twice", NAMED, "p q", [1, 2]),
+    ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
     # Units
     ("s,mm,N\ntime,x,F\n" + ROWS, "line 1, above the names", NAMED, "p q", [1, 2]),
     ("# s mm N\n# time x F\n" + SPACED, "line 1, above the names", "skip = 1", "x F", [1, 2]),
