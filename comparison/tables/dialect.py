@@ -440,13 +440,13 @@ def _bare(field: str) -> str | None:
 def _name_and_unit(field: str) -> tuple[str, str | None]:
     """Return name and unit of ``x [mm]``, ``x(mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
     parts = _WITH_BRACKETS.fullmatch(field)
+    unit = (parts["square"] or parts["round"] or "").strip() if parts else ""
     if parts is None:
-        return field.strip('"'), None
-    text = (parts["square"] or parts["round"] or "").strip()
-    index = text.isdigit() or parts["name"].endswith("der")
-    if not parts["space"] and (index or parse_unit(text) is None):
-        return field.strip('"'), None
-    return parts["name"].strip('"'), text or None
+        return field, None
+    is_name = parse_unit(unit) is None or unit.isdigit() or parts["name"].endswith("der")
+    if is_name and not parts["space"]:
+        return field, None
+    return parts["name"].strip('"'), unit or None
 
 
 def _are_units(fields: Sequence[str]) -> bool:
@@ -521,7 +521,6 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
 
 def _frame(body: str, lines: Sequence[int], separator: str, decimal: str, count: int) -> pd.DataFrame:
     """Return the rows, in these lines of the file, as pandas reads them; text in columns that hold any."""
-    problem = ""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
@@ -537,16 +536,14 @@ def _frame(body: str, lines: Sequence[int], separator: str, decimal: str, count:
                 na_values=[""],
                 low_memory=False,  # the type of a column follows from all of it
             )
-    except (ValueError, pd.errors.ParserWarning) as error:
-        frame, problem = pd.DataFrame(), f"cannot be read: {' '.join(str(error).split())}"
+    except (ValueError, pd.errors.ParserWarning):
+        frame = pd.DataFrame()
     if len(frame) == len(lines) and not (separator == _SPACES and frame[count - 1].isna().any()):
         return frame
     rows = (line for line in body.split("\n") if line.strip(" \t"))
     for n, line in zip(lines, rows, strict=True):
         fields = len(_split(line, separator))
-        if line.count('"') % 2:
-            raise TableError(f"line {n}: a quotation mark is not closed in its field")
-        if fields > count or (separator == _SPACES and fields < count):
-            message = f"line {n} must hold {count} fields as line {lines[0]} does, not {fields}"
-            raise TableError(f"{message}: {settled('separator')}")
-    raise TableError(problem or "a quotation mark is not closed in its field")
+        if fields > count or (separator == _SPACES and fields < count) or line.count('"') % 2:
+            rule = f"line {n} must hold {count} fields, as line {lines[0]}, and close quotation marks"
+            raise TableError(f"{rule}: {settled('separator')}")
+    raise TableError(f"cannot be read as rows of {count} fields: {settled('separator')}")
