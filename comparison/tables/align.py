@@ -261,17 +261,13 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
 def unwound(table: Table, like: Table) -> Table:
     """Return a table whose angles are continuous and start within half a revolution of another table's."""
     changed = {}
-    for name in table.channels:
-        channel = table.known.get(name)
-        if channel is None or not channel.angle or name not in like.names:
-            continue
-        columns = [each.frame[name] for each in (table, like)]
-        if all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
-            values = table.values(name)
-            turned = _turned(continuous(values, channel), like.values(name), channel, at=0)
-            if not np.array_equal(turned, values):
-                changed[name] = turned
-    return replace(table, frame=table.frame.assign(**changed)) if changed else table
+    for name, channel in table.known.items():
+        if channel.angle and name in table.names and name in like.names:
+            columns = [each.frame[name] for each in (table, like)]
+            if all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
+                values = continuous(table.values(name), channel)
+                changed[name] = _turned(values, like.values(name), channel, at=0)
+    return replace(table, frame=table.frame.assign(**changed))
 
 
 def cut(table: Table, start: float, end: float) -> Table:
@@ -316,35 +312,32 @@ def resample(
     such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
     known = channels() if known is None else known
-    pairs: dict[str, tuple[NDArray[np.intp], BoolArray]] = {}  # by the contacts of an interval
     sampled, unknown = {}, {}
     for name, values in columns.items():
-        rate = known[name].rate if name in known else None
-        place = _jumps_with(known[name]) if name in known else ""
-        if place not in pairs:
-            places = list(CONTACTS) if place == "all" else [place]
-            own = None if events is None else events.loc[events["corner"].isin(places), ["start", "end"]]
-            edges = np.empty(0) if own is None else np.unique(own.to_numpy(np.float64))
-            edges = edges[(edges > time[0]) & (edges <= time[-1])]
-            pairs[place] = _determining(time, at, edges)
+        rate = known[name].rate
         if rate is not None and rate in columns:
             sampled[name], _ = hermite(time, values, columns[rate], at)
-        else:
-            first, undetermined = pairs[place]
-            step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
-            line = values[first] + step * (at - time[first])
-            sampled[name] = np.where(at == time[-1], values[-1], line)
-            if undetermined.any():
-                unknown[name] = undetermined
+            continue
+        edges = np.empty(0)
+        if events is not None:
+            own = events["corner"].isin(_jumps_with(known[name]))
+            edges = np.unique(events.loc[own, ["start", "end"]].to_numpy(np.float64))
+        edges = edges[(edges > time[0]) & (edges <= time[-1])]
+        first, undetermined = _determining(time, at, edges)
+        step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
+        line = values[first] + step * (at - time[first])
+        sampled[name] = np.where(at == time[-1], values[-1], line)
+        if undetermined.any():
+            unknown[name] = undetermined
     return sampled, unknown
 
 
-def _jumps_with(channel: Channel) -> str:
-    """Return the contact at whose events a channel jumps, "all" for any contact, "" if it is continuous."""
+def _jumps_with(channel: Channel) -> list[str]:
+    """Return the contacts at whose events a channel jumps."""
     if channel.name.startswith("corner_"):
         _, corner, quantity = channel.name.split("_")
-        return corner if quantity in {"normal", "friction"} else ""
-    return "all" if channel.group in {"accelerations", "joints"} else ""
+        return [corner] if quantity in {"normal", "friction"} else []
+    return list(CONTACTS) if channel.group in {"accelerations", "joints"} else []
 
 
 def _determining(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:
