@@ -171,8 +171,8 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
-    if dialect.thousands:
-        text = _ungrouped(text, dialect.thousands, quoted=dialect.thousands == ",")
+    if dialect.thousands not in (None, ","):
+        text = _ungrouped(text, dialect.thousands)
     lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
     if any(len(line) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
@@ -180,8 +180,8 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     first, layout = _first_row(lines, start, dialect, comments)
     offset = sum(len(line) + 1 for line in lines[:first])
     body = _rows(text[offset:], layout)
-    if dialect.thousands == "," != layout.separator:
-        body = _ungrouped(body, ",", quoted=False)
+    if dialect.thousands == ",":
+        body = _ungrouped(body, ",", quoted=layout.separator == ",")
     numbers = [n for n, line in enumerate(body.split("\n"), first + 1) if line.strip(" \t")]
     size = [str(len(numbers)), str(len(layout.row))]  # a line of these numbers alone is a title
     above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start and line.split() != size]
@@ -191,7 +191,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
             _Line(first + 1, lines[first]), layout, len(numbers), alone=not "".join(lines[:first]).strip()
         )
     if dialect.comment is None:
-        _check_comments(text, offset, layout, above)
+        _check_comments(text, offset, layout)
     decimal = _decimal_sign(body, layout.separator, dialect)
     frame = _frame(body, numbers, layout.separator, decimal, len(layout.row))
     stated = [match[1].casefold() for line in above if (match := _ANGLES.search(line.text))][-1:]
@@ -258,7 +258,7 @@ def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> s
     return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{re.escape(last)}]*$', "", text)
 
 
-def _ungrouped(text: str, group: str, *, quoted: bool) -> str:
+def _ungrouped(text: str, group: str, *, quoted: bool = False) -> str:
     """Return text without the signs that separate thousands: between commas only those of quoted numbers."""
     sign, other = re.escape(group), r"\w.," if group in ".," else r"\w"
     before = '(?<=")' if quoted else rf"(?<![{other}])"
@@ -459,15 +459,12 @@ def _are_units(fields: Sequence[str]) -> bool:
 # ---- the rows of numbers
 
 
-def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Line]) -> None:
+def _check_comments(text: str, offset: int, layout: _Layout) -> None:
     """Reject a comment below the first row that may be a row, or that is another heading."""
     if not any(sign in text for sign in layout.comments):
         return
-    known = {line.text.strip() for line in above}
     for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
         line = _Line(text.count("\n", 0, offset + match.start()) + 1, match[0])
-        if line.text.strip() in known:
-            continue
         layout.check_comment(line)
         if layout.is_heading(line.text):
             problem = f"a comment or another heading: {line.text.strip()[:60]!r}"

@@ -176,6 +176,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("#0 9 9\n" + SPACED, "line 1 may be a comment or a row", HASH, "#2 #3", [1, 2]),
     ("time,x,F\n0,1,5\n#N/A,#N/A,#N/A\n1,2,6\n", "line 3 may be", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n# time y F\n1 2 6\n", "line 3 may be a comment or another", HASH, "x F", [1, 2]),
+    ("# time x F\n0 1 5\n# time x F\n1 2 6\n", "line 3 may be a comment or another", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n% s m N\n1 2 6\n", "line 3 may be a comment", 'comment = "%"', "x F", [1, 2]),
     ("time,den,F\n" + ROWS + "end,of,run\n", "number in line 4: 'end'", 'comment = "end"', "den F", [1, 2]),
     # Numbers
