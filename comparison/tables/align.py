@@ -5,7 +5,6 @@ There the channels of the other are interpolated.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +23,7 @@ SAME_GRID = 1e-9
 by less, with 10 by more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 
 _BLOCKS = 20
-_WINDOW = 2048  # largest number of samples of each block
+_SAMPLES = 40_000  # largest number of samples of the two tables that count
 _COARSE = 4096  # points of the search over all lags
 _REACH = 0.25  # searched share of the span, to either side
 _ROUNDS = 20
@@ -117,38 +116,37 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     lag = _search(time, a, b, scales)
     if lag is None:
         return Shift(reason="the two are not correlated closely enough at any lag")
-    edges = (np.arange(_BLOCKS + 1) * time.size // _BLOCKS).tolist()
-    blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
+    cubics = {}
+    for name in scales:
+        rate = known[name].rate or ""
+        slopes = a[rate] if rate in a else np.gradient(a[name], time)
+        cubics[name] = CubicHermiteSpline(time, a[name], slopes)
+    used = np.linspace(0, time.size - 1, min(time.size, _SAMPLES)).astype(np.intp)
+    edges = np.arange(_BLOCKS) * used.size // _BLOCKS
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
     weights = np.ones(len(names))
     interval = _interval(time)
 
-    def sums_of(block: slice, lag: float) -> Array:
-        """Sum 1, r, g, r g, g^2, r^2 over a block: residual and rate over scale; shape (channels, 6)."""
-        at = time[block] - lag
+    def sums_of(lag: float) -> Array:
+        """Sum 1, r, g, r g, g^2, r^2: residual and rate over scale; shape (channels, 6, blocks)."""
+        at = time[used] - lag
         inside = (at >= time[0]) & (at <= time[-1])
-        at = at[inside]
-        if at.size < 2:
-            return np.zeros((len(scales), 6))
-        first, last = np.searchsorted(time, at[[0, -1]])
-        near, rows = slice(max(0, first - 2), last + 3), []
+        rows = []
         for name, scale in scales.items():
-            rate, values = known[name].rate, a[name][near]
-            slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
-            value, slope = hermite(time[near], values, slopes, at)
-            r, g = (b[name][block][inside] - value) / scale, slope / scale
-            rows.append([at.size, r.sum(), g.sum(), r @ g, g @ g, r @ r])
-        return np.array(rows)
+            r, g = (b[name][used] - cubics[name](at)) / scale, cubics[name](at, 1) / scale
+            rows.append([np.ones(at.size), r, g, r * g, g * g, r * r])
+        return np.add.reduceat(np.where(inside, rows, 0.0), edges, axis=2)
 
     for _ in range(_ROUNDS):
-        sums = np.array([sums_of(block, lag) for block in blocks])
-        step, errors = _solve(sums.sum(axis=0), weights)
+        sums = sums_of(lag)
+        whole = sums.sum(axis=2)
+        step, errors = _solve(whole, weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
         if not np.isfinite(lag) or abs(step) <= 0.1 * SAME_GRID * interval:
             break
-    kept = np.array([_solve(sums.sum(axis=0) - part, weights)[0] for part in sums])
-    spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
+    kept = [_solve(whole - sums[..., block], weights)[0] for block in range(_BLOCKS)]
+    spread = float(np.sqrt((_BLOCKS - 1) * np.var(kept)))
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(lag) or not uncertainty < 0.05 * np.ptp(time):
         return Shift(reason="the motion is too uniform, or the difference too irregular")
@@ -263,17 +261,13 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
 def unwound(table: Table, like: Table) -> Table:
     """Return a table whose angles are continuous and start within half a revolution of another table's."""
     changed = {}
-    for name in table.channels:
-        channel = table.known.get(name)
-        if channel is None or not channel.angle or name not in like.names:
-            continue
-        columns = [each.frame[name] for each in (table, like)]
-        if all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
-            values = table.values(name)
-            turned = _turned(continuous(values, channel), like.values(name), channel, at=0)
-            if not np.array_equal(turned, values):
-                changed[name] = turned
-    return replace(table, frame=table.frame.assign(**changed)) if changed else table
+    for name, channel in table.known.items():
+        if channel.angle and name in table.names and name in like.names:
+            columns = [each.frame[name] for each in (table, like)]
+            if all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
+                values = continuous(table.values(name), channel)
+                changed[name] = _turned(values, like.values(name), channel, at=0)
+    return replace(table, frame=table.frame.assign(**changed))
 
 
 def cut(table: Table, start: float, end: float) -> Table:
@@ -318,35 +312,32 @@ def resample(
     such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
     known = channels() if known is None else known
-    pairs: dict[str, tuple[NDArray[np.intp], BoolArray]] = {}  # by the contacts of an interval
     sampled, unknown = {}, {}
     for name, values in columns.items():
-        rate = known[name].rate if name in known else None
-        place = _jumps_with(known[name]) if name in known else ""
-        if place not in pairs:
-            places = list(CONTACTS) if place == "all" else [place]
-            own = None if events is None else events.loc[events["corner"].isin(places), ["start", "end"]]
-            edges = np.empty(0) if own is None else np.unique(own.to_numpy(np.float64))
-            edges = edges[(edges > time[0]) & (edges <= time[-1])]
-            pairs[place] = _determining(time, at, edges)
+        rate = known[name].rate
         if rate is not None and rate in columns:
             sampled[name], _ = hermite(time, values, columns[rate], at)
-        else:
-            first, undetermined = pairs[place]
-            step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
-            line = values[first] + step * (at - time[first])
-            sampled[name] = np.where(at == time[-1], values[-1], line)
-            if undetermined.any():
-                unknown[name] = undetermined
+            continue
+        edges = np.empty(0)
+        if events is not None:
+            own = events["corner"].isin(_jumps_with(known[name]))
+            edges = np.unique(events.loc[own, ["start", "end"]].to_numpy(np.float64))
+        edges = edges[(edges > time[0]) & (edges <= time[-1])]
+        first, undetermined = _determining(time, at, edges)
+        step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
+        line = values[first] + step * (at - time[first])
+        sampled[name] = np.where(at == time[-1], values[-1], line)
+        if undetermined.any():
+            unknown[name] = undetermined
     return sampled, unknown
 
 
-def _jumps_with(channel: Channel) -> str:
-    """Return the contact at whose events a channel jumps, "all" for any contact, "" if it is continuous."""
+def _jumps_with(channel: Channel) -> list[str]:
+    """Return the contacts at whose events a channel jumps."""
     if channel.name.startswith("corner_"):
         _, corner, quantity = channel.name.split("_")
-        return corner if quantity in {"normal", "friction"} else ""
-    return "all" if channel.group in {"accelerations", "joints"} else ""
+        return [corner] if quantity in {"normal", "friction"} else []
+    return list(CONTACTS) if channel.group in {"accelerations", "joints"} else []
 
 
 def _determining(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:

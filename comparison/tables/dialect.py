@@ -8,10 +8,9 @@ feed or U+2028, at which Python splits too.
 import csv
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,7 +40,7 @@ NUMBER = re.compile(
 _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
 _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
-_ANGLES = re.compile(r"\bin_?degrees\s*[=:]\s*(?P<yes>yes|true|1|no|false|0)\b", re.IGNORECASE)
+_ANGLES = re.compile(r"(?i)\bin_?degrees\s*[=:]\s*(yes|true|1|no|false|0)\b")
 
 Heading = list[tuple[str, str | None]]  # name and unit of each column
 
@@ -92,52 +91,57 @@ class _Layout(NamedTuple):
     row: list[str]
 
     def is_comment(self, line: str) -> bool:
-        return _is_comment(line, self.comments)
+        return line.lstrip(" \t").startswith(self.comments)
 
     def words(self, line: str, separator: str = "") -> list[str]:
         """Return the fields of a line of names or units, which may be a comment."""
-        line, separator = self.uncommented(line), separator or self.separator
-        return _WORD.findall(line) if separator == _SPACES else _split(line, separator)
-
-    def uncommented(self, line: str) -> str:
         signs = "|".join(map(re.escape, self.comments)) or " "
-        return re.sub(rf"^(?: |{signs})*", "", line).rstrip(" ")
+        line, separator = re.sub(rf"^(?: |{signs})*", "", line).rstrip(" "), separator or self.separator
+        if separator == _SPACES:
+            return [word.strip('"') for word in _WORD.findall(line)]
+        return _split(line, separator)
 
-    def ways(self, line: str) -> list[list[str]]:
-        """Return the ways to split a line into the names of all columns.
+    def fitted(self, fields: list[str]) -> list[str]:
+        """Return fields, one for each of the row but for a separator at the end of either; else none."""
+        if len(fields) == len(self.row) + 1 and not fields[-1]:
+            fields = fields[:-1]
+        if len(fields) == len(self.row) - 1 and not self.row[-1]:
+            fields = [*fields, ""]
+        if len(fields) != len(self.row):
+            return []
+        if any(len(field) > _LONGEST_NAME for field in fields):
+            raise TableError(f"has a name of more than {_LONGEST_NAME} characters")
+        return fields
 
-        The last one is as the numbers are separated; any other must give a name of the time.
-        """
+    def names(self, line: str) -> list[str]:
+        """Return the names of all columns in a line, separated as the numbers, or otherwise with the time."""
         # A comma in the row that separates the names may do so in the row as well.
         used = {self.separator, _SPACES, *"".join(self.row)}
-        others = [self.words(line, other) for other in _SEPARATORS if other not in used]
-        aligned = re.split(r"\s{2,}|\t", self.uncommented(line))
-        others.append([field.strip('"') for field in aligned])
-        own = _fitting([self.words(line)], self.row)
-        return [*(way for way in _fitting(others, self.row) if _time(way) is not None), *own]
+        ways = (self.fitted(self.words(line, other)) for other in _SEPARATORS if other not in used)
+        return next((way for way in ways if _time(way) is not None), self.fitted(self.words(line)))
 
-    def may_be_row(self, line: str) -> bool:
-        """Whether a comment may be a row, its first field no number: not if its sign is stated."""
-        fields = _fields(line.strip(" "), self.separator, self.comments)
-        digits = (re.fullmatch(r"[^a-z]*\d[^a-z]*", each, re.IGNORECASE) for each in fields)
-        alike = all(
-            found or NUMBER.fullmatch(each) or self.is_comment(each)
-            for found, each in zip(digits, fields, strict=True)
-        )
-        fits = len(fields) == len(self.row) and (alike or self.separator != _SPACES)
-        return self.comments == _COMMENTS and fits and not self.units(line, None)
+    def is_heading(self, line: str) -> bool:
+        """Whether a comment holds the names, with the time, or the units of all columns."""
+        names = self.names(line)
+        return _time(names) is not None or _are_units(names)
 
     def units(self, line: str, time: int | None) -> list[str]:
         """Return the fields of a line that holds units; empty if it does not.
 
         They are known units, or in brackets; all others must stand beside one of time in its column.
         """
-        ways = [_split(self.uncommented(line), self.separator), self.words(line)]
-        for way in _fitting(ways, self.row):
-            at_time = None if time is None else parse_unit(_bare(way[time]) or "")
-            if _are_units(way) or same_dimension(at_time, parse_unit("s")):
-                return way
-        return []
+        fields = self.fitted(self.words(line))
+        at_time = None if time is None or not fields else parse_unit(_bare(fields[time]) or "")
+        return fields if _are_units(fields) or same_dimension(at_time, parse_unit("s")) else []
+
+    def check_comment(self, line: _Line) -> None:
+        """Reject a comment that may be a row whose first field is no number, unless its sign is stated."""
+        fields = _fields(line.text.strip(" "), self.separator, self.comments)
+        number = rf"(?i)[#%!].*|[^a-z]*\d[^a-z]*|{NUMBER.pattern}"
+        alike = self.separator != _SPACES or all(re.fullmatch(number, field) for field in fields)
+        fits = len(fields) == len(self.row) and self.comments == _COMMENTS
+        if fits and alike and not self.units(line.text, None):
+            raise TableError(f"line {line.number} may be a comment or a row: {settled('comment')}")
 
 
 def position(n: int) -> str:
@@ -167,34 +171,31 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
-    if dialect.thousands:
-        text = _ungrouped(text, dialect.thousands, quoted=dialect.thousands == ",")
+    if dialect.thousands not in (None, ","):
+        text = _ungrouped(text, dialect.thousands)
     lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
     if any(len(line) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
-    stated = dialect.skip is not None or dialect.names is not None
-    start = (dialect.skip or 0) if stated else _size(lines, text)
+    start = dialect.skip or 0
     first, layout = _first_row(lines, start, dialect, comments)
-    if (
-        dialect.thousands == "," != layout.separator
-        and (plain := _ungrouped(text, ",", quoted=False)) != text
-    ):
-        return parse_text(path, plain, dialect)
-    above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start]
-    heading, notes = _heading(above, layout, dialect)
-    if heading is None and not stated and dialect.separator is None:
-        _check_nameless(_Line(first + 1, lines[first]), layout, alone=not "".join(lines[:first]).strip())
     offset = sum(len(line) + 1 for line in lines[:first])
-    if dialect.comment is None:
-        _check_comments(text, offset, layout, above)
     body = _rows(text[offset:], layout)
-    decimal = _decimal_sign(body, layout.separator, dialect)
+    if dialect.thousands == ",":
+        body = _ungrouped(body, ",", quoted=layout.separator == ",")
     numbers = [n for n, line in enumerate(body.split("\n"), first + 1) if line.strip(" \t")]
-    frame = _frame(body, first + 1, layout.separator, decimal, len(layout.row))
-    if len(frame) != len(numbers):
-        raise TableError("a quotation mark is not closed in its field")
-    stated_angles = [match["yes"].casefold() for line in above if (match := _ANGLES.search(line.text))]
-    angles = None if not stated_angles else "deg" if stated_angles[-1] in ("yes", "true", "1") else "rad"
+    size = [str(len(numbers)), str(len(layout.row))]  # a line of these numbers alone is a title
+    above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start and line.split() != size]
+    heading, notes = _heading(above, layout, dialect)
+    if heading is None and dialect.skip is None and dialect.names is None and dialect.separator is None:
+        _check_nameless(
+            _Line(first + 1, lines[first]), layout, len(numbers), alone=not "".join(lines[:first]).strip()
+        )
+    if dialect.comment is None:
+        _check_comments(text, offset, layout)
+    decimal = _decimal_sign(body, layout.separator, dialect)
+    frame = _frame(body, numbers, layout.separator, decimal, len(layout.row))
+    stated = [match[1].casefold() for line in above if (match := _ANGLES.search(line.text))][-1:]
+    angles = None if not stated else "deg" if stated[0] in ("yes", "true", "1") else "rad"
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
         if angles and not unit and name in channels() and "rad" in channels()[name].unit:
@@ -204,9 +205,6 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
         is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
         if name or not (is_index or frame[n].isna().all()):
             columns.append(column)
-    texts = {column.text[0] if column.text else "" for column in columns}
-    if len(texts) == 1 and (place := texts.pop()) not in ("", f"line {numbers[0]}"):
-        raise TableError(f"{place} holds text below rows of numbers: save one block of columns per file")
     names = [name for name, _ in heading or ()]
     return Source(
         path,
@@ -260,31 +258,12 @@ def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> s
     return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{re.escape(last)}]*$', "", text)
 
 
-def _is_comment(line: str, comments: tuple[str, ...]) -> bool:
-    return line.lstrip(" \t").startswith(comments)
-
-
-def _ungrouped(text: str, group: str, *, quoted: bool) -> str:
+def _ungrouped(text: str, group: str, *, quoted: bool = False) -> str:
     """Return text without the signs that separate thousands: between commas only those of quoted numbers."""
     sign, other = re.escape(group), r"\w.," if group in ".," else r"\w"
     before = '(?<=")' if quoted else rf"(?<![{other}])"
     grouped = rf"{before}[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})"
     return re.sub(grouped, lambda match: match[0].replace(group, ""), text)
-
-
-def _size(lines: Sequence[str], text: str) -> int:
-    """Return the lines to pass over: one that holds nothing but the numbers of rows and of their columns."""
-    first, below, *_ = (*(n for n, line in enumerate(lines) if line.strip()), 0, 0)
-    size = re.fullmatch(r"\s*([0-9]{1,9})\s+([0-9]{1,9})\s*", lines[first])
-    row = lines[below].split()
-    if size is None or int(size[2]) != len(row):
-        return 0
-    if int(size[1]) != sum(bool(line.strip()) for line in text.split("\n")[below:]):
-        return 0
-    if len(row) == 2 and not read_column("", None, pd.Series(row[:1])).numbers[0] <= int(size[1]):
-        may_be = f"line {first + 1} may be a row, or the size of the table"
-        raise TableError(f"{may_be}: {settled(f'names = [] (a row), and skip = {first + 1} (its size)')}")
-    return first + 1
 
 
 def _first_row(
@@ -295,18 +274,22 @@ def _first_row(
     All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
     as the next row has. Below names that a mapping states a row may hold any text beside that number.
     """
-    stated = {None: _SEPARATORS, " ": (_SPACES,)}
-    separators = stated.get(dialect.separator, (dialect.separator or "",))
+    stated = _SPACES if dialect.separator == " " else dialect.separator
+    separators = _SEPARATORS if stated is None else (stated,)
     known = bool(dialect.names) or (dialect.skip is not None and dialect.names is None)
-    rows = [n for n in range(start, len(lines)) if lines[n].strip() and not _is_comment(lines[n], comments)]
-    pairs = [*pairwise(rows), *((n, None) for n in rows[-1:])]
-    for n, below in pairs:
+    rows = [
+        n
+        for n in range(start, len(lines))
+        if lines[n].strip() and not lines[n].lstrip(" \t").startswith(comments)
+    ]
+    for n, below in zip(rows, [*rows[1:], None], strict=True):
         above = [line for line in lines[max(start, n - 9) : n] if line.strip()][-3:]  # names, units, a remark
         layouts = [_Layout(each, comments, _fields(lines[n], each, comments)) for each in separators]
         layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
         for layout in layouts:
             after = None if below is None else _fields(lines[below], layout.separator, comments)
-            names = _fitting([dialect.names] if dialect.names else map(layout.words, above), layout.row)
+            headings = [dialect.names] if dialect.names else map(layout.words, above)
+            names = [*filter(None, map(layout.fitted, headings))]
             if _begins(layout.row, after, names, known=known):
                 return n, layout
     raise TableError(
@@ -320,22 +303,22 @@ def _begins(row: list[str], after: list[str] | None, headings: list[list[str]], 
     again = [bool(NUMBER.fullmatch(field)) for field in after or row]
     whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
     alike = len(again) == len(row) and any(again)
-    places = [_time(names) for names in headings]
-    below_time = any(
-        numbers[n] and (whole or (alike and again[n])) if n is not None else known and any(numbers) and alike
-        for n in places
-    )
-    if len(row) < 2 or (known and (not headings or _are_units(row))):
+    places = [n for n in map(_time, headings) if n is not None]
+    below_time = any(numbers[n] and (whole or (alike and again[n])) for n in places)
+    if len(row) < 2 or (known and not headings):
         return False
     return below_time or (whole and (known or alike))
 
 
-def _check_nameless(line: _Line, layout: _Layout, *, alone: bool) -> None:
+def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> None:
     """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
     written = [field for field in layout.row if field]
+    may_be = f"line {line.number} holds {', '.join(written)}, which may be"
     if alone and any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1)):
-        may_be = f"line {line.number} holds {', '.join(written)}, which may be names or numbers"
-        raise TableError(f"{may_be}: {settled('skip = 0 (names) or names = [] (numbers)')}")
+        raise TableError(f"{may_be} names or numbers: {settled('skip = 0 (names) or names = [] (numbers)')}")
+    if written == [str(rows - 1), "2"]:
+        keys = settled(f"names = [] (a row), and skip = {line.number} (its size)")
+        raise TableError(f"{may_be} a row, or the size of the table: {keys}")
     if layout.separator == _SPACES and "\t" in line.text.strip():
         raise TableError(
             f"line {line.number} has tabs and spaces between its numbers: {settled('separator')}"
@@ -354,39 +337,35 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     lines = [line for line in above if line.text.strip(_RULE)]
     if dialect.names is not None:
         _check_above(lines, layout)
-        stated = next(iter(_fitting([dialect.names], layout.row)), [])
+        stated = layout.fitted(dialect.names)
         return (_named(stated, []) if stated else None), []
-    while len(lines) > 1 and lines[-1].text.count('"') % 2:  # a name of two lines
-        lines[-2:] = [_Line(lines[-2].number, f"{lines[-2].text} {lines[-1].text}")]
-    ways = [layout.ways(line.text) for line in lines]
-    likely = [n for n, each in enumerate(ways) if any(_time(way) is not None for way in each)]
+    names_in = [layout.names(line.text) for line in lines]
+    likely = [n for n, names in enumerate(names_in) if _time(names) is not None]
     if dialect.skip is not None:
-        likely = [n for n, line in enumerate(lines) if ways[n] or not layout.is_comment(line.text)][:1]
-    place = likely[-1] if likely else _last_names(lines, ways, layout)
+        likely = [n for n, line in enumerate(lines) if names_in[n] or not layout.is_comment(line.text)][:1]
+    place = likely[-1] if likely else _last_names(lines, names_in, layout)
     if place is None:
         return None, []
-    if not ways[place]:
+    if not (names := names_in[place]):
         count = f"line {lines[place].number} names {len(layout.words(lines[place].text))}"
         raise TableError(
             f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names, skip or separator')}"
         )
-    names = next((way for way in ways[place] if _time(way) is not None), ways[place][-1])
     units = _units_below(lines[place + 1 :], layout, _time(names))
     return _named(names, units), list(_titles(lines[:place], names, layout))
 
 
-def _last_names(lines: Sequence[_Line], ways: Sequence[list[list[str]]], layout: _Layout) -> int | None:
+def _last_names(lines: Sequence[_Line], names_in: Sequence[list[str]], layout: _Layout) -> int | None:
     """Return the place of the last line, or of the one above units; None if it is a comment without names."""
-    last = len(lines) - 1
-    names = ways[last][-1] if lines and ways[last] else []
-    if lines and layout.is_comment(lines[last].text) and any(map(NUMBER.fullmatch, names)):
-        names = []
     _check_above(lines, layout)
-    if not lines or (not names and layout.is_comment(lines[last].text)):
-        if lines and layout.may_be_row(lines[last].text):
-            raise TableError(f"line {lines[last].number} may be a comment or a row: {settled('comment')}")
+    if not lines:
         return None
-    return last - 1 if last and _are_units(names) and ways[last - 1] else last
+    last, names = len(lines) - 1, names_in[-1]
+    if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
+        layout.check_comment(lines[last])
+        # One that begins with the time names the columns, but not all.
+        return last if not names and _time(layout.words(lines[last].text)[:1]) == 0 else None
+    return last - 1 if last and _are_units(names) and names_in[last - 1] else last
 
 
 def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
@@ -404,9 +383,8 @@ def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> l
     units: list[str] = []
     for line in lines:
         fields = layout.units(line.text, time)
-        if not fields and layout.is_comment(line.text) and not _is_heading(line.text, layout):
-            if layout.may_be_row(line.text):
-                raise TableError(f"line {line.number} may be a comment or a row: {settled('comment')}")
+        if not fields and layout.is_comment(line.text) and not layout.is_heading(line.text):
+            layout.check_comment(line)
             continue
         if units or not fields:
             problem = "holds units again" if fields else "is neither units nor a row of numbers"
@@ -420,37 +398,16 @@ def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> It
     stated = any(_ANGLES.search(line.text) for line in lines)
     for line in lines:
         comment = layout.is_comment(line.text)
-        if not stated and re.search(r"(?i)\b(units?|degrees|radians)\b", line.text):
-            yield f"line {line.number} is passed over: {line.text.strip()[:60]!r}"
-        units = layout.units(line.text, _time(names))
-        for fields in _fitting([units or layout.words(line.text)], layout.row):
-            written = [n for n, entry in enumerate(fields) if entry]
-            whole = not comment and layout.separator != _SPACES and {*range(1, len(fields))} <= {*written}
-            if units or (whole and (len(fields) > 2 or not all(names[n] for n in written))):
-                may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
-                raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
-            if len(written) > 1 and not comment:
-                yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
-
-
-def _is_heading(line: str, layout: _Layout) -> bool:
-    """Whether a comment holds the names, with the time, or the units of all columns."""
-    return any(_time(way) is not None or _are_units(way) for way in layout.ways(line))
-
-
-def _fitting(ways: Iterable[list[str]], row: Sequence[str]) -> list[list[str]]:
-    """Return those with as many fields as the row, but for a separator at the end of either."""
-    fitting = []
-    for fields in ways:
-        if len(fields) == len(row) + 1 and not fields[-1]:
-            fields = fields[:-1]
-        if len(fields) == len(row) - 1 and not row[-1]:
-            fields = [*fields, ""]
-        if len(fields) == len(row):
-            fitting.append(fields)
-    if any(len(field) > _LONGEST_NAME for fields in fitting for field in fields):
-        raise TableError(f"has a name of more than {_LONGEST_NAME} characters")
-    return fitting
+        fields = layout.fitted(layout.words(line.text))
+        written = [n for n, entry in enumerate(fields) if entry]
+        whole = not comment and layout.separator != _SPACES and {*range(1, len(fields))} <= {*written}
+        belongs = whole and (len(fields) > 2 or not all(names[n] for n in written))
+        if fields and (belongs or layout.units(line.text, _time(names))):
+            may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
+            raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
+        states_units = not stated and re.search(r"(?i)\b(units?|degrees|radians)\b", line.text)
+        if states_units or (len(written) > 1 and not comment):
+            yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 
 def _time(fields: Sequence[str]) -> int | None:
@@ -460,14 +417,9 @@ def _time(fields: Sequence[str]) -> int | None:
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
-    """Return names and units; brackets that tell apart what has one name are part of the name."""
     parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
-    for n, (name, unit) in enumerate(parts):
-        if bare.count(name) > 1 and unit is not None and (parse_unit(unit) is None or unit.isdigit()):
-            parts[n] = names[n].strip('"'), None
-    final = [name for name, _ in parts]
-    if twice := next((name for name in final if name and final.count(name) > 1), None):
+    if twice := next((name for name in bare if name and bare.count(name) > 1), None):
         raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {settled('names')}")
     heading: Heading = []
     for (name, beside), entry in zip(parts, units or [""] * len(parts), strict=True):
@@ -487,15 +439,14 @@ def _bare(field: str) -> str | None:
 
 def _name_and_unit(field: str) -> tuple[str, str | None]:
     """Return name and unit of ``x [mm]``, ``x(mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
-    field = re.sub(r'^"([^"]*)"$', r"\1", field)
     parts = _WITH_BRACKETS.fullmatch(field)
+    unit = (parts["square"] or parts["round"] or "").strip() if parts else ""
     if parts is None:
-        return field.strip('"'), None
-    text = (parts["square"] or parts["round"] or "").strip()
-    index = text.isdigit() or parts["name"].endswith("der")
-    if not parts["space"] and (index or parse_unit(text) is None):
-        return field.strip('"'), None
-    return parts["name"].strip('"'), text or None
+        return field, None
+    is_name = parse_unit(unit) is None or unit.isdigit() or parts["name"].endswith("der")
+    if is_name and not parts["space"]:
+        return field, None
+    return parts["name"].strip('"'), unit or None
 
 
 def _are_units(fields: Sequence[str]) -> bool:
@@ -508,18 +459,16 @@ def _are_units(fields: Sequence[str]) -> bool:
 # ---- the rows of numbers
 
 
-def _check_comments(text: str, offset: int, layout: _Layout, above: Sequence[_Line]) -> None:
+def _check_comments(text: str, offset: int, layout: _Layout) -> None:
     """Reject a comment below the first row that may be a row, or that is another heading."""
     if not any(sign in text for sign in layout.comments):
         return
-    known = {line.text.strip() for line in above}
     for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
-        line = match[0]
-        is_row = layout.may_be_row(line)
-        if line.strip() not in known and (is_row or _is_heading(line, layout)):
-            number = text.count("\n", 0, offset + match.start()) + 1
-            problem = "a comment or a row" if is_row else "a comment or another heading"
-            raise TableError(f"line {number} may be {problem}: {line.strip()[:60]!r}: {settled('comment')}")
+        line = _Line(text.count("\n", 0, offset + match.start()) + 1, match[0])
+        layout.check_comment(line)
+        if layout.is_heading(line.text):
+            problem = f"a comment or another heading: {line.text.strip()[:60]!r}"
+            raise TableError(f"line {line.number} may be {problem}: {settled('comment')}")
 
 
 def _rows(body: str, layout: _Layout) -> str:
@@ -550,31 +499,25 @@ def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
     edge = r" \t\n" if separator == _SPACES else rf"{re.escape(separator)}\n"
     quote = '"' if separator == "," else '"?'
     before, end = rf"(?:\A|[{edge}])[ \t]*{quote}", rf"{quote}[ \t]*(?=[{edge}]|\Z)"
-
-    def number(pattern: str) -> str | None:
-        match = re.search(rf"{before}(?P<n>{pattern}){end}", body)
-        return match and match["n"]
-
-    signs = (rf"[+-]?(?=[.,]?\d)[\d.,]*[{sign}][\d.,]*{_EXPONENT}" for sign in ".,")
-    seen = {
-        sign: n for sign, pattern in zip(".,", signs, strict=True) if sign in body and (n := number(pattern))
-    }
+    seen = {}
+    for sign in ".,":
+        number = rf"{before}([+-]?(?=[.,]?\d)[\d.,]*[{sign}][\d.,]*{_EXPONENT}){end}"
+        if sign in body and (match := re.search(number, body)):
+            seen[sign] = match[1]
     if not seen or (separator == "," and "," not in seen):
         return "."
     sign, *others = seen
     one = rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
-    if others or not number(rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}"):
+    clear = rf"{before}(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}{end}"
+    if others or not re.search(clear, body):
         numbers = " and ".join(map(repr, dict.fromkeys(seen.values())))
         not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
         raise TableError(f"{not_clear}: {settled('decimal (and thousands)')}")
     return sign
 
 
-def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> pd.DataFrame:
-    """Return the rows as pandas reads them; columns with anything but numbers are text."""
-    if '"' in body and (match := re.search(r'(?m)^[^"\n]*"(?:[^"\n]*"[^"\n]*")*[^"\n]*$', body)):
-        number = first + body.count("\n", 0, match.start())
-        raise TableError(f"line {number}: a quotation mark is not closed in its field")
+def _frame(body: str, lines: Sequence[int], separator: str, decimal: str, count: int) -> pd.DataFrame:
+    """Return the rows, in these lines of the file, as pandas reads them; text in columns that hold any."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
@@ -590,12 +533,14 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
                 na_values=[""],
                 low_memory=False,  # the type of a column follows from all of it
             )
-    except (ValueError, pd.errors.ParserWarning) as error:
-        for n, line in enumerate(body.split("\n"), first):
-            if len(fields := _split(line, separator)) > count:
-                message = f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
-                raise TableError(f"{message}: {settled('separator')}") from None
-        raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
-    if separator == _SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
-        raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")
-    return frame
+    except (ValueError, pd.errors.ParserWarning):
+        frame = pd.DataFrame()
+    if len(frame) == len(lines) and not (separator == _SPACES and frame[count - 1].isna().any()):
+        return frame
+    rows = (line for line in body.split("\n") if line.strip(" \t"))
+    for n, line in zip(lines, rows, strict=True):
+        fields = len(_split(line, separator))
+        if fields > count or (separator == _SPACES and fields < count) or line.count('"') % 2:
+            rule = f"line {n} must hold {count} fields, as line {lines[0]}, and close quotation marks"
+            raise TableError(f"{rule}: {settled('separator')}")
+    raise TableError(f"cannot be read as rows of {count} fields: {settled('separator')}")

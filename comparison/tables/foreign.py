@@ -10,9 +10,9 @@ import re
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Pairs
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.files import check_size
+from comparison.tables import table_files
 from comparison.tables.channels import Array, Channel, channels, is_uncertainty
 from comparison.tables.dialect import (
     NUMBER,
@@ -46,15 +47,6 @@ from comparison.tables.mapping import (
     same_dimension,
 )
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import (
-    LARGEST,
-    read_columns,
-    read_contacts,
-    read_parquet,
-    read_record,
-    readable,
-    unread,
-)
 
 # ---- files, whose first bytes tell what they are, not their ending
 
@@ -71,20 +63,20 @@ _LONGEST = 600.0  # s to read a MATLAB file
 
 def open_source(path: Path, dialect: Dialect | None = None) -> Source:
     """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
-    with readable(path):
-        check_size(path, LARGEST)
+    with table_files.readable(path):
+        check_size(path, table_files.LARGEST)
         with path.open("rb") as file:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
     source = replace(source, columns=columns)
-    with unread(source.notes):
-        source = replace(source, events=read_contacts(path))
+    with table_files.unread(source.notes):
+        source = replace(source, events=table_files.read_contacts(path))
         if source.events is not None:  # pulses are theirs
-            source = replace(source, pulses=read_columns(path, "pulses"))
+            source = replace(source, pulses=table_files.read_columns(path, "pulses"))
     if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
-        with unread(source.notes):
-            extrema, record = read_record(path)
+        with table_files.unread(source.notes):
+            extrema, record = table_files.read_record(path)
             source = replace(source, extrema=extrema, record=record)
     return source
 
@@ -93,7 +85,7 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
     if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
         raise TableError(rule)
     if head.startswith(b"PAR1"):
-        frame = read_parquet(path)
+        frame = table_files.read_parquet(path)
         return Source(
             path, [read_column(str(name), None, frame[name]) for name in frame], plain="time" in frame
         )
@@ -111,10 +103,7 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
 def _sheet(path: Path) -> str:
     """Return the one sheet of a workbook that holds a table as text: of a formula its stored value counts."""
     sheets = _sheets(path)
-    # A table may have columns of text; a sheet of notes has numbers beside text.
-    holding = [name for name, rows in sheets.items() if any(map(_are_numbers, rows))] or [
-        name for name, rows in sheets.items() if any(sum(map(_is_number, row)) > 1 for row in rows)
-    ]
+    holding = [name for name, rows in sheets.items() if any(sum(map(_is_number, row)) > 1 for row in rows)]
     if not holding:
         raise TableError("no sheet contains a row of two or more numbers")
     if len(holding) > 1:
@@ -134,7 +123,7 @@ def _sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     try:
         with ZipFile(path) as file:
             unpacked = sum(part.file_size for part in file.infolist())
-        if unpacked <= LARGEST:
+        if unpacked <= table_files.LARGEST:
             with path.open("rb") as file, warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
                 book = load_workbook(file, read_only=True, data_only=True)
@@ -144,12 +133,7 @@ def _sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
     except Exception as error:
         raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
-    raise TableError(f"holds more than {LARGEST} bytes once it is unpacked")
-
-
-def _are_numbers(row: Iterable[Any]) -> bool:
-    cells = [cell for cell in row if cell is not None]
-    return len(cells) > 1 and all(map(_is_number, cells))
+    raise TableError(f"holds more than {table_files.LARGEST} bytes once it is unpacked")
 
 
 def _is_number(cell: object) -> bool:
@@ -166,7 +150,7 @@ def _written(cell: object) -> str:
 def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     """Return the real vectors of a MATLAB file, and descriptions of its other contents."""
     # -P: do not import a module of the same name from the working directory.
-    reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * LARGEST)]
+    reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * table_files.LARGEST)]
     try:
         done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
     except subprocess.TimeoutExpired as error:
@@ -189,8 +173,15 @@ AT_EVENTS = ("left", "right", "both")
 _HINT = "a mapping file (--mapping) assigns columns to channels"
 _NONE = Rule(channel="")
 
-Assigned = dict[str, tuple[Column, Rule]]
-"""Of a table: channel -> its column and rule; `_NONE` where a name alone assigns it."""
+
+@dataclass
+class _Assigned:
+    """Table whose columns are assigned to channels."""
+
+    source: Source
+    columns: dict[str, tuple[Column, Rule]]  # by channel; with `_NONE` where a name alone assigns it
+    ruled: bool  # whether a rule of the mapping assigns one
+    left_out: list[str] = field(default_factory=list)
 
 
 def read_tables(
@@ -220,37 +211,31 @@ def read_tables(
         for each, side in zip(paths, sides, strict=True)
     ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
-    assigned = [
-        _by_rules(source, _rules(source, side, mapping), mapping)
-        for source, side in zip(sources, sides, strict=True)
-    ]
-    ruled = [any(rule is not _NONE for _, rule in columns.values()) for columns in assigned]
-    left_out = _add_shared(sources, assigned, ruled, mapping, compare)
-    completed = list(_complete(sources, assigned, compare))
-    known = _definitions(sources, assigned, mapping)
-    bare = [name for name, channel in known.items() if not channel.unit]
-    stating = {source.angles: source.path for source in sources}
-    if bare and {"deg", "rad"} <= stating.keys():
-        files = f"{stating['deg']} states degrees for all angles, {stating['rad']} radians"
-        raise TableError(f"{files}: state the units of {', '.join(bare)} in a mapping (--mapping)")
-    warnings = [*_assumptions(sources, known, bare), *completed]
-    tables = []
-    for source, columns, by_rule, others in zip(sources, assigned, ruled, left_out, strict=True):
-        if others and only is None:
+    assigned = [_by_rules(source, side, mapping) for source, side in zip(sources, sides, strict=True)]
+    _add_shared(assigned, mapping, compare)
+    completed = list(_complete(assigned, compare))
+    known = _definitions(assigned, mapping)
+    warnings = [*_assumptions(sources, known), *completed]
+    for each in assigned:
+        if each.left_out and only is None:
             reason = "not compared, since the mapping leaves it out"
-            warnings.append(f"{source.path.name}: {reason}: {', '.join(others)}")
-        names = [TIME, *(name for name in columns if name != TIME)]
-        converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
-        frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
-        provenance = source.record
-        if provenance is None or by_rule:
-            settings = {name: description for name, (_, description) in converted.items()}
-            provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
-        own = {name: channel for name, channel in known.items() if name in columns}
-        rows = _resolved(frame, at_events, str(source.path))
-        made = Table(rows, source.events, source.extrema, provenance, own)
-        tables.append(replace(made, pulses=source.pulses, cycle_extrema=source.cycle_extrema))
-    return tables, tuple(warnings)
+            warnings.append(f"{each.source.path.name}: {reason}: {', '.join(each.left_out)}")
+    return [_table(each, known, mapping, at_events) for each in assigned], tuple(warnings)
+
+
+def _table(assigned: _Assigned, known: dict[str, Channel], mapping: Mapping, at_events: str | None) -> Table:
+    source, columns = assigned.source, assigned.columns
+    names = [TIME, *(name for name in columns if name != TIME)]
+    converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
+    frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
+    provenance = source.record
+    if provenance is None or assigned.ruled:
+        settings = {name: description for name, (_, description) in converted.items()}
+        provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
+    own = {name: channel for name, channel in known.items() if name in columns}
+    rows = _resolved(frame, at_events, str(source.path))
+    table = Table(rows, source.events, source.extrema, provenance, own)
+    return replace(table, pulses=source.pulses, cycle_extrema=source.cycle_extrema)
 
 
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping, compare: str) -> None:
@@ -273,88 +258,73 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
             raise TableError(f"{compare}: {name!r} is not a channel")
 
 
-def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
-    """Return the rules for a table: without its own, an ideal one has those of the program that wrote it."""
-    own: dict[str, Rule] = getattr(mapping, side)
-    if side == "ideal" and not own:
-        own = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
-    return {**mapping.columns, **own}
-
-
-def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> Assigned:
+def _by_rules(source: Source, side: str, mapping: Mapping) -> _Assigned:
     """Assign columns to channels by rules, else by their names; one is the time."""
+    special: dict[str, Rule] = getattr(mapping, side)
+    if side == "ideal" and not special:  # it has the rules of the program that wrote it
+        special = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
+    rules = {**mapping.columns, **special}
     own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
     times = [name for name in source.names if name.casefold() == TIME]
     if not times and not any(rule and rule.channel == TIME for rule in own):
         usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
         times = source.names[:1] if source.nameless else usual
-    known = {*channels(), *mapping.channels}
-    assigned: Assigned = {}
+    known = {TIME, *channels(), *mapping.channels}
+    assigned: dict[str, tuple[Column, Rule]] = {}
     for column, rule in zip(source.columns, own, strict=True):
         name = TIME if column.name in times else column.name
-        if rule is None and name != TIME and name not in known:
-            continue
         channel = rule.channel if rule else name
         if channel in assigned:
             both = f"{assigned[channel][0].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-        assigned[channel] = column, rule or _NONE
+        if rule or name in known:
+            assigned[channel] = column, rule or _NONE
     if TIME not in assigned:
         names = ", ".join(sorted(source.names))
         raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
-    return assigned
+    return _Assigned(source, assigned, ruled=any(own))
 
 
-def _add_shared(
-    sources: Sequence[Source],
-    assigned: Sequence[Assigned],
-    ruled: Sequence[bool],
-    mapping: Mapping,
-    compare: list[str] | None,
-) -> list[list[str]]:
-    """Assign what has one name in all tables, keep what is to be compared, and return all other names.
+def _add_shared(assigned: Sequence[_Assigned], mapping: Mapping, compare: list[str] | None) -> None:
+    """Assign what has one name in all tables, and leave out what is not to be compared.
 
     Kept are also the rates by which positions are interpolated, where all tables have them.
     """
-    free = []
-    for source, columns in zip(sources, assigned, strict=True):
-        taken = {column.name for column, _ in columns.values()}
-        free.append([name for name in source.names if name not in taken])
-    shared = set(free[0]).intersection(*free[1:])
+    for each in assigned:
+        taken = {column.name for column, _ in each.columns.values()}
+        each.left_out = [name for name in each.source.names if name not in taken]
+    shared = set.intersection(*(set(each.left_out) for each in assigned))
     # A mapping that names columns leaves out the others, even if both tables have them.
-    wanted = shared & set(compare or ()) if any(ruled) else shared
+    wanted = shared & set(compare or ()) if any(each.ruled for each in assigned) else shared
     pairs = {name: each.rate for name, each in channels().items()}
     pairs |= {name: each.rate for name, each in mapping.channels.items()}
-    rates = {rate for name in compare or () if (rate := pairs.get(name))}
-    rates = {rate for rate in rates if all(rate in own and not own[rate][0].text for own in assigned)}
-    left_out = []
-    for source, columns, by_rule, names in zip(sources, assigned, ruled, free, strict=True):
-        columns.update((column.name, (column, _NONE)) for column in source.columns if column.name in wanted)
-        lacking = [*(name for name in names if name not in wanted), *source.others]
-        unknown = [name for name in lacking if name not in shared]
-        if unknown and not by_rule and compare is None:
-            what = "is not a channel, nor a column of both tables"
-            raise TableError(f"{source.path}: {unknown[0]!r} {what}; {_HINT}")
-        for name in [name for name in columns if compare is not None and name not in (TIME, *compare)]:
-            lacking.append(name)
+    rates = {pairs.get(name) for name in compare or ()}
+    for each in assigned:  # not one that is missing, or holds text
+        rates &= {name for name, (column, _) in each.columns.items() if not column.text}
+    for each in assigned:
+        columns = each.columns
+        columns |= {own.name: (own, _NONE) for own in each.source.columns if own.name in wanted}
+        each.left_out = [*(name for name in each.left_out if name not in wanted), *each.source.others]
+        unknown = [name for name in each.left_out if name not in shared]
+        if unknown and not each.ruled and compare is None:
+            rule = "is not a channel, nor a column of both tables"
+            raise TableError(f"{each.source.path}: {unknown[0]!r} {rule}; {_HINT}")
+        for name in [name for name in columns if compare is not None and name not in compare]:
+            each.left_out.append(name)
             if name not in rates:
                 del columns[name]
-        left_out.append(lacking)
-    return left_out
 
 
-def _complete(
-    sources: Sequence[Source], assigned: Sequence[Assigned], compare: list[str] | None
-) -> Iterator[str]:
+def _complete(assigned: Sequence[_Assigned], compare: list[str] | None) -> Iterator[str]:
     """Give tables of ours what their scenes prescribe, where another table has it; say so."""
-    wanted = {name for columns in assigned for name in columns if compare is None or name in compare}
-    for source, columns in zip(sources, assigned, strict=True):
-        prescribed = _prescribed(source.record, columns[TIME][0].numbers)
-        lacking = wanted - columns.keys()
+    wanted = {name for each in assigned for name in each.columns if compare is None or name in compare}
+    for each in assigned:
+        prescribed = _prescribed(each.source.record, each.columns[TIME][0].numbers)
+        lacking = wanted - each.columns.keys()
         added = {column.name: (column, _NONE) for column in prescribed if column.name in lacking}
-        columns.update(added)
+        each.columns.update(added)
         if added:
-            yield f"{source.path.name}: as its scene prescribes: {', '.join(added)}"
+            yield f"{each.source.path.name}: as its scene prescribes: {', '.join(added)}"
 
 
 def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
@@ -369,19 +339,16 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
     return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
 
 
-def _definitions(
-    sources: Sequence[Source], assigned: Sequence[Assigned], mapping: Mapping
-) -> dict[str, Channel]:
+def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
     defined = {}
-    for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
+    for name in dict.fromkeys(name for each in assigned for name in each.columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         if name not in channels():
-            stated = [
-                Stated(source.path.name, _unit(*columns[name]), columns[name][0].numbers)
-                for source, columns in zip(sources, assigned, strict=True)
-                if name in columns
+            owning = [
+                (each.source.path.name, *each.columns[name]) for each in assigned if name in each.columns
             ]
+            stated = [Stated(table, _unit(column, rule), column.numbers) for table, column, rule in owning]
             defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)
@@ -393,7 +360,12 @@ def _unit(column: Column, rule: Rule) -> str | None:
     return column.unit if rule.unit is None else rule.unit
 
 
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel], bare: Sequence[str]) -> Iterable[str]:
+def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterator[str]:
+    bare = ", ".join(name for name, channel in known.items() if not channel.unit)
+    stating = {source.angles: source.path for source in sources}
+    if bare and {"deg", "rad"} <= stating.keys():
+        files = f"{stating['deg']} states degrees for all angles, {stating['rad']} radians"
+        raise TableError(f"{files}: state the units of {bare} in a mapping (--mapping)")
     for source in sources:
         yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
@@ -404,7 +376,7 @@ def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel], bare: Se
         if bare and source.angles == "deg":
             yield f"{source.path.name}: its header states degrees for all angles, which are not converted"
     if bare:
-        yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
+        yield f"no unit is stated for {bare}: compared as numbers"
 
 
 def _converted(
@@ -414,11 +386,9 @@ def _converted(
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        hint = settled("skip, or comment if the line begins one")
-        if re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text):
-            hint = settled("decimal, thousands")
-        elif name != TIME:
-            hint = f"a mapping (--mapping) with compare = [...] leaves it out; else {hint}"
+        is_grouped = re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text)
+        keys = "decimal, thousands" if is_grouped else "skip, or comment if the line begins one"
+        hint = f"{settled(keys)}; compare = [...] there leaves it out"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
@@ -427,17 +397,16 @@ def _converted(
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     if stated is None or (own and parse_unit(stated) is None):
         stated = wanted
-    values = column.numbers if rule.sign == 1 else -column.numbers
-    description = ("-" if rule.sign < 0 else "") + (f"{column.name} in {stated}" if stated else column.name)
     usual = mapping.channels.get(name, Quantity()).factor
-    factor = usual if rule.factor is None else rule.factor
+    factor = rule.sign * (usual if rule.factor is None else rule.factor)
+    values, description = factor * column.numbers, f"{column.name} in {stated}" if stated else column.name
     if factor != 1:
-        values, description = values * factor, f"{factor:g} {description}"
+        description = f"{factor:g} {description}"
     if rule.offset:
         values, description = values + rule.offset, description + f" {rule.offset:+g}"
     unit, to = parse_unit(stated), parse_unit(wanted)
     in_table = parse_unit(column.unit) if column.unit is not None else None
-    if factor != 1 and unit == parse_unit("1"):
+    if abs(factor) != 1 and unit == parse_unit("1"):
         in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
     if unit is None and (stated != wanted or not own):
         raise TableError(f"{where}: unit {stated!r} is not known")

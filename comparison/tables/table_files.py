@@ -50,15 +50,9 @@ def _read_csv(path: Path) -> pd.DataFrame:
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
-            frame = pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
+            return pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-    names = pd.Index([str(name).strip() for name in frame])
-    if len(names) and names[-1].startswith("Unnamed: ") and frame.iloc[:, -1].isna().all():
-        frame, names = frame.iloc[:, :-1], names[:-1]  # a last separator's
-    if not names.is_unique:
-        raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
-    return frame.set_axis(names, axis=1)
 
 
 def read_parquet(path: Path) -> pd.DataFrame:

@@ -116,7 +116,7 @@ def test_a_file_is_read_in_a_bounded_memory(monkeypatch):
     pytest.importorskip("resource")
     savemat(MAT, {"time": np.zeros(2 * 10**6, np.int8)}, do_compression=True)
     refused("a.mat: time 0.0 s is repeated in data row 2", MAT)  # it is read
-    monkeypatch.setattr("comparison.tables.foreign.LARGEST", MAT.stat().st_size)
+    monkeypatch.setattr("comparison.tables.table_files.LARGEST", MAT.stat().st_size)
     refused("a.mat: is not a readable .mat file", MAT)
 
 
@@ -285,7 +285,7 @@ def test_a_workbook_that_cannot_be_read_says_why(monkeypatch):
     )
     path = put("run.xlsx", whole)
     with monkeypatch.context() as patch:  # it is small only while packed
-        patch.setattr("comparison.tables.foreign.LARGEST", len(whole))
+        patch.setattr("comparison.tables.table_files.LARGEST", len(whole))
         refused(f"run.xlsx: holds more than {len(whole)} bytes once it is unpacked", path)
     monkeypatch.setitem(sys.modules, "openpyxl", None)  # its import fails
     refused("sixbar-crossval[excel]|to read it, or save its sheet as CSV", path)

@@ -28,16 +28,14 @@ def compared(capsys, a, b, *options):
         ("% time; x\n0;1\n1;2\n", "x"),
         ("# time, x\n0 1\n1 2\n", "x"),  # numpy's savetxt with a header of one's own
         ("#\n# time x\n#\n0 1\n1 2\n", "x"),
-        ("time   slider pos\n0      1\n1      2\n", "slider pos"),
+        ('time   "slider pos"\n0      1\n1      2\n', "slider pos"),
         ("time x\n---- ----\n0 1\n1 2\n", "x"),
         ("TIME(Sec),x\n0,1\n1,2\n", "x"),
         ("time,T\n0,1\n1,2\n", "T"),
         ("time,t\n0,1\n1,2\n", "t"),
-        ('time,"x\n[mm]"\n0,1\n1,2\n', "x"),  # a heading of two lines, as spreadsheets have them
         (",x\n0.0,1\n0.5,2\n", "x"),  # pandas with the time as the index
         ("time,x,\n0,1\n1,2\n", "x"),
         ("time x1 x2\ns m2 m2\n0 1 2\n1 2 3\n", "x1 x2"),
-        ("time,load (left),load (right)\n0,1,2\n1,2,3\n", "load (left) load (right)"),
         ("time,0,1\n0.0,1,2\n1.0,2,3\n", "0 1"),
         ("# rows: 2\n# columns: 2\n 0 1\n 1 2\n", "#2"),  # Octave's text
         ("sep=;\ntime;x\n0;1,5\n1;2\n", "x"),
@@ -62,11 +60,23 @@ def test_a_table_as_programs_write_it_is_read_in_any_encoding(content, names):
         ("time\tx\n0\t0,5\n1\t0.5\n", "decimal sign is not clear from '0.5' and '0,5'"),
         ("time;x\n" + "0;0\n" * 200 + "200;1,500\n201;2.5\n", "not clear from '2.5' and '1,5"),
         (",0,1\n0.5,0.6,0.7\n1,0.7,0.8\n", "line 1 holds 0, 1, which may be names or numbers"),
-        ("3 2\n4 5\n5 6\n6 7\n", "line 1 may be a row, or the size of the table"),
-        ("time x\n0 1\n1\n", "data row 2 holds fewer than 2 fields"),
-        ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 holds 2"),
-        ('time,x\n0,1\n1,"2\n3"\n2,3\n', "line 3: a quotation mark is not closed in its field"),
-        ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 2: a quotation mark is not closed in its field"),
+        ("3 2\n4 5\n5 6\n6 7\n", "line 1 holds 3, 2, which may be a row, or the size of the table"),
+        (
+            "time   slider pos\n0      1\n1      2\n",
+            "the rows hold 2 numbers, but line 1 names 3: state names",
+        ),
+        ("# time   slider pos\n0 1\n1 2\n", "the rows hold 2 numbers, but line 1 names 3: state names"),
+        ('time,"x\n[mm]"\n0,1\n1,2\n', "line 2, below the names, is neither units nor a row"),
+        (
+            "time x\n0 1\n1\n",
+            "line 3 must hold 2 fields, as line 2, and close quotation marks: state separator",
+        ),
+        ("time,x\n0,1\n1,2,3\n", "line 3 must hold 2 fields, as line 2"),
+        ('time,x\n0,1\n1,"2\n3"\n2,3\n', "line 3 must hold 2 fields, as line 2, and close quotation marks"),
+        (
+            'time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n',
+            "line 2 must hold 3 fields, as line 2, and close quotation marks",
+        ),
         ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),
         ("12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
         ("time,x\n0,1\n12:01,2\n", "'time' is not a number in line 3: '12:01'"),
@@ -144,13 +154,7 @@ def test_a_column_of_text_in_parquet():
 ROWS = "0,1,5\n1,2,6\n"
 SPACED = ROWS.replace(",", " ")
 NAMED, HASH = 'names = ["time", "p", "q"]', 'comment = "#"'
-CLOCK = """skip = 0
-[columns.clock]
-channel = "time"
-unit = "s"
-[columns.x]
-channel = "x"
-[channels.x]"""
+CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
 STATED = [  # content, words of the refusal, what a mapping states, names, values of the second column
     # Columns of several levels
     (",b1,b2\n,x,x\ntime,,\n" + ROWS, "line 1, above the names, may be names", NAMED, "p q", [1, 2]),
@@ -158,6 +162,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("body,left,right\ntime,x,y\n" + ROWS, "line 1, above the names, may be", "skip = 1", "x y", [1, 2]),
     ("time\tb1\tb2\nstep\tx\tx\n" + ROWS.replace(",", "\t"), "line 2, below the names", NAMED, "p q", [1, 2]),
     ("time,x,x\n" + ROWS, "column 'x' occurs twice", NAMED, "p q", [1, 2]),
+    ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
     # Units
     ("s,mm,N\ntime,x,F\n" + ROWS, "line 1, above the names", NAMED, "p q", [1, 2]),
     ("# s mm N\n# time x F\n" + SPACED, "line 1, above the names", "skip = 1", "x F", [1, 2]),
@@ -171,8 +176,9 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("#0 9 9\n" + SPACED, "line 1 may be a comment or a row", HASH, "#2 #3", [1, 2]),
     ("time,x,F\n0,1,5\n#N/A,#N/A,#N/A\n1,2,6\n", "line 3 may be", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n# time y F\n1 2 6\n", "line 3 may be a comment or another", HASH, "x F", [1, 2]),
+    ("# time x F\n0 1 5\n# time x F\n1 2 6\n", "line 3 may be a comment or another", HASH, "x F", [1, 2]),
     ("time x F\n0 1 5\n% s m N\n1 2 6\n", "line 3 may be a comment", 'comment = "%"', "x F", [1, 2]),
-    ("time,den,F\n" + ROWS + "end,of,run\n", "line 4 holds text below", 'comment = "end"', "den F", [1, 2]),
+    ("time,den,F\n" + ROWS + "end,of,run\n", "number in line 4: 'end'", 'comment = "end"', "den F", [1, 2]),
     # Numbers
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'decimal = "."', "x F", [1.5, 2.5]),
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'thousands = "."', "x F", [1500, 2500]),
@@ -186,7 +192,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("0,1,2\n0.5,3,6\n", "may be names or numbers", "names = []", "#2 #3", [1, 3]),
     ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
     ("0 1\t5\n1 2\t6\n", "tabs and spaces", 'separator = " "', "#2 #3", [1, 2]),
-    ("2024 11 28\n12 30 45\ntime x F\n" + SPACED, "line 3 holds text below", "skip = 2", "x F", [1, 2]),
+    ("2024 11 28\n12 30 45\ntime x F\n" + SPACED, "not a number in line 3", "skip = 2", "x F", [1, 2]),
     ("clock;x;flag\n0;1;no\n1;2;yes\n", "contains no row", CLOCK, "x", [1, 2]),
 ]  # fmt: skip
 
