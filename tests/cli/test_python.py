@@ -354,7 +354,7 @@ def test_the_model_of_the_page_on_engines_agrees(sixbar, install):
 
 def test_the_mapping_of_the_page_on_tables(sixbar):
     """The file of Adams that docs/foreign-tables.md shows, and its mapping."""
-    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml")
+    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml", 1)
     time = np.arange(801) * 1e-3
     x, y, angle = 1e-4 * np.sin(9 * time), 0.19 + 0.01 * np.cos(9 * time), 1e-3 * np.sin(5 * time)
     rows = zip(time * 1e3, -x * 1e3, y * 1e3, -np.degrees(angle), 0 * x, 0 * x, strict=True)
