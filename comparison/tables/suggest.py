@@ -30,21 +30,7 @@ _ALIKE = 0.9  # of two columns whose names say one channel
 _CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
 
 # The units that programs write, the SI unit first.
-_UNITS = {
-    units.split(", ")[0]: units.split(", ")
-    for units in (
-        "s, ms, us, min",
-        "m, mm, cm, in",
-        "rad, deg, rev",
-        "m/s, mm/s, cm/s, in/s",
-        "rad/s, deg/s, rpm, deg/ms",
-        "m/s^2, mm/s^2, cm/s^2, mm/ms^2",
-        "rad/s^2, deg/s^2, rad/ms^2, deg/ms^2",
-        "N, kN, mN, lbf",
-        "N m, N mm",
-        "J, mJ, kJ",
-    )
-}
+_UNITS = {"s": "s ms us min", "m": "m mm cm in", "rad": "rad deg rev", "N": "N kN mN lbf", "J": "J mJ kJ"}
 # What is meant, and how programs spell it.
 _WORDS = {
     "time": "t time tout",
@@ -92,8 +78,12 @@ class _Column(NamedTuple):
 
     def units(self, si: str) -> list[str]:
         """Return the units of this dimension that the column may be in."""
-        usual = _UNITS.get(si, [si]) if self.unit is None else [self.unit]
-        return [unit for unit in usual if same_dimension(parse_unit(unit), parse_unit(si))]
+        if self.unit is not None:
+            return [self.unit] * same_dimension(parse_unit(self.unit), parse_unit(si))
+        first = si.split("/")[0].split(" ")[0]
+        ends = dict.fromkeys([si.removeprefix(first), si.removeprefix(first).replace("/s", "/ms")])
+        usual = [unit + end for end in ends for unit in _UNITS.get(first, first).split()]
+        return usual + ["rpm"] * (si == "rad/s")
 
     @property
     def deviation(self) -> float:
