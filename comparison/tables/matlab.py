@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 _KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
+_OWN = "times of its own"
 _TIMES = ("time", "t", "tout")
 
 
@@ -56,14 +57,12 @@ def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     times = data["data_2"][0]
     variables: dict[str, Any] = {}
     for name, number, row in zip(names, *data["dataInfo"][:2].astype(int), strict=True):
-        matrix, place = data[f"data_{number or 2}"], abs(row) - 1
-        values, sign = matrix[place], -1 if row < 0 else 1
-        if number == 0 or np.array_equal(matrix[0], times):
-            variables[name.strip()] = sign * values if row < 0 else values
-        elif (values == values[0]).all():
-            variables[name.strip()] = sign * values[0] + np.zeros(times.size)
-        else:
-            variables[name.strip()] = f"of data_{number}, which has times of its own"
+        matrix = data[f"data_{number or 2}"]
+        values = -matrix[-row - 1] if row < 0 else matrix[row - 1]
+        if number != 0 and not np.array_equal(matrix[0], times):
+            constant = (values == values[0]).all()
+            values = np.full(times.size, values[0]) if constant else f"of data_{number}, which has {_OWN}"
+        variables[name.strip()] = values
     return variables
 
 
@@ -106,7 +105,7 @@ def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
 
 def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
-    if isinstance(value, str) and value.startswith("of data_"):
+    if isinstance(value, str) and value.endswith(_OWN):
         return value
     if isinstance(value, dict):
         return "structure"

@@ -113,6 +113,7 @@ def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Gu
     if SURE in {guess.sureness for guess in ordered}:  # at wrong times nothing would be near
         times = [guess._replace(sureness=SURE) for guess in times]
     taken = taken.union(*(guess.pair for guess in times))
+    taken |= {("a", TIME), ("b", TIME)}  # it needs no rule
     names = {side: [*source.names, *source.others] for side, source in sources.items()}
     left = {side: [name for name in own if (side, name) not in taken] for side, own in names.items()}
     return [*times, *ordered], left
