@@ -151,17 +151,20 @@ def compare(
 def _suggest(a: Path, b: Path, out: Path | None, mapping: Path | None, *, json: bool) -> int:
     """Write a mapping of the columns of two tables, and say what it assigns."""
     from comparison.files import FolderError, check_file, write_text
+    from comparison.scene import command_line
     from comparison.tables.mapping import load_mapping
     from comparison.tables.suggest import mapping_text, suggest, summary
 
     path = check_file(out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
-    suggestion = suggest(a, b, load_mapping(mapping).dialect if mapping else None)
-    write_text(mapping_text(suggestion, path), path)
+    dialects = load_mapping(mapping).dialect if mapping else None
+    guesses, left = suggest(a, b, dialects)
+    command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
+    write_text(mapping_text(guesses, left, dialects, command), path)
     if json:
-        print_json([guess._asdict() for guess in suggestion.guesses])
-    say(*summary(suggestion), str(path), err=json)
+        print_json([guess._asdict() for guess in guesses])
+    say(*summary(guesses, left), str(path), err=json)
     return 0
 
 

@@ -1,7 +1,6 @@
 """Arguments of the interfaces, checked in one place: options, tables, mappings."""
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,12 @@ from pydantic_core import PydanticCustomError
 from comparison.scene.keys import explain, short, unboxed
 from comparison.scene.schema import Section
 from comparison.tables import mapping as rules
-from comparison.tables.dialect import Source, read_column
-from comparison.tables.mapping import TIME, load_mapping, parse_unit
+from comparison.tables.dialect import Column, Source, _name_and_unit, read_column
+from comparison.tables.mapping import TIME, load_mapping
 from comparison.tables.table import Table, TableError
 
 Results = Table | pd.DataFrame | str | Path
 """Table as a caller gives it."""
-_WITH_UNIT = re.compile(r"(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
 
 
 class Options(Section):
@@ -47,21 +45,22 @@ def as_source(results: Results, label: str) -> Path | Source:
     """
     if isinstance(results, str | Path):
         return Path(results)
-    if isinstance(results, pd.DataFrame):
-        table = Table(_with_time(results, label))
-    elif isinstance(results, Table):
-        table = results
-    else:
+    table = Table(_with_time(results, label)) if isinstance(results, pd.DataFrame) else results
+    if not isinstance(table, Table):
         kind = f"{type(results).__module__}.{type(results).__qualname__}".removeprefix("builtins.")
         raise TableError(f"{label}: must be a path, a table or a pandas data frame, not a {kind}")
-    units = {name: channel.unit or None for name, channel in table.own.items()}
-    names = [_name_and_unit(name) if name not in units else (name, units[name]) for name in table.names]
-    if twice := _repeated([name for name, _ in names]):
-        raise TableError(f"{label}: column {twice!r} occurs twice")
-    columns = [_seconds(table.frame.iloc[:, n]) for n in range(len(names))]
+    columns: list[Column] = []
+    for n, name in enumerate(table.names):
+        own = table.own.get(name)
+        bare, unit = (name, own.unit or None) if own else _name_and_unit(name)
+        if bare in [column.name for column in columns]:
+            raise TableError(f"{label}: column {bare!r} occurs twice")
+        entries = table.frame.iloc[:, n]
+        seconds = entries.dt.total_seconds() if entries.dtype.kind == "m" else entries
+        columns.append(read_column(bare, unit, seconds))
     return Source(
         Path(label),
-        [read_column(*name, column) for name, column in zip(names, columns, strict=True)],
+        columns,
         events=table.events,
         pulses=table.pulses,
         extrema=table.extrema,
@@ -88,31 +87,13 @@ def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
         return frame
     if isinstance(index, pd.DatetimeIndex):
         raise TableError(f"{label}: its index holds dates; the time is a number of seconds or a timedelta")
-    if isinstance(index, pd.TimedeltaIndex) or _is_time(index.name):
-        name = TIME if isinstance(index, pd.TimedeltaIndex) else str(index.name)
+    name = TIME if isinstance(index, pd.TimedeltaIndex) else str(index.name)
+    if _is_time(name):
         frame = frame.reset_index(drop=True)
         frame.insert(0, name, index.to_numpy())
     return frame
 
 
-def _seconds(column: pd.Series) -> pd.Series:
-    """Return a duration in s, other columns as they are."""
-    return column.dt.total_seconds() if column.dtype.kind == "m" else column
-
-
 def _is_time(name: object) -> bool:
     own, _ = _name_and_unit(str(name))
     return own.casefold() == TIME or own == "t"
-
-
-def _name_and_unit(name: str) -> tuple[str, str | None]:
-    """Return name and unit of ``x [mm]``, as a header of a file has them; ``x[0]`` is a name."""
-    parts = _WITH_UNIT.fullmatch(name)
-    if parts is None or parts["unit"].isdigit() or parse_unit(parts["unit"]) is None:
-        return name, None
-    return parts["name"], parts["unit"].strip()
-
-
-def _repeated(names: Sequence[str]) -> str:
-    """Return the first name that occurs twice, else nothing."""
-    return next((name for n, name in enumerate(names) if name in names[:n]), "")

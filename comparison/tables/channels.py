@@ -30,11 +30,11 @@ class Channel:
     name: str
     label: str
     unit: str
-    sign: str
-    group: str
-    scale: str
     floor: float
-    round_off: float
+    sign: str = ""
+    group: str = "own"
+    scale: str = "range"
+    round_off: float = 0.0
     rate: str | None = None
     follows: str | None = None
     angle: bool = False

@@ -246,17 +246,13 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: s
         if known is None or not same_dimension(known, parse_unit("rad")):
             raise TableError(f"{file}: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
         turn /= float(known.factor)
-    finite = (np.abs(each.values[np.isfinite(each.values)]) for each in stated)
-    largest = max((float(sizes.max(initial=0.0)) for sizes in finite), default=0.0)
+    finite = (each.values[np.isfinite(each.values)] for each in stated)
+    largest = float(np.abs(np.concatenate([[0.0], *finite])).max())
     return Channel(
         name=name,
         label=name,
         unit=unit,
-        sign="",
-        group="own",
-        scale="range",
         floor=max(_ROUND_OFF * largest, float(np.finfo(np.float64).tiny)),
-        round_off=0.0,
         rate=quantity.rate,
         angle=quantity.angle,
         turn=turn,
@@ -282,17 +278,10 @@ def is_prose(unit: str) -> bool:
 
 def _common_unit(name: str, stated: Sequence[Stated]) -> str:
     units = {None if s.unit is None or is_prose(s.unit) else s.unit: s.table for s in stated}
-    if len(units) < 2:
-        return next(iter(units), None) or ""
-    (first, a), (second, b) = list(units.items())[:2]
-    decides = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
-    if first is None or second is None:
-        has, lacks = (a, b) if second is None else (b, a)
-        raise TableError(f"{has}: column {name!r} is in {first or second}, {lacks} states no unit; {decides}")
-    message = f"column {name!r} is in {first} in {a} and in {second} in {b}"
-    for unit in (first, second):
-        if parse_unit(unit) is None:
-            raise TableError(f"{message}; {unit!r} is not a known unit: {decides}")
-    if not same_dimension(parse_unit(first), parse_unit(second)):
-        raise TableError(message)
-    return first
+    (first, table), *others = units.items() or [(None, "")]
+    for other, beside in others[:1]:
+        if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):
+            one, two = (f"in {unit}" if unit else "without a unit" for unit in (first, other))
+            rule = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
+            raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
+    return first or ""

@@ -6,16 +6,13 @@ scipy's parser trusts the sizes stated in a file: one wrong byte can end its pro
 import io
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-try:
-    import resource
-except ImportError:  # Windows
-    resource = None  # type: ignore[assignment]
-
 _KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
+_OWN = "times of its own"
 _TIMES = ("time", "t", "tout")
 
 
@@ -27,15 +24,16 @@ def main() -> None:
     from scipy.io import loadmat
 
     file, most = sys.argv[1], int(sys.argv[2])
-    if resource is not None:
+    with suppress(ImportError):  # of Windows
+        import resource
+
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(
-            resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-        )
-    content = loadmat(file, appendmat=False, squeeze_me=True)
-    # The lines of names need their full width.
-    full = loadmat(file, appendmat=False) if "Aclass" in content else None
-    variables = _variables(content) if full is None else _trajectory(full)
+        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    content = loadmat(file, appendmat=False, simplify_cells=True)
+    # Lines of names need their full width.
+    is_trajectory = "Aclass" in content
+    variables = _trajectory(loadmat(file, appendmat=False)) if is_trajectory else _variables(content)
     others = {name: text for name, value in variables.items() if (text := _other(value))}
     vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
     described = [f"{name} ({text})" for name, text in others.items()]
@@ -59,14 +57,12 @@ def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     times = data["data_2"][0]
     variables: dict[str, Any] = {}
     for name, number, row in zip(names, *data["dataInfo"][:2].astype(int), strict=True):
-        matrix, place = data[f"data_{number or 2}"], abs(row) - 1
-        values, sign = matrix[place], -1 if row < 0 else 1
-        if number == 0 or np.array_equal(matrix[0], times):
-            variables[name.strip()] = sign * values if row < 0 else values
-        elif (values == values[0]).all():
-            variables[name.strip()] = sign * values[0] + np.zeros(times.size)
-        else:
-            variables[name.strip()] = f"of data_{number}, which has times of its own"
+        matrix = data[f"data_{number or 2}"]
+        values = -matrix[-row - 1] if row < 0 else matrix[row - 1]
+        if number != 0 and not np.array_equal(matrix[0], times):
+            constant = (values == values[0]).all()
+            values = np.full(times.size, values[0]) if constant else f"of data_{number}, which has {_OWN}"
+        variables[name.strip()] = values
     return variables
 
 
@@ -76,13 +72,8 @@ def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
     The fields of several structures are named ``structure.field``, columns ``matrix(1)``.
     """
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    structures = {
-        name: variables.pop(name)
-        for name, value in list(variables.items())
-        if isinstance(value, np.ndarray) and value.dtype.names is not None and value.shape == ()
-    }
-    for name, structure in structures.items():
-        fields = {key: structure[key][()] for key in structure.dtype.names}
+    structures = {name: variables.pop(name) for name in content if isinstance(content[name], dict)}
+    for name, fields in structures.items():
         if "signals" in fields:
             fields = _signals(name, fields)
         if len(structures) > 1 or set(fields) & set(variables):
@@ -102,22 +93,23 @@ def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
 
 def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the signals of Simulink's structure, with its time if it has one, by their labels or blocks."""
-    signals = np.atleast_1d(fields["signals"])
+    signals = fields["signals"]
     variables = {"time": fields["time"]} if np.size(fields.get("time", [])) else {}
-    for n, signal in enumerate(signals, 1):
-        known = {key: str(signal[key]) for key in signals.dtype.names or () if np.size(signal[key]) == 1}
-        label = known.get("label") or known.get("blockName", "").rpartition("/")[2] or f"{name}.signals({n})"
+    for n, signal in enumerate(signals if isinstance(signals, list) else [signals], 1):
+        texts = (signal.get(key, "") for key in ("label", "blockName"))
+        label, block = (str(text) if np.size(text) else "" for text in texts)
+        label = label or block.rpartition("/")[2] or f"{name}.signals({n})"
         variables[f"{label}.signals({n})" if label in variables else label] = signal["values"]
     return variables
 
 
 def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
-    if isinstance(value, str) and value.startswith("of data_"):
+    if isinstance(value, str) and value.endswith(_OWN):
         return value
-    value = np.asarray(value)
-    if value.dtype.names is not None:
+    if isinstance(value, dict):
         return "structure"
+    value = np.asarray(value)
     if value.dtype.kind not in "fiu":
         return _KINDS.get(value.dtype.kind, "objects or cells")
     if value.ndim == 1:

@@ -83,7 +83,7 @@ ANGLES = "time,slider_y,slider_angle\n"
             None,
             "columns 'TIME' and 'time' are both the channel time",
         ),
-        (MM, "time,reach\n0,1\n1,2\n", None, "column 'reach' is in mm, b.csv states no unit"),
+        (MM, "time,reach\n0,1\n1,2\n", None, "column 'reach' is in mm in a.csv and without a unit in b.csv"),
         (MM, "time,reach\ns,deg\n0,1\n1,2\n", None, "is in mm in a.csv and in deg in b.csv"),
         (MM, "time,size\n0,1\n1,2\n", None, "'reach' is not a channel, nor a column of both"),
         (*UNIT[:2], '[columns.w]\nchannel = "slider_x"', "a.csv: |'w'|unit"),
