@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from comparison.scene.keys import explain, short, unboxed
 from comparison.scene.schema import Section
 from comparison.tables import mapping as rules
-from comparison.tables.dialect import Column, Source, _name_and_unit, read_column
+from comparison.tables.dialect import Column, Source, name_and_unit, read_column
 from comparison.tables.mapping import TIME, load_mapping
 from comparison.tables.table import Table, TableError
 
@@ -52,7 +52,7 @@ def as_source(results: Results, label: str) -> Path | Source:
     columns: list[Column] = []
     for n, name in enumerate(table.names):
         own = table.own.get(name)
-        bare, unit = (name, own.unit or None) if own else _name_and_unit(name)
+        bare, unit = (name, own.unit or None) if own else name_and_unit(name)
         if bare in [column.name for column in columns]:
             raise TableError(f"{label}: column {bare!r} occurs twice")
         entries = table.frame.iloc[:, n]
@@ -95,5 +95,5 @@ def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
 
 
 def _is_time(name: object) -> bool:
-    own, _ = _name_and_unit(str(name))
+    own, _ = name_and_unit(str(name))
     return own.casefold() == TIME or own == "t"

@@ -412,12 +412,12 @@ def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> It
 
 def _time(fields: Sequence[str]) -> int | None:
     """Return the place of the name of the time, None without one."""
-    names = [_name_and_unit(field)[0] for field in fields]
+    names = [name_and_unit(field)[0] for field in fields]
     return next((n for n, name in enumerate(names) if name.casefold() == "time" or name == "t"), None)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
-    parts = [_name_and_unit(field) for field in names]
+    parts = [name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
     if twice := next((name for name in bare if name and bare.count(name) > 1), None):
         raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {settled('names')}")
@@ -437,7 +437,7 @@ def _bare(field: str) -> str | None:
     return (inside[1] or inside[2] or "" if inside else field).strip() or None
 
 
-def _name_and_unit(field: str) -> tuple[str, str | None]:
+def name_and_unit(field: str) -> tuple[str, str | None]:
     """Return name and unit of ``x [mm]``, ``x(mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
     parts = _WITH_BRACKETS.fullmatch(field)
     unit = (parts["square"] or parts["round"] or "").strip() if parts else ""
