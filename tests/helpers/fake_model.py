@@ -61,7 +61,8 @@ def signals(scene, error=0.0, stretch=0.0):
             columns |= {"guide_force": np.cos(phase), "guide_moment": np.cos(phase)}
     if "energy" in scene["output"]["groups"]:
         parts = ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
-        columns |= {f"energy_{part}": 0.0 * t for part in parts}
+        loaded = scene["load"]["force"] or scene["load"]["table"]
+        columns |= {f"energy_{part}": 0.0 * t for part in (*parts, *(["load"] if loaded else []))}
     return columns
 
 

@@ -91,7 +91,9 @@ def test_the_fault_of_a_table_is_said_first(run, first_lines, fault):
     change, said = TABLES[fault]
     write(run, "a.csv")
     write(replace(run, frame=run.frame.assign(**change), events=None, pulses=None), "b.csv")
-    for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4"):
+    # A quarter of a step late, the last rows are too far apart to be compared without it.
+    common = ["--common-time"] if fault == "shift" else []
+    for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4", *common):
         assert said in line
 
 

@@ -205,8 +205,6 @@ TOO_LARGE = [
     ("own.toml", "plan {}", LARGEST_FILE),
     ("map.toml", f"{SOUND} --mapping {{}}", LARGEST_TEXT),
     ("baseline.toml", "gate --baseline {}", LARGEST_TEXT),
-    ("sound.json", SOUND, LARGEST_TEXT),
-    ("sound.events.csv", SOUND, LARGEST),
     *((name, COMPARE, LARGEST) for name in ("own.csv", "own.txt", "own.parquet", "own.mat")),
     ("own.parquet", "plot {}", LARGEST),
     ("own.csv", "animate {} --scene ideal", LARGEST),
@@ -224,6 +222,15 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
     assert (out, err.count("\n")) == ("", 1)
     assert name in err
     assert f"is larger than {most} bytes" in err
+
+
+@pytest.mark.parametrize(("name", "most"), [("sound.json", LARGEST_TEXT), ("sound.events.csv", LARGEST)])
+def test_a_file_beside_a_table_that_is_too_large_is_named_and_not_read(name, most, capsys):
+    Path("sound.csv").write_text("time,x\n0,1\n1,2\n2,4\n")
+    Path(name).touch()
+    os.truncate(name, most + 1)
+    assert main([*SOUND.split(), "--tolerance", "1"]) == 0
+    assert f"{name}: is larger than {most} bytes" in capsys.readouterr().err
 
 
 def test_a_store_of_rows_that_is_too_large():
