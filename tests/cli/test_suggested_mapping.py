@@ -63,8 +63,8 @@ def test_tables_of_matlab_and_adams_are_compared_as_the_models_own(first, surene
     channels = ",".join(MATLAB)
     sixbar(
         "compare",
-        "bare-ours.csv",
-        "bare-other.csv",
+        "ours.csv",
+        "other.csv",
         "--channels",
         channels,
         "--tolerance",
