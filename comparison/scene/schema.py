@@ -16,7 +16,7 @@ from pydantic_core import PydanticCustomError
 from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
-LEAST_RESTITUTION = 0.01  # of damping factors that divide by it: 160 there, twice those of any metal
+LEAST_RESTITUTION = 0.01  # of damping factors that divide by it: they are 158 and 100 there
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
 SMALLEST, LARGEST = 1e-30, 1e30
 """Of a number that is not 0: a product of the few that a formula has stays within the machine's 1e308."""

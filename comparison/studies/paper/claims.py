@@ -21,8 +21,8 @@ from comparison.tables.channels import Array, BoolArray, channels
 
 Claim = Mapping[str, Any]
 Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], str]]]
-"""What one model's runs show of a statement: criterion -> value, and what these follow from: label -> values
-and their unit."""
+"""Values that one model's runs give for a statement: criterion -> value, and the data behind them:
+label -> values and their unit."""
 
 LITTLE = 0.05  # relative change that is little, in every statement: ``claims.toml``, criterion "peaks"
 BOTTOM = 0.05  # of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work
@@ -40,7 +40,7 @@ CLAIMS: list[Claim] = [
 
 
 class Verdict(StrEnum):
-    """What runs say of a statement."""
+    """Judgement of a statement by the runs."""
 
     SUPPORTED = "supported"
     CONTRADICTED = "contradicted"
@@ -236,7 +236,7 @@ TESTS = {
         stabilized, less_stable, influence,
     )
 }  # fmt: skip
-"""What a claim's ``test`` names."""
+"""Functions by the name that a claim's ``test`` gives."""
 
 
 # ---- what they measure

@@ -244,7 +244,7 @@ Key = tuple[str, str, float]  # scene, model, and its tolerance
 
 
 class Chaos(Enum):
-    """What the exponents say of a scene."""
+    """Judgement of a scene by its exponents."""
 
     CHAOTIC = "chaotic"
     REGULAR = "not chaotic"

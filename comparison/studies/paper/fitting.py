@@ -63,7 +63,7 @@ TOPOLOGIES = tuple(Topology(*choices) for choices in _CHOICES)
 
 
 class Geometry(NamedTuple):
-    """What Table 1 leaves out, m."""
+    """Lengths that Table 1 leaves out, m."""
 
     pivot_x: float
     pivot_y: float

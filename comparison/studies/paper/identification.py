@@ -43,7 +43,7 @@ NUDGE = 1e-9
 
 
 class Config(NamedTuple):
-    """What is fitted and how much is run."""
+    """Fits, and the number of runs."""
 
     topologies: Sequence[Topology]
     members: int  # runs in an ensemble

@@ -55,7 +55,7 @@ PROBED = 2  # draws that must succeed before more are run: a law may be refused,
 
 
 class Use(StrEnum):
-    """What a printed number can say of the models."""
+    """Use of a printed number for the models."""
 
     PREDICTION = "prediction"
     CALIBRATION = "calibration"
@@ -72,7 +72,7 @@ class Size(StrEnum):
 
     INSIDE = "inside"
     WIDE = "inside, wide"  # an interval so wide that it says little
-    FORM = "form"  # outside, but for what the form of the model changes
+    FORM = "form"  # outside, inside with the change by the form of the model
     OUTSIDE = "outside"
 
 
@@ -126,7 +126,7 @@ def size_of(quantity: str, value: Any) -> Any:
 
 
 class Drawn(NamedTuple):
-    """What is drawn: by the first id of each printed number a frame of `Shown`, a row a draw."""
+    """Draws: by the first id of each printed number a frame of `Shown`, a row a draw."""
 
     by_hypothesis: dict[str, dict[str, pd.DataFrame]]
     tried: pd.DataFrame  # `forms` of the model

@@ -39,7 +39,7 @@ CHANNELS = {f"slider_{name}": k for k, name in enumerate(("x", "y", "vx", "vy", 
 
 
 class Setting(NamedTuple):
-    """What the paper does not print of its solver."""
+    """Settings of the solver that the paper does not print."""
 
     relative: float
     absolute: float  # m, rad and their rates
@@ -320,7 +320,7 @@ def measure_run(task: Run, progress: Progress) -> Row:
 
 
 class Config(NamedTuple):
-    """What is run."""
+    """Settings and conditions of the runs."""
 
     scenes: Sequence[str]
     tolerances: Sequence[tuple[float, float]]  # relative, absolute

@@ -24,7 +24,7 @@ INPUTS = {
     one["key"] + ("" if one.get("element") is None else f"[{one['element']}]"): RandomInput(**one)
     for one in tomllib.loads(_TEXT)["random"]
 }
-"""What scatters, by its key, with its element where that has several."""
+"""Random inputs by key, with the element where the key holds several."""
 
 
 def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str, object]:

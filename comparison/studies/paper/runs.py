@@ -45,7 +45,7 @@ CONDITIONS = {
     ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
     ("ideal", "150", "0", "210", "0.28"): IDEAL,
 }
-"""What `CONDITION` names, as printed -> the scene; the last has the ideal mechanism of the central case."""
+"""Parts of `CONDITION`, as printed -> scene; the last is the ideal mechanism of the central case."""
 *SCENES, _ = CONDITIONS.values()
 *SLIDER, _ = SCENES
 RELIABILITIES = (CENTRAL, "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")  # conditions of Figs. 16 and 17
@@ -109,7 +109,7 @@ class Runs:
 
     @cached_property
     def laws_and_codes(self) -> dict[str, dict[str, Array]]:
-        """What differs (both, as may be in Fig. 13) -> channel -> differences in the second cycle."""
+        """Differences in the second cycle by change (law, code or both, as in Fig. 13) and channel."""
         a, b = (self.short[CENTRAL, model][0] for model in MODELS)
         others = {"code": b, "law": self.adams[MODELS[0]], "law and code": self.adams[MODELS[1]]}
         return {
@@ -249,7 +249,7 @@ def numbers() -> pd.DataFrame:
 
 
 class Shown(NamedTuple):
-    """What a run shows in place of a printed number, in its unit."""
+    """Value of a run in place of a printed number, in its unit."""
 
     value: float
     time: float = nan
@@ -412,7 +412,7 @@ class Draw(Task):
 
 
 class Ensemble(NamedTuple):
-    """What came of draws."""
+    """Results of the draws."""
 
     shown: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, one of `FIELDS`)
     failures: list[str]  # of each that did not its status, or why the model refused it

@@ -24,7 +24,7 @@ CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose 
 
 
 class Config(NamedTuple):
-    """What is run: here, of the part nonlinear, and by the paper's own solver."""
+    """Settings of the runs: here, of the part nonlinear, and by the paper's own solver."""
 
     runs: runs.Config
     chaos: nonlinear.Config
@@ -32,7 +32,7 @@ class Config(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What was run, and what follows from it."""
+    """Runs, and the judgements that follow from them."""
 
     runs: Runs
     entries: pd.DataFrame  # `ledger.ledger`
