@@ -27,8 +27,8 @@ MOVED = {
     "identification": "identification",
     "nonlinear": "nonlinear",
     "reliability": "reliability",
-    "random-inputs": "reliability",
-    "crank-pin": "crank-pin",
+    "random-inputs": "main",
+    "crank-pin": "main",
     "contact-laws": "laws",
 }
 """Former study -> part of the study paper that it has become."""

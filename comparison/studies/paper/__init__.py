@@ -9,8 +9,7 @@ PARTS = {
     MAIN: "printed numbers, figures and statements",
     "identification": "geometry and parameters that are not printed",
     "nonlinear": "Lyapunov exponents",
-    "reliability": "reliability in both models, and with random inputs",
-    "crank-pin": "clearance at the crank pin",
+    "reliability": "reliability in both models, and with a workpiece",
     "laws": "contact laws",
 }
 """Part -> its subject. Its module has the same name, that of the main part is `study`."""

@@ -1,7 +1,6 @@
-"""Whether the press is chaotic: exponents of both models, and the statements that they decide."""
+"""Whether the press is chaotic: exponents of both models at several tolerances."""
 
 from collections.abc import Mapping, Sequence
-from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,16 +16,10 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.paper import exponents
 from comparison.studies.paper.exponents import TRANSIENT, Exponent, Key, verdict
 from comparison.studies.shared.study import Study, part, write_csv
-from comparison.tables.channels import Array
 
 MAIN = "150rpm-0.2mm"
 FORGETTING = "adams-impact"
 """The main scene with a damping that does not depend on the speed of a contact's first touch."""
-COMPARED = {
-    "4.4, 6: a larger clearance exacerbates the dynamic instability": ("90rpm-0.5mm", "90rpm-0.1mm"),
-    "4.5, 6: higher speeds compromise kinematic stability": ("300rpm-0.2mm", MAIN),
-}
-"""Statement -> scene whose exponent should be the larger one, and the other."""
 USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
 DISTANCES = {"reference": (1e-10, 1e-9, 1e-8, 1e-7, 1e-6), "exudyn": (1e-8, 1e-7)}
 """m, of perturbed runs from their orbit."""
@@ -104,55 +97,6 @@ def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, f
     return best
 
 
-# ---- what the exponents say
-
-
-def span(best: Mapping[Key, Exponent], name: str, model: str) -> tuple[float, float]:
-    """Return the least and the greatest exponent per cycle that the intervals of a scene's runs leave.
-
-    Of the runs that measure it. Where none does, all below the lowest upper bound; without a run everything.
-    """
-    runs = [e for key, e in best.items() if key[:2] == (name, model)]
-    if measured := [e for e in runs if e.measured]:
-        return min(e.low for e in measured), max(e.high for e in measured)
-    return -inf, min((e.high for e in runs), default=inf)
-
-
-def gap(more: Sequence[float] | Array, less: Sequence[float] | Array) -> float:
-    """Return by how much at least one `span` is above another; negative: below it; 0 where they overlap."""
-    return float(max(more[0] - less[1], 0.0) or min(more[1] - less[0], 0.0))
-
-
-def compared(best: Mapping[Key, Exponent]) -> pd.DataFrame:
-    """Return a row for each statement of `COMPARED`, unit and model: spans of both scenes, and their `gap`.
-
-    ``per``: "cycle", and "s" where the scenes' cycles are not equally long; ``verdict``: of the statement in
-    this unit by both models. No row where a scene was not run.
-    """
-    rows = []
-    for says, names in COMPARED.items():
-        if not set(names) <= {name for name, _, _ in best}:
-            continue
-        periods = [load_scene(name).period for name in names]
-        units = {"cycle": [1.0, 1.0]} | ({"s": periods} if len(set(periods)) > 1 else {})
-        for per, lengths in units.items():
-            spans = {
-                model: [
-                    np.divide(span(best, name, model), length)
-                    for name, length in zip(names, lengths, strict=True)
-                ]
-                for model in MODELS
-            }
-            gaps = {model: gap(*each) for model, each in spans.items()}
-            signs = {float(np.sign(size)) for size in gaps.values()}
-            word = "supported" if signs == {1.0} else "contradicted" if signs == {-1.0} else "undecided"
-            for model, (more, less) in spans.items():
-                row = {"statement": says, "per": per, "verdict": word, "model": model, "gap": gaps[model]}
-                row |= {"more": names[0], "more_low": more[0], "more_high": more[1]}
-                rows.append(row | {"less": names[1], "less_low": less[0], "less_high": less[1]})
-    return pd.DataFrame(rows)
-
-
 def frame(results: Results) -> pd.DataFrame:
     """Return a row for each run and distance."""
     return pd.DataFrame(
@@ -180,7 +124,7 @@ COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
 
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
-    config, best, statements = results.config, results.best, compared(results.best)
+    config, best = results.config, results.best
     return {
         "config": config,
         "verdicts": pd.Series([verdict(best, name).value for name in config.scenes]).value_counts(),
@@ -188,19 +132,7 @@ def page(results: Results) -> dict[str, object]:
             answer(best, name) | {"largest scatter": quantity(results.scatter[name], "m", 2)}
             for name in (*config.scenes, FORGETTING)
         ),
-        "statements": statements,
-        "spans": pd.DataFrame(map(_shown, statements.to_dict("records"))),
     }
-
-
-def _shown(row: Mapping[Any, Any]) -> dict[str, str]:
-    """Return a line of the table of statements."""
-    line = {"Sec.": row["statement"], "model": row["model"], "exponent": f"1/{row['per']}"}
-    for heading, side in (("larger by the paper", "more"), ("smaller", "less")):
-        low, high = row[f"{side}_low"], row[f"{side}_high"]
-        text = f"≤ {high:.2f}" if low == -inf else f"{low:.2f} … {high:.2f}"
-        line[heading] = f"{row[side]}: {text}"
-    return line | {"verdict of both": row["verdict"]}
 
 
 def answer(best: Mapping[Key, Exponent], name: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Reliability of the paper's cases by both models over more cycles, and of one case with random inputs."""
+"""Reliability of the paper's cases by both models over more cycles, and under a workpiece."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,9 +23,8 @@ from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
-from comparison.studies.paper import random_inputs, runs
 from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import Study, crossed, part, write_csv
+from comparison.studies.shared.study import Study, crossed, write_csv
 from comparison.words.reliability import rounded
 
 LEFT_OUT = 1
@@ -33,21 +32,19 @@ LEFT_OUT = 1
 
 
 class Config(NamedTuple):
-    """Scenes, cycles of each long run and samples a cycle of a scene, and draws of random inputs."""
+    """Scenes, cycles of each long run and samples a cycle of a scene."""
 
     cases: tuple[str, ...]
     cycles: int
     samples: int
-    draws: runs.Config
 
 
 class Results(NamedTuple):
-    """Both models' reliabilities over the later cycles of long runs, and over random inputs."""
+    """Both models' reliabilities over the later cycles of long runs."""
 
     config: Config
     scenes: dict[str, Scene]
     long: dict[str, dict[str, Difference]]  # by scene and quantity
-    drawn: pd.DataFrame  # `random_inputs.measure`
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -62,7 +59,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
             planned[name, model, "actual"] = levels(dense_scene(scene), model)
             planned[name, model, "ideal"] = ideal_scenes(scene, model)
     jobs = [Job(variant, model) for (_, model, _), each in planned.items() for variant in each.values()]
-    tables = map(successful, run_all(jobs, n_jobs, part(on_progress, 0.0, 0.8)), jobs)
+    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
     each_run = {
         (name, model, motion): Runs(
             refinement=refinement(model, scenes[name]), **dict(zip(variants, tables, strict=False))
@@ -79,8 +76,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         long[name] = compare_reliability(
             pair["actual"], pair["ideal"], scene.period, limits, k, LEFT_OUT * scene.period
         )
-    drawn = random_inputs.measure(config.draws, n_jobs, part(on_progress, 0.8, 1.0))
-    return Results(config, scenes, long, drawn)
+    return Results(config, scenes, long)
 
 
 # ---- page
@@ -109,7 +105,6 @@ def page(results: Results) -> dict[str, object]:
     long, settings = differences(results.long), next(iter(results.scenes.values())).reliability
     idle, loaded = (long[long["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
     limits = (f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES)
-    spread = random_inputs.summary(results.drawn)
     return {
         "config": results.config,
         "long": long,
@@ -121,10 +116,6 @@ def page(results: Results) -> dict[str, object]:
         "smallest": _by_quantity(long),
         "loads": loaded.join(idle.add_suffix("_idle")),
         "rounded": rounded,
-        "draws": len(results.drawn),
-        "failed": results.config.draws.draws - len(results.drawn),
-        "inputs": ", ".join(f"`{name}`" for name in random_inputs.INPUTS),
-        "spread": spread.assign(unit=[unit_of(name) for name in spread["quantity"]]),
     }
 
 
@@ -141,7 +132,7 @@ def _by_quantity(rows: pd.DataFrame) -> str:
 def draw(results: Results, folder: Path) -> None:
     """Draw the central case's reliability over the crank angle; write the tables as CSV."""
     long = differences(results.long)
-    write_csv({"differences": long, "random-inputs": random_inputs.summary(results.drawn)}, folder)
+    write_csv({"differences": long}, folder)
     with svg.style():
         svg.write_svg(against_angle(results.long[CASES[0]], MODELS), folder / "central.svg")
 
@@ -150,8 +141,8 @@ CASES = ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", 
 LOADED = "workpiece"  # the first of them with a workpiece
 STUDY = Study(
     "reliability",
-    small=Config(("150rpm-0.2mm", LOADED), 3, 100, runs.Config(500, 500, 2, draws=20)),
-    full=Config((*CASES, LOADED), 11, 1000, runs.Config(1000, 1000, 2, draws=500)),
+    small=Config(("150rpm-0.2mm", LOADED), 3, 100),
+    full=Config((*CASES, LOADED), 11, 1000),
     measure=measure,
     page=page,
     draw=draw,

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import isnan
+from math import isnan, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,11 +13,13 @@ from comparison.execution.run import Progress
 from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.scene import load_scene
 from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
 from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
 from comparison.studies.paper.exponents import verdict
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
+from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
 
 CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose exponents statements need
@@ -90,6 +92,7 @@ def page(results: Results) -> Mapping[str, object]:
         "joints": results.joints,
         "sizes": tuple(Size),
         "predictions": markdown(_written(predicted, results.judged)),
+        "pin": _pin(results.runs),
         "others": markdown(_written(entries[entries["use"] == Use.CALIBRATION], results.judged)),
         "instants": markdown(_times(times)),
         "dated": times["id"].nunique(),
@@ -130,6 +133,18 @@ def page(results: Results) -> Mapping[str, object]:
         "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
         "central": CENTRAL,
+    }
+
+
+def _pin(made: Runs) -> dict[str, str]:
+    """Return what rigid bodies and the pin's depth leave of its printed displacement."""
+    clearance = load_scene(runs.PIN).data["clearance"]["crank_pin"]
+    printed, bound = abs(published("F7-R-d").value), numerics.bound(runs.PIN)
+    depths = [run.events["largest_depth"].max() for run in made.pin.values() if run.events is not None]
+    # To first order the bound goes with the radius of the pin's circle.
+    sizes = {"bound": bound, "needed": clearance * (printed / bound - 1), "depth": max(depths, default=nan)}
+    return {"printed": quantity(printed, "m", 4)} | {
+        name: quantity(size, "m", 4 if name == "bound" else 2) for name, size in sizes.items()
     }
 
 

@@ -1,11 +1,9 @@
-"""The part on contact laws from made-up runs: how a run ended stands in its line; the energy of a switch."""
+"""The part on contact laws from made-up runs: how a run ended stands in its line."""
 
 import pandas as pd
-import pytest
 
 from comparison.execution.run import Outcome
-from comparison.scene import load_scene
-from comparison.studies.paper.laws import TOLERANCES, page, runs_frame, surplus
+from comparison.studies.paper.laws import TOLERANCES, page, runs_frame
 from comparison.tables.table import Table
 
 
@@ -31,11 +29,3 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
     assert hertz.endswith("| work-limit at 0.1000 s |")
     assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")
     assert len(literal) == 4
-
-
-def test_the_surface_law_stores_more_than_the_corner_law_where_the_second_corner_touches():
-    # K = 4 / (3 * 2 sigma) sqrt(R), K_s = (T + L) / (0.475 * 2 sigma), sigma = (1 - 0.28^2) / 210 GPa:
-    # 4.8038e9 N/m^1.5 and 2.8783e10 N/m, so at 1 um 4.7971e-3 - 1.9215e-6 J.
-    scene = load_scene("150rpm-0.2mm").data
-    assert surplus(1e-6, scene) == pytest.approx(4.795228e-3, rel=1e-4)
-    assert surplus(0.0, scene) == 0.0

@@ -22,7 +22,7 @@ from comparison.studies.paper.exponents import (
     states,
     verdict,
 )
-from comparison.studies.paper.nonlinear import COMPARED, DISTANCES, MAIN, believed, compared
+from comparison.studies.paper.nonlinear import DISTANCES, MAIN, believed
 
 RESTITUTION = 0.5
 REGULAR, CHAOTIC = 4.0, 11.0
@@ -150,35 +150,6 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
     }
     best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
     assert verdict(best, MAIN) is expected
-
-
-def test_a_statement_on_stability_holds_where_the_spans_of_both_models_lie_apart():
-    (clearance, (wide, narrow)), (speed, (fast, slow)) = COMPARED.items()
-
-    def words(**values):
-        """The verdicts by statement and unit, of exponents with intervals of 0.5 to either side."""
-        usual = {wide: (0.0, 0.0), narrow: (3.0, 3.0), fast: (6.0, 6.0), slow: (4.0, 4.0)}
-        best = {
-            (scene, model, 1e-10): Exponent(value, value - 0.5, value + 0.5, 0.0)
-            for scene, both in (usual | values).items()
-            for model, value in zip(("reference", "exudyn"), both, strict=True)
-        }
-        shown = compared(best).drop_duplicates(["statement", "per"])
-        return dict(zip(zip(shown["statement"], shown["per"], strict=True), shown["verdict"], strict=True))
-
-    known = {(clearance, "cycle"): "contradicted", (speed, "cycle"): "supported", (speed, "s"): "supported"}
-    assert words() == known
-    # A cycle is half as long at twice the speed: as much a cycle is more a second.
-    assert words(**{fast: (4.0, 4.0)}) == known | {(speed, "cycle"): "undecided"}
-    assert words(**{wide: (0.0, 2.5)}) == known | {(clearance, "cycle"): "undecided"}  # one model alone
-    # A bound leaves everything below it; the scenes of the other statement were not run.
-    bound = {(wide, "reference", 1e-10): Exponent(0.1, 0.0, 0.2, 1.0)}
-    bound |= {(wide, "exudyn", 1e-10): Exponent(0.1, 0.0, 0.2, 0.0)}
-    bound |= {(narrow, model, 1e-10): Exponent(1.0, 0.5, 1.5, 0.0) for model in ("reference", "exudyn")}
-    shown = compared(bound)
-    assert shown["verdict"].to_list() == ["contradicted"] * 2
-    assert shown["gap"].to_list() == pytest.approx([-0.3, -0.3])
-    assert shown["more_low"].to_list() == [-np.inf, 0.0]
 
 
 # ---- the press in stages from flight to flight

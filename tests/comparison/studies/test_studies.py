@@ -27,11 +27,10 @@ OTHER_FILES = {
     "extremes": "cells.csv classes.csv",
     "paper": "report.html printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv "
     "criteria.csv",
-    "paper/crank-pin": "peaks.csv",
     "paper/identification": "arrangements.csv peaks.csv",
     "paper/laws": "runs.csv",
     "paper/nonlinear": "exponents.csv",
-    "paper/reliability": "differences.csv random-inputs.csv",
+    "paper/reliability": "differences.csv",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
     "verdicts": "verdicts.csv verdicts.toml",
 }
