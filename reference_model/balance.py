@@ -1,7 +1,15 @@
-"""Joint reactions and the motor's torque by inverse dynamics, body after body.
+"""Balances of the whole press, from its bodies' motions (5, 9, n): joint reactions, and the audit of energy.
 
-What a joint exerts on its higher-numbered body, in the fixed frame. From the slider inwards each body's
-balance of forces and moments gives the next joint; rod 2 and the rocker share the two unknowns at B.
+What a joint exerts on its higher-numbered body, in the fixed frame, follows body after body: from the slider
+inwards each body's balance of forces and moments gives the next joint; rod 2 and the rocker share the two
+unknowns at B. Of the energies
+
+    residual = drive + gravity - damping - friction
+               - (kinetic - kinetic_0) - (contact - contact_0) - (load - load_0)
+
+kinetic, contact and load (of a workpiece) are those stored now, the others accumulate from t = 0. Damping and
+friction are integrated with the motion (power of the force's excess over its potential, N - dU/dd, times d';
+friction force times slip); gravity is the bodies' change of height.
 """
 
 from typing import Any
@@ -9,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from reference_model.linkage import Array, Mechanism
+from reference_model.workpiece import Load, load_energy
 
 REACTIONS = (
     *(f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy"),
@@ -17,6 +26,10 @@ REACTIONS = (
     "guide_moment",
 )
 """N, N m. The guide's two only exist for an ideal slider."""
+ENERGIES = tuple(
+    f"energy_{part}"
+    for part in ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction", "residual")
+)
 
 
 def reactions(
@@ -73,3 +86,44 @@ def reactions(
     # All other forces on an ideal slider pass through its centre.
     moment = m.J5 * bodies[4, 8] if ideal_slider else guide
     return np.stack([ROx, ROy, RAx, RAy, RBx, RBy, RHx, RHy, RCx, RCy, RFx, RFy, torque, guide, moment])
+
+
+def kinetic_energy(m: Mechanism, bodies: Array) -> Array:
+    """Return the kinetic energy of each body, J, shape (5, n)."""
+    mass, inertia = np.array(m.masses)[:, None], np.array(m.inertias)[:, None]
+    return np.asarray(
+        0.5 * mass * (bodies[:, 3] ** 2 + bodies[:, 4] ** 2) + 0.5 * inertia * bodies[:, 5] ** 2
+    )
+
+
+def height_energy(m: Mechanism, bodies: Array) -> Array:
+    """Return the potential of each body's weight, J, shape (5, n)."""
+    return np.asarray(m.gravity * np.array(m.masses)[:, None] * bodies[:, 1])
+
+
+def energies(
+    m: Mechanism, load: Load, bodies: Array, start: Array, stored: tuple[Array, float], works: Array,
+    driven: int,
+) -> Array:  # fmt: skip
+    """Return the energies in the order of `ENERGIES`, shape (8, n).
+
+    Parameters
+    ----------
+    m, load, bodies, start
+        Mechanism; workpiece; motion of all bodies, (5, 9, n), and at t = 0, (5, 9, 1).
+    stored
+        Energy of the contacts, shape (n,), and at t = 0, J.
+    works
+        Work of the drive, losses by damping and by friction so far, J, shape (3, n).
+    driven
+        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then
+        what they pass on at the pin C, and what they take up themselves is added here.
+    """
+    kinetic, height = kinetic_energy(m, bodies), height_energy(m, bodies)
+    kinetic0, height0 = kinetic_energy(m, start), height_energy(m, start)
+    drive = works[0] + (kinetic - kinetic0 + height - height0)[:driven].sum(0)
+    gravity, moving = (height0 - height).sum(0), kinetic.sum(0)
+    pressed, pressed0 = (load_energy(load, motion[4, 1]) for motion in (bodies, start))
+    residual = drive + gravity - (moving - kinetic0.sum()) - (stored[0] - stored[1]) - (pressed - pressed0)
+    residual = residual - works[1] - works[2]
+    return np.stack([drive, gravity, moving, stored[0], pressed, works[1], works[2], residual])
