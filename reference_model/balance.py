@@ -37,17 +37,8 @@ def reactions(
 ) -> Array:
     """Return the reactions in the order of `REACTIONS`, shape (15, n).
 
-    Parameters
-    ----------
-    m, bodies
-        Mechanism; motion of all bodies (5, 9, n).
-    Fx, Fy
-        Force of contacts and workpiece on the slider, N; of an ideal slider Fx is 0.
-    ideal_slider
-        What the guide is.
-    journal
-        With clearance at A: force of the journal on rod 2 (N) and its point of application (m), x and y; None
-        where A is an ideal revolute.
+    Fx, Fy is the force of contacts and workpiece on the slider, N; of an ideal one Fx is 0. With clearance at
+    A `journal` is the force of the journal on rod 2 (N) and its point of application (m), x and y each.
     """
     (f1x, f1y), (f2x, f2y), (f3x, f3y), (f4x, f4y), (f5x, f5y) = (
         (mass * body[6], mass * (body[7] + m.gravity)) for mass, body in zip(m.masses, bodies, strict=True)
@@ -96,31 +87,19 @@ def kinetic_energy(m: Mechanism, bodies: Array) -> Array:
     )
 
 
-def height_energy(m: Mechanism, bodies: Array) -> Array:
-    """Return the potential of each body's weight, J, shape (5, n)."""
-    return np.asarray(m.gravity * np.array(m.masses)[:, None] * bodies[:, 1])
-
-
 def energies(
     m: Mechanism, load: Load, bodies: Array, start: Array, stored: tuple[Array, float], works: Array,
     driven: int,
 ) -> Array:  # fmt: skip
     """Return the energies in the order of `ENERGIES`, shape (8, n).
 
-    Parameters
-    ----------
-    m, load, bodies, start
-        Mechanism; workpiece; motion of all bodies, (5, 9, n), and at t = 0, (5, 9, 1).
-    stored
-        Energy of the contacts, shape (n,), and at t = 0, J.
-    works
-        Work of the drive, losses by damping and by friction so far, J, shape (3, n).
-    driven
-        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then
-        what they pass on at the pin C, and what they take up themselves is added here.
+    `start` is the motion of all bodies at t = 0, (5, 9, 1); `stored` the energy of the contacts, (n,), and at
+    t = 0, J; `works` the work of the drive, the losses by damping and by friction so far, J, shape (3, n). Of
+    `driven` bodies, from the crank, the motion is prescribed: the drive's work as integrated is then what
+    they pass on at the pin C, and what they take up themselves is added here.
     """
-    kinetic, height = kinetic_energy(m, bodies), height_energy(m, bodies)
-    kinetic0, height0 = kinetic_energy(m, start), height_energy(m, start)
+    kinetic, kinetic0 = kinetic_energy(m, bodies), kinetic_energy(m, start)
+    height, height0 = (m.gravity * np.array(m.masses)[:, None] * motion[:, 1] for motion in (bodies, start))
     drive = works[0] + (kinetic - kinetic0 + height - height0)[:driven].sum(0)
     gravity, moving = (height0 - height).sum(0), kinetic.sum(0)
     pressed, pressed0 = (load_energy(load, motion[4, 1]) for motion in (bodies, start))

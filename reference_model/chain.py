@@ -79,14 +79,7 @@ def journal_motion(
 ) -> tuple[float, float]:
     """Write gap, rate and slip of the journal; return the normal n.
 
-    Parameters
-    ----------
-    journal
-        The contact.
-    e, v, w
-        e (m), its rate (m/s), rates of crank and rod 2 (rad/s).
-    touch
-        Written.
+    From e (m), its rate `v` (m/s), and `w`, the rates of crank and rod 2 (rad/s).
     """
     size = math.sqrt(e[0] * e[0] + e[1] * e[1])
     if size == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
@@ -106,10 +99,8 @@ def journal_force(
 ) -> tuple[float, float, float, float]:
     """Write the journal's forces, from its motion.
 
-    Returns
-    -------
-    Gx, Gy, damping, friction
-        Force of the crank on rod 2 at P (N); power lost by damping and friction (W).
+    Returned are the force of the crank on rod 2 at P, x and y (N), and the power lost by damping and by
+    friction (W).
     """
     touch.normal = touch.friction = touch.stored = 0.0
     if mode.speed == 0.0:

@@ -65,19 +65,9 @@ def point_contact(
 def slider_forces(
     contacts: Records, pose: Pose, modes: Records, touches: Records
 ) -> tuple[float, float, float, float, float]:
-    """Evaluate both sides of the slider.
+    """Write the states of the corners; return what both sides of the slider do to it.
 
-    Parameters
-    ----------
-    contacts, pose, modes
-        The contacts, the slider's motion, the contacts' modes.
-    touches
-        Written: the states of the corners.
-
-    Returns
-    -------
-    Fx, Fy, M, damping, friction
-        Force (N) and moment about the centre (N m) on the slider; power lost by damping and friction (W).
+    Fx, Fy (N), moment about the centre (N m), and power lost by damping and by friction (W).
     """
     c5, s5 = corner_motion(contacts, pose, touches)
     Fx = Fy = M = damping = friction = 0.0

@@ -42,19 +42,10 @@ def motion(model: Model, t: float, i: int, nodes: Nodes) -> None:
 
 
 def derivative(model: Model, t: float, i: int, modes: Records, nodes: Nodes) -> None:
-    """Evaluate the equations of motion in frozen modes.
+    """Evaluate the equations of motion in frozen modes at `t` (s), one of the times given to `tabulate`.
 
-    Parameters
-    ----------
-    model, t
-        Formulation, time (s): of those last given to `tabulate`.
-    i
-        Node: of its state coordinates and rates are given; written are the derivative of the whole state,
-        touches and the slider's motion.
-    modes
-        Of the contacts.
-    nodes
-        States at the nodes of a step.
+    Of the state at node `i` coordinates and rates are given; written are the derivative of the whole state,
+    the contacts' states and the slider's motion.
     """
     raise NotImplementedError
 

@@ -83,11 +83,9 @@ def attempt(
 ) -> tuple[float, float, int, bool, float]:
     """Try a step of `h` (s) from `t`, and again up to the first instant in it at which a mode ends.
 
-    Returns
-    -------
-    h, error, place, is_dense, next_h
-        Step that was tried last (s), its error in units of the tolerance, the margin that ends with it,
-        whether its dense output is prepared, and the step (s) that the first error allows next.
+    Returned are the step that was tried last (s), its error in units of the tolerance, the place of the
+    margin that ends with it, whether its dense output is prepared, and the step (s) that the first error
+    allows next.
     """
     nodes, modes, place, next_h, error = run.nodes, run.modes, NONE, h, 0.0
     for again in range(_LOCATIONS + 1):
@@ -177,21 +175,9 @@ def obstacle(run: Run, settings: Settings, switched: int) -> int:
 
 @kernel
 def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: float) -> int:
-    """Integrate until `t_stop` is passed, never beyond `t_end`; what is there is the last sample.
+    """Integrate until `t_stop` is passed, never beyond `t_end` (s, in the cycle): there is the last sample.
 
-    Parameters
-    ----------
-    model, run
-        Formulation; the run, which is updated in place.
-    settings
-        What the steps keep to.
-    t_stop, t_end
-        s, in the present cycle.
-
-    Returns
-    -------
-    int
-        REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
+    Returned is REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
     contacts, nodes, modes = model.contacts, run.nodes, run.modes
     clock, counters = run.clock[0], run.counters[0]

@@ -74,16 +74,8 @@ def check(
 ) -> dict[str, Invariant]:
     """Return all invariants that apply to a run, by name.
 
-    Parameters
-    ----------
-    p
-        Parameters of the run.
-    worst
-        By name, as `Observation.worst` returns it; what is missing is zero.
-    events
-        The contacts, `state.Event`.
-    drift
-        Largest violation of the constraints; None where there are none.
+    `worst` is by name, as `Observation.worst` returns it, what is missing is zero; `events` are the contacts,
+    `state.Event`; `drift` is the largest violation of the constraints, None where there are none.
     """
     scipy, none = p.method != "dop853", (0.0, 0.0, -1)
     # A step may hold the whole peak of a contact: its ends show less.

@@ -38,15 +38,10 @@ _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
 
 @inlined
 def classify(values: Array, starting: bool) -> int:
-    """Return SETTLED, CROSSES, BELOW or UNCLEAR.
+    """Return SETTLED, CROSSES, BELOW or UNCLEAR, from the values (m or m/s) at `NODES`, shape (POINTS,).
 
-    Parameters
-    ----------
-    values
-        The function at `NODES`, shape (POINTS,), m or m/s.
-    starting
-        Whether the mode starts at the interval's start: it does so at zero but for rounding or the error of
-        its location, and may turn right first.
+    `starting`: the mode starts with the interval, at zero but for rounding or the error of its location, and
+    may turn right first.
     """
     error = 0.0
     for i in range(2):

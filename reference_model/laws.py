@@ -67,14 +67,7 @@ def push(law: Contact, depth: float, depth_rate: float, speed: float) -> float:
 
     v (1 + C d'/v), or of adams-impact the force over c_max s^m, s = d / d_max, with m = n or 2, whichever is
     less, and none where s > 1: then neither the elastic part nor the damped one grows without bound as s
-    vanishes, and one of them stays.
-
-    Parameters
-    ----------
-    law
-        The contact.
-    depth, depth_rate, speed
-        m, m/s; the impact speed, m/s.
+    vanishes, and one of them stays. Depth in m, its rate and the impact speed `speed` in m/s.
     """
     if law.law != ADAMS_IMPACT:
         return speed + law.C * depth_rate
@@ -89,14 +82,7 @@ def push(law: Contact, depth: float, depth_rate: float, speed: float) -> float:
 def side_force(law: Contact, d1: float, d2: float, both: bool) -> tuple[float, float, float]:
     """Return the elastic forces (N) at the two corners of a side, and the potential U (J) of both.
 
-    Parameters
-    ----------
-    law
-        The contact.
-    d1, d2
-        Depths of the corners, m; negative outside the wall.
-    both
-        Whether both corners are in contact, independently.
+    d1, d2 are their depths (m), negative outside the wall; `both`: each corner is in contact by itself.
     """
     surface = both and law.law == PAPER_SWITCHING
     if surface or (law.law == FOUNDATION and d1 > 0.0 and d2 > 0.0):

@@ -67,16 +67,9 @@ def smooth_gap(contact: Contact, mode: Mode, touch: Touch) -> float:
 
 @inner
 def margin(contacts: Records, modes: Records, touches: Records, k: int, number: int, scale: float) -> float:
-    """Return a margin of contact `k`, m or m/s; infinite where the contact does not have it in its mode.
+    """Return a margin of contact `k`, m or m/s, the pull times `scale` (`pull_scale`).
 
-    Parameters
-    ----------
-    contacts, modes, touches
-        The contacts, their modes and states.
-    k, number
-        Contact, and which of its MARGINS.
-    scale
-        Of `pull_scale`: by which the pull is multiplied.
+    It is infinite where the contact does not have that margin in its mode.
     """
     contact, mode, touch = contacts[k], modes[k], touches[k]
     if number == GATE:
@@ -106,14 +99,7 @@ def pull_scale(contacts: Records, touches: Records, k: int) -> float:
     A change of depth moves the resultant's point by up to a third of that over |d1| + |d2|, as a share of the
     side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where
     the side is hardly inside. The push of adams-impact follows the depth itself, at a rate that grows with
-    that of the depth.
-
-    Parameters
-    ----------
-    contacts, k
-        The contacts, and which of them.
-    touches
-        Their states at the nodes of the step.
+    that of the depth. `touches` are the contacts' states at the nodes of the step.
     """
     contact, touch = contacts[k], touches[0, k]
     if contact.law == ADAMS_IMPACT:
@@ -181,14 +167,8 @@ def unsettled(
 ) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 
-    Parameters
-    ----------
-    contacts, modes, touches, h
-        Contacts, their modes, their states at the nodes of the step, its length.
-    scales
-        Written: `pull_scale` of each contact.
-    open_
-        Written, shape (contacts MARGINS,): which margins are not settled.
+    From the contacts' states at its nodes. Written are `scales`, `pull_scale` of each contact, and `open_`,
+    shape (contacts MARGINS,): which margins are not settled.
     """
     any_open = False
     for k in range(contacts.size):

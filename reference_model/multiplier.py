@@ -193,14 +193,8 @@ def end_of(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
 def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
     """Evaluate the rows of Eq. 16 and what derives from them.
 
-    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays.
-
-    Parameters
-    ----------
-    model, t
-        The linkage, time (s).
-    q, v
-        Coordinates and velocities, shape (3 n,).
+    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays, from
+    the time (s), coordinates and velocities, shape (3 n,).
     """
     phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
     for i in range(phi.size):
@@ -229,14 +223,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
 def solve_definite(matrix: Array, right: Array) -> None:
     """Solve a symmetric positive definite system by Cholesky's factorization; not a number where it is not.
 
-    With numba's call of LAPACK in its place a first run takes 5 s longer, and each run 1.8 times as long.
-
-    Parameters
-    ----------
-    matrix
-        Shape (n, n); its lower triangle counts, and is overwritten with the factor.
-    right
-        Shape (n,); overwritten with the solution.
+    With numba's call of LAPACK in its place a first run takes 5 s longer, and each run 1.8 times as long. Of
+    the matrix, (n, n), the lower triangle counts; the factor overwrites it, and the solution `right`, (n,).
     """
     n = right.size
     for i in range(n):
@@ -258,15 +246,8 @@ def solve_definite(matrix: Array, right: Array) -> None:
 def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
 
-    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; `model.lambdas` (N and N m)
-    is written: -lambda is what a joint exerts on the body named first.
-
-    Parameters
-    ----------
-    model, t, q, v
-        The linkage, time (s), coordinates and velocities (3 n,).
-    acceleration
-        Written: q'', shape (3 n,).
+    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; written are q'', (3 n,), and
+    `model.lambdas` (N and N m): -lambda is what a joint exerts on the body named first.
     """
     lambdas, matrix, jacobian = model.lambdas, model.matrix, model.jacobian
     applied, mass = model.applied, model.masses
@@ -328,16 +309,9 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
 
 @kernel
 def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
-    """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state.
+    """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state into `out`, shape (2, n).
 
-    Parameters
-    ----------
-    model, times
-        The linkage; s, shape (n,).
-    states
-        Coordinates and velocities first, shape (n, size).
-    out
-        Written, shape (2, n).
+    Of states with coordinates and velocities first, shape (n, size), at times (s), (n,).
     """
     size = model.masses.size
     for i in range(times.size):

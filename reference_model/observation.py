@@ -66,18 +66,9 @@ def motions(slider: Records) -> Array:
 
 
 class Observation:
-    """What is made of a run's rows.
+    """Samples of the channels `names`, extrema, pulses and worst values, made of a run's rows.
 
-    Parameters
-    ----------
-    model, p
-        Formulation and parameters.
-    names
-        Channels to sample.
-    run
-        The run, before its first step.
-    samples
-        Their number.
+    `run` is the run before its first step, `samples` their number.
     """
 
     def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
@@ -131,12 +122,7 @@ class Observation:
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
         """Return the normal forces of the contacts at ends of steps and at peaks, by row of the event table.
 
-        Parameters
-        ----------
-        events
-            The event table.
-        numbers
-            Of the contact in each of its rows.
+        `numbers` are those of the contacts in its rows.
         """
         row, time, force = [], [], []
         for k in range(len(self._contacts)):

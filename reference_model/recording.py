@@ -132,16 +132,6 @@ def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
     return some
 
 
-@inner
-def largest(values: Array) -> int:
-    """Return the place of the largest of the values."""
-    best = 0
-    for j in range(1, values.size):
-        if values[j] > values[best]:
-            best = j
-    return best
-
-
 @inlined
 def top(values: Array) -> float:
     """Return where the polynomial through the values at j / 4 is largest, next to the largest of them."""
@@ -149,7 +139,7 @@ def top(values: Array) -> float:
     # Newton's divided differences, at s = 0 .. 4.
     a1, a2 = v1 - v0, (v2 - 2.0 * v1 + v0) / 2.0
     a3, a4 = (v3 - 3.0 * (v2 - v1) - v0) / 6.0, (v4 - 4.0 * (v3 + v1) + 6.0 * v2 + v0) / 24.0
-    s = float(largest(values))
+    s = float(np.argmax(values))
     lo, hi = max(0.0, s - 1.0), min(4.0, s + 1.0)
     for _ in range(16):  # the zero of its derivative, by halving
         s = 0.5 * (lo + hi)

@@ -42,16 +42,9 @@ def requested(p: Parameters) -> list[str]:
 
 
 class Extrema:
-    """Minimum, its time, maximum, its time of each channel in each crank cycle.
+    """Minimum, its time, maximum, its time of each channel in each begun crank cycle, of a `period` (s).
 
-    Parameters
-    ----------
-    channels
-        Their number.
-    cycles
-        Begun cycles; what is later counts as part of the last.
-    period
-        s.
+    What is later than the last cycle counts as part of it.
     """
 
     def __init__(self, channels: int, cycles: int, period: float) -> None:
@@ -112,20 +105,9 @@ class Extrema:
             # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
             root = np.sqrt(np.maximum(0.0, curved**2 - 3.0 * cubic * r0))
             below = curved + np.where(r1 > r0, root, -root)
-            s = np.divide(
-                -r0, below, out=np.zeros_like(r0), where=below != 0.0
-            )  # of rates that round to nothing
+            # Where the rates round to nothing `below` is zero.
+            s = np.divide(-r0, below, out=np.zeros_like(r0), where=below != 0.0)
             self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), i)
-
-    def of_all(self) -> Array:
-        """Return the extrema over all cycles, shape (channels, 4)."""
-        values, at = self.values, np.arange(self.values.shape[1])
-        lowest, highest = values[:, :, 0].argmin(0), values[:, :, 2].argmax(0)
-        return np.column_stack([values[lowest, at, :2], values[highest, at, 2:]])
-
-    def begun(self) -> NDArray[np.bool_]:
-        """Return which cycles have any value, shape (cycles,)."""
-        return np.asarray(np.isfinite(self.values[:, 0, 0]))
 
     def _cycle_of(self, time: float) -> int:
         return int(max(0.0, min(time // self._period, len(self.values) - 1.0)))
@@ -164,15 +146,17 @@ def name_results(
 ) -> Result:
     """Name what was recorded: samples (names, n) at the times (n,), contacts, extrema."""
     keys = ("min", "time_of_min", "max", "time_of_max")
-    begun = extrema.values[extrema.begun()].reshape(-1, 4 * len(names))
+    each, at = extrema.values, np.arange(len(names))
+    begun = each[np.isfinite(each[:, 0, 0])].reshape(-1, 4 * len(names))
+    lowest, highest = each[:, :, 0].argmin(0), each[:, :, 2].argmax(0)
+    of_all = np.column_stack([each[lowest, at, :2], each[highest, at, 2:]])
     parts = [f"{name}_{key}" for name in names for key in keys]
     return Result(
         columns={"time": times} | dict(zip(names, values, strict=True)),
         events=events,
         pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
         extrema={
-            name: dict(zip(keys, row, strict=True))
-            for name, row in zip(names, extrema.of_all().tolist(), strict=True)
+            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, of_all.tolist(), strict=True)
         },
         cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
     )

@@ -98,22 +98,10 @@ def start(p: Parameters, model: Model) -> Array:
 def new_run(
     y0: Array, contacts: int, first_step: float, instants: Array, capacity: int, *, states: bool = True
 ) -> Run:
-    """Return a run at t = 0 from coordinates and rates `y0`.
+    """Return a run at t = 0 from coordinates and rates `y0`, with so many contacts and a first step (s).
 
-    Parameters
-    ----------
-    y0
-        Coordinates and rates.
-    contacts
-        Their number.
-    first_step
-        s.
-    instants
-        When to record, and what for (`recording.instants`).
-    capacity
-        Rows that are recorded until the caller empties the buffer.
-    states
-        Whether they hold the states, too.
+    It records rows at `instants` (`recording.instants`), in a buffer of a `capacity` that the caller empties;
+    with `states` they hold the state, too.
     """
     nodes = new_nodes(y0, contacts)
     size = nodes.y.shape[1]
@@ -146,17 +134,7 @@ def new_run(
 
 
 class Compiled:
-    """The compiled integrator of one run.
-
-    Parameters
-    ----------
-    p, model, state
-        Parameters, formulation, the run.
-    t_end
-        s.
-    limit
-        Attempted steps and switches after which the run is stopped.
-    """
+    """The compiled integrator of one run, up to `t_end` (s), or to `limit` attempted steps and switches."""
 
     name = "DOP853 with located events"
 

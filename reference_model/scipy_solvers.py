@@ -99,22 +99,10 @@ def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array, fr
 
 
 class ScipySolver:
-    """One run by one of scipy's solvers.
+    """One run by one of scipy's solvers, with samples at `times` (s) and no step longer than `largest` (s).
 
-    Parameters
-    ----------
-    p, model, state
-        Parameters, formulation, the run, which is updated in place.
-    times
-        Of the samples, s.
-    largest
-        Longest step, s.
-    limit
-        Steps and switches after which the run is stopped.
-    drain
-        Empties the buffer of recorded rows.
-    report
-        Called with the time (s) of each step.
+    After `limit` steps and switches it is stopped. `drain` empties the buffer of recorded rows; `report` is
+    called with the time (s) of each step.
     """
 
     def __init__(

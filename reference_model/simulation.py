@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
     ``load_at_start`` and ``largest_load``, N: that on an ideal slider over a cycle.
     """
-    return assemble(read_parameters(scene))._asdict()
+    return assemble(read_parameters(scene))
 
 
 simulate.check = check  # type: ignore[attr-defined]
@@ -103,15 +103,8 @@ def _ideal(p: Parameters, times: Array) -> Result:
     return replace(result, provenance=provenance)
 
 
-class Start(NamedTuple):
-    """Force of the workpiece, N: on the slider at t = 0, and the largest on an ideal one; 0 without one."""
-
-    load_at_start: float
-    largest_load: float
-
-
-def assemble(p: Parameters) -> Start:
-    """Close the linkage at the start and over a whole cycle.
+def assemble(p: Parameters) -> dict[str, float]:
+    """Close the linkage at the start and over a whole cycle; return the forces of `check`.
 
     Raises
     ------
@@ -133,7 +126,7 @@ def assemble(p: Parameters) -> Start:
     if not rest > 0.0:
         raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
     if not exists(p.load):
-        return Start(0.0, 0.0)
+        return {"load_at_start": 0.0, "largest_load": 0.0}
     heights = tip_y + m.slider_branch * np.sqrt(m.L4**2 - (m.line_x - tip_x) ** 2)
     start = first_y + m.slider_branch * np.sqrt(rest)
     with np.errstate(over="ignore"):
@@ -143,7 +136,7 @@ def assemble(p: Parameters) -> Start:
             f"load.surface = {p.load.surface!r} m: the load on a slider down to y = {heights.min():.3g} m is "
             "beyond the numbers of the machine"
         )
-    return Start(at_start, largest)
+    return {"load_at_start": at_start, "largest_load": largest}
 
 
 def _tip(p: Parameters, times: Array) -> tuple[Array, Array]:
