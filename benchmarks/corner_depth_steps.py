@@ -17,30 +17,29 @@ from scipy.integrate import DOP853
 from comparison.scene import Scene
 from reference_model import running
 from reference_model.compiled import kernel
-from reference_model.contact import CONTACTS, INSIDE, TAIL
 from reference_model.dop853 import (
     END,
     FIRST_DENSE,
     LAST_DENSE,
     POINT,
     STAGES,
-    Work,
     dense,
     evaluate_nodes,
+    free_states,
     prepare_dense,
 )
 from reference_model.equations import Model, tabulate
-from reference_model.events import EVENTS, PARTED, RECORDED, REJECTED, STEPS, SWITCHES, Run
 from reference_model.integrate import (
     CHATTER,
     NOT_FINITE,
     REACHED,
     STEP_LIMIT,
     SWITCHES_AT_ONCE,
+    Settings,
     advance,
-    new_run,
 )
-from reference_model.parameters import Law, read_parameters
+from reference_model.parameters import read_parameters
+from reference_model.state import Run
 from reference_model.tableau import SHARES as NODES
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
@@ -133,77 +132,82 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def follow(
-    model: Model, law: Law, g: Geometry, run: Run, work: Work, again: Run, f: np.ndarray, period: float,
-    t_end: float, tolerance: float, max_step: float, limit: int, bound: float, depths: np.ndarray,
+    model: Model, g: Geometry, run: Run, again: Run, settings: Settings, times: tuple[float, float],
+    bound: float, depths: np.ndarray,
 ) -> int:  # fmt: skip
     """Integrate to `t_end` one attempt at a time, and look at POINTS points of every step that is accepted.
 
-    Returns why it stopped, as `advance` does. `again` and `f`: what steps are computed again in. `found` is
-    written, shape (3, 4).
+    Returns why it stopped, as `advance` does. In `again` steps are computed again; `times` are
+    period and end. `depths` is written, shape (3, 4).
     """
+    f, (period, t_end) = again.f, times
+    clock, counters = run.clock[0], run.counters[0]
     here, there = run.nodes.y, again.nodes.y
-    size, free = here.shape[1], here.shape[1] - TAIL
-    advance(model, law, run, work, 0.0, t_end, tolerance, max_step, 100, limit)  # closes what starts inside
-    gap, broken = np.empty(CONTACTS), np.zeros(3)
+    size, free, contacts = here.shape[1], free_states(run.nodes), run.modes.size
+    advance(model, run, settings, 0.0, t_end)  # closes what starts inside
+    gap, broken = np.empty(5), np.zeros(3)
     modes = run.modes.copy()
-    switched = run.counters[SWITCHES]
+    switched = counters.switches
     depths[:] = 0.0
     while True:
         # In the multiplier form the crank's angle is a coordinate, and time is that of the run.
-        passed = 0.0 if g.formulation == 3 else math.floor(run.clock[0] / period) * period
-        run.clock[0] -= passed
-        run.clock[3] += passed
-        cycle, t = run.clock[3], run.clock[0]
+        passed = 0.0 if g.formulation == 3 else math.floor(clock.time / period) * period
+        clock.time -= passed
+        clock.cycle += passed
+        cycle, t = clock.cycle, clock.time
         if t_end - cycle - t <= 1e-12 * t_end:
             return REACHED
-        attempts = run.counters[STEPS] + run.counters[REJECTED] + run.counters[SWITCHES]
-        if attempts >= limit:
+        attempts = counters.steps + counters.rejected + counters.switches
+        if attempts >= settings.limit:
             return STEP_LIMIT
-        if run.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
+        if counters.switches - switched > SWITCHES_AT_ONCE:
             return CHATTER
-        steps, left = run.counters[STEPS], t_end - cycle
+        steps, left = counters.steps, t_end - cycle
         there[0] = here[0]
-        modes[:] = run.modes
+        for k in range(contacts):
+            modes[k] = run.modes[k]
         # One attempt and no more, also where a mode ends at once and the next step has other modes.
-        status = advance(model, law, run, work, left, left, tolerance, max_step, 100, attempts + 1)
-        run.counters[EVENTS] = run.counters[RECORDED] = run.counters[PARTED] = 0
-        if run.counters[STEPS] > steps:
-            switched = run.counters[SWITCHES]
+        once = Settings(settings.tolerance, settings.largest, settings.room, attempts + 1)
+        status = advance(model, run, once, left, left)
+        counters.events = counters.recorded = 0
+        if counters.steps > steps:
+            switched = counters.switches
             for i in range(free):
                 if not abs(here[0, i]) < ASTRAY:
                     return NOT_FINITE
-            h = run.clock[0] - t
+            h = clock.time - t
             for i in range(STAGES + 1):
                 for m in range(size):
                     s = 0.0
                     for j in range(i):
                         s += COUPLING[i, j] * again.nodes.dy[j, m]
                     there[POINT, m] = there[0, m] + h * s
-                evaluate_nodes(model, law, t + SHARES[i] * h, 0.0, POINT, POINT, modes, again.nodes)
+                evaluate_nodes(model, t + SHARES[i] * h, 0.0, POINT, POINT, modes, again.nodes)
                 again.nodes.dy[i] = again.nodes.dy[POINT]
             there[END] = there[POINT]
             tabulate(model, t, h, NODES)
-            evaluate_nodes(model, law, t, h, FIRST_DENSE, LAST_DENSE, modes, again.nodes)
+            evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, modes, again.nodes)
             prepare_dense(h, there, again.nodes.dy, f)
             slack = 0.0
             for i in range(free // 2):
                 slack = max(slack, abs(there[END, i] - here[0, i]))
                 # A rounding of the time times the speed, which in a run that gains energy has no bound.
-                moved = 4.0 * np.spacing(run.clock[0]) * abs(here[0, free // 2 + i])
-                allowed = REPRODUCED + REPRODUCED_SHARE * tolerance + moved
-                if not abs(there[END, i] - here[0, i]) <= allowed or run.counters[STEPS] > steps + 1:
+                moved = 4.0 * np.spacing(clock.time) * abs(here[0, free // 2 + i])
+                allowed = REPRODUCED + REPRODUCED_SHARE * settings.tolerance + moved
+                if not abs(there[END, i] - here[0, i]) <= allowed or counters.steps > steps + 1:
                     return NOT_REPRODUCED
             broken[:] = 0.0
             for i in range(1, POINTS + 1):
                 share = i / POINTS
                 dense(share, free, there, f)
                 gaps(g, t + share * h, there[POINT], gap)
-                for j in range(CONTACTS):
+                for k in range(contacts):
+                    j = 4 if g.formulation == 1 else k  # of the journal alone
                     row, wrong = OUTSIDE, -gap[j]
                     # Where a side is one contact its second corner is located like its first.
-                    if modes[INSIDE + j] > 0.0:
+                    if modes[k].inside:
                         row, wrong = CLOSED, gap[j]
-                    elif run.modes[INSIDE + j] > 0.0:
+                    elif run.modes[k].inside:
                         row = TOUCHING
                     if wrong > bound + slack:
                         broken[row] = 1.0
@@ -233,10 +237,8 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
     model, _ = running.formulation(p)
     y0, largest = running.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
     never = np.array([[np.inf], [0.0]])
-    (run, work), (again, other) = (new_run(y0, 1e-3 * largest, never, 200) for _ in range(2))
-    depths = np.zeros((3, 4))
-    status = follow(
-        model, p.law, geometry(judged or scene), run, work, again, other.f, p.period, p.period * p.cycles,
-        p.tolerance, largest, limit, bound, depths,
-    )  # fmt: skip
-    return Followed(status, int(run.counters[STEPS]), depths, run)
+    run, again = (running.new_run(y0, len(p.contacts), 1e-3 * largest, never, 200) for _ in range(2))
+    depths, settings = np.zeros((3, 4)), Settings(p.tolerance, largest, 100, limit)
+    times = p.period, p.period * p.cycles
+    status = follow(model, geometry(judged or scene), run, again, settings, times, bound, depths)
+    return Followed(status, int(run.counters["steps"][0]), depths, run)

@@ -11,18 +11,25 @@ at A, where journal and bearing only touch, so its equations have no constraint:
 
 with a_i = theta_i'' and Q the forces' moments less the centrifugal terms. An ideal slider ties theta_4 to
 theta_3, w4 = kappa w3; the third and fourth equation are then added with weights 1 and kappa.
+
+The paper gives no formulas for the journal (Figs. 7 and 8). e runs from the bearing's centre A' to the
+journal's A; the gap is c - |e|, the normal n = e / |e|. Both forces act at the bearing's surface point
+P = A' + R_b n, with the point law of Eqs. 9-11 for the conformal pair and the friction of Eqs. 12-13 on the
+relative velocity of the two materials at P.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from reference_model import linkage, workpiece
 from reference_model.compiled import inlined
-from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
-from reference_model.journal import journal_force, journal_motion
+from reference_model.contact import Pose, corner_motion, point_contact, slider_forces, write_tail
+from reference_model.laws import point_force
 from reference_model.linkage import Array, Mechanism
-from reference_model.parameters import Law
+from reference_model.parameters import Contact
+from reference_model.state import Mode, Nodes, Records, Touch
 from reference_model.trigonometry import cos_sin
 from reference_model.workpiece import Load
 
@@ -34,6 +41,8 @@ class Chain(NamedTuple):
     """The formulation: a state holds theta_2 .. theta_5 (ideal slider: the first two), rates, integrals."""
 
     mechanism: Mechanism
+    contacts: Records
+    """The last is the journal; before it the slider's corners, where it has clearance."""
     load: Load
     ideal_slider: bool
 
@@ -65,50 +74,95 @@ def slider_pose(m: Mechanism, rocker: Rod, rod4: Rod, angle: float, w5: float) -
 
 
 @inlined
-def bearing(m: Mechanism, law: Law, t: float, rod2: Rod, rocker: Rod, contacts: Array) -> tuple[float, ...]:
+def journal_motion(
+    journal: Contact, e: tuple[float, float], v: tuple[float, float], w: tuple[float, float], touch: Touch
+) -> tuple[float, float]:
+    """Write gap, rate and slip of the journal; return the normal n.
+
+    From e (m), its rate `v` (m/s), and `w`, the rates of crank and rod 2 (rad/s).
+    """
+    size = math.sqrt(e[0] * e[0] + e[1] * e[1])
+    if size == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
+        touch.gap, touch.slip = journal.clearance, 0.0
+        touch.rate = -math.sqrt(v[0] * v[0] + v[1] * v[1])
+        return 1.0, 0.0
+    nx, ny = e[0] / size, e[1] / size
+    touch.gap, touch.rate = journal.clearance - size, -(nx * v[0] + ny * v[1])
+    # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
+    touch.slip = nx * v[1] - ny * v[0] + w[0] * (journal.radius - size) - w[1] * journal.radius
+    return nx, ny
+
+
+@inlined
+def journal_force(
+    journal: Contact, mode: Mode, nx: float, ny: float, touch: Touch
+) -> tuple[float, float, float, float]:
+    """Write the journal's forces, from its motion.
+
+    Returned are the force of the crank on rod 2 at P, x and y (N), and the power lost by damping and by
+    friction (W).
+    """
+    touch.normal = touch.friction = touch.stored = 0.0
+    if mode.speed == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    depth = -touch.gap
+    elastic = point_force(journal.K, journal.n, depth)
+    normal, tangential = point_contact(journal, mode, elastic, depth, touch.rate, touch.slip)
+    touch.normal, touch.friction = normal, tangential
+    touch.stored = elastic * max(depth, 0.0) / (journal.n + 1.0)
+    # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.
+    Gx, Gy = normal * nx + tangential * ny, normal * ny - tangential * nx
+    return Gx, Gy, -(normal - elastic) * touch.rate, -tangential * touch.slip
+
+
+@inlined
+def bearing(
+    m: Mechanism, journal: Contact, t: float, rods: tuple[Rod, Rod], touch: Touch
+) -> tuple[float, ...]:
     """Write the motion of the contact at A; return its normal and the point P (m) relative to A' and to O.
 
-    The bearing sits at A' = H + Ls3 u3 - L2 u2.
+    The bearing sits at A' = H + Ls3 u3 - L2 u2; `rods` are rod 2 and the rocker.
     """
-    (c2, s2, w2), (c3, s3, w3) = rod2, rocker
+    (c2, s2, w2), (c3, s3, w3) = rods
     c1, s1 = cos_sin(m.theta0 + m.omega * t)
     x, y = m.Hx + m.Ls3 * c3 - m.L2 * c2, m.Hy + m.Ls3 * s3 - m.L2 * s2
     vx = -m.L1 * m.omega * s1 + m.Ls3 * w3 * s3 - m.L2 * w2 * s2
     vy = m.L1 * m.omega * c1 - m.Ls3 * w3 * c3 + m.L2 * w2 * c2
-    nx, ny = journal_motion(law, m.L1 * c1 - x, m.L1 * s1 - y, vx, vy, m.omega, w2, contacts)
-    Px, Py = law.bearing_radius * nx, law.bearing_radius * ny
+    e = m.L1 * c1 - x, m.L1 * s1 - y
+    nx, ny = journal_motion(journal, e, (vx, vy), (m.omega, w2), touch)
+    Px, Py = journal.radius * nx, journal.radius * ny
     return nx, ny, Px, Py, x + Px, y + Py
 
 
-def motion(model: Chain, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
+def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
-    m = model.mechanism
-    rod2, rocker, rod4, angle, w5, _, _ = rods(model, y)
+    m, contacts, touches = model.mechanism, model.contacts, nodes.touches[i]
+    rod2, rocker, rod4, angle, w5, _, _ = rods(model, nodes.y[i])
     if not model.ideal_slider:
-        corner_motion(law, slider_pose(m, rocker, rod4, angle, w5), contacts)
-    bearing(m, law, t, rod2, rocker, contacts)
+        corner_motion(contacts, slider_pose(m, rocker, rod4, angle, w5), touches)
+    pin = contacts.size - 1
+    bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
 
 
 def tabulate(model: Chain, t: float, h: float, shares: Array) -> None:
     """Prepare nothing: of this motion nothing that takes long is a function of time alone."""
 
 
-def derivative(
-    model: Chain, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
-    slider: Array,
-) -> None:  # fmt: skip
+def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write the derivatives of coordinates and rates; see `equations.derivative`."""
+    y, dy, slider, touches = nodes.y[i], nodes.dy[i], nodes.slider[i], nodes.touches[i]
+    contacts, pin = model.contacts, model.contacts.size - 1
     m, n = model.mechanism, 2 if model.ideal_slider else 4
     rod2, rocker, rod4, angle, w5, kappa, rest = rods(model, y)
     (c2, s2, w2), (c3, s3, w3), (c4, s4, w4) = rod2, rocker, rod4
     pose = slider_pose(m, rocker, rod4, angle, w5)
     Fx = Fy = M = damping = friction = 0.0
     if not model.ideal_slider:
-        Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+        Fx, Fy, M, damping, friction = slider_forces(contacts, pose, modes, touches)
     if pose[1] < model.load.surface:
         Fy += load_force(model.load, pose[1])
-    nx, ny, px, py, Px, Py = bearing(m, law, t, rod2, rocker, contacts)
-    Gx, Gy, damping_A, friction_A = journal_force(law, modes, nx, ny, contacts)
+    nx, ny, px, py, Px, Py = bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
+    Gx, Gy, damping_A, friction_A = journal_force(contacts[pin], modes[pin], nx, ny, touches[pin])
     b, m45 = m.L2 - m.Ls2, m.m4 + m.m5
     # Weight and centrifugal force of rod 2 at its centroid H + Ls3 u3 - b u2, and of rod 4 and slider at C.
     f2x = m.m2 * (m.Ls3 * w3 * w3 * c3 - b * w2 * w2 * c2)
@@ -132,14 +186,14 @@ def derivative(
         a4 = (Q4 - M34 * a3) / m.I4
         dy[2], dy[3], dy[6], dy[7] = w4, w5, a4, M / m.J5
     dy[0], dy[1], dy[n], dy[n + 1] = w2, w3, (Q2 - M23 * a3) / M22, a3
-    slider[0], slider[1], slider[2], slider[3], slider[4], slider[5] = pose
-    slider[6] = -m.L3 * (a3 * s3 + w3 * w3 * c3) - m.L4 * (a4 * s4 + w4 * w4 * c4)
-    slider[7] = m.L3 * (a3 * c3 - w3 * w3 * s3) + m.L4 * (a4 * c4 - w4 * w4 * s4)
-    slider[8] = 0.0 if model.ideal_slider else dy[7]
+    slider.x, slider.y, slider.angle, slider.vx, slider.vy, slider.omega = pose
+    slider.ax = -m.L3 * (a3 * s3 + w3 * w3 * c3) - m.L4 * (a4 * s4 + w4 * w4 * c4)
+    slider.ay = m.L3 * (a3 * c3 - w3 * w3 * s3) + m.L4 * (a4 * c4 - w4 * w4 * s4)
+    slider.alpha = 0.0 if model.ideal_slider else dy[7]
     # The crank turns uniformly: the motor balances its weight and the bearing's reaction at P.
     c1, _ = cos_sin(m.theta0 + m.omega * t)
     torque = m.m1 * m.gravity * m.Ls1 * c1 + Px * Gy - Py * Gx
-    write_tail(dy, contacts, torque * m.omega, damping + damping_A, friction + friction_A)
+    write_tail(dy, touches, torque * m.omega, damping + damping_A, friction + friction_A)
 
 
 def journal_centre(m: Mechanism, bodies: Array) -> tuple[Any, Any]:
@@ -151,9 +205,9 @@ def journal_centre(m: Mechanism, bodies: Array) -> tuple[Any, Any]:
 
 
 def journal_reaction(
-    m: Mechanism, law: Law, bodies: Array, normal: Array, friction: Array
+    m: Mechanism, radius: float, bodies: Array, normal: Array, friction: Array
 ) -> tuple[Any, ...]:
-    """Return G (N), the force of the journal on rod 2, and its point P (m); of bodies (5, 9, n)."""
+    """Return G (N), the force of the journal on rod 2, and its point P (m); the bearing has `radius` (m)."""
     ex, ey = journal_centre(m, bodies)
     size = np.hypot(ex, ey)
     nx, ny = (
@@ -161,5 +215,5 @@ def journal_reaction(
         for e, start in ((ex, 1.0), (ey, 0.0))
     )
     x, y = m.L1 * np.cos(bodies[0, 2]) - ex, m.L1 * np.sin(bodies[0, 2]) - ey
-    P = x + law.bearing_radius * nx, y + law.bearing_radius * ny
+    P = x + radius * nx, y + radius * ny
     return normal * nx + friction * ny, normal * ny - friction * nx, *P

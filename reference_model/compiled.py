@@ -64,27 +64,31 @@ def _temporary() -> Path | None:
     return folder if stat.S_ISDIR(status.st_mode) and private else None
 
 
-def _writable(folder: Path) -> bool:
+def _writable(folder: Path | None) -> Path | None:
+    """Return this version's folder below another one; None if nothing can be written there."""
+    if folder is None:
+        return None
+    own = folder / "numba" / f"reference-{source_hash()}"
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
+        own.mkdir(mode=0o700, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=own).close()
     except OSError:
-        return False
-    return True
+        return None
+    return own
 
 
 def _cache_folder() -> Path | None:
     """Choose the folder of this version's kernels; None: every process compiles them anew."""
-    wanted, own = _wanted(), Path("numba") / f"reference-{source_hash()}"
-    if wanted is not None and _writable(wanted / own):
-        return wanted / own
-    temporary = _temporary()
-    chosen = temporary / own if temporary is not None and _writable(temporary / own) else None
+    wanted = _wanted()
+    if chosen := _writable(wanted):
+        return chosen
+    chosen = _writable(_temporary())
     if wanted is not None and chosen is not None:
         with suppress(OSError):
             # What a container's image holds, in a folder that numba, which wants to write, would not use.
-            if (wanted / own / _LIST).is_file():
-                shutil.copytree(wanted / own, chosen, dirs_exist_ok=True)
+            sealed = wanted / "numba" / chosen.name
+            if (sealed / _LIST).is_file():
+                shutil.copytree(sealed, chosen, dirs_exist_ok=True)
                 return chosen
     instead = f"compiled code is stored in {chosen}" if chosen else "every process compiles its code anew"
     warnings.warn(f"{wanted or 'no home folder'}: cannot be written; {instead}", RuntimeWarning, stacklevel=2)

@@ -6,19 +6,16 @@ weights give at the same order without further evaluations.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reference_model.compiled import constant, inlined, inner, kernel
-from reference_model.contact import TAIL, no_contacts
 from reference_model.equations import Model, derivative, tabulate
 from reference_model.linkage import Array
-from reference_model.parameters import Law
+from reference_model.state import NODES, WORKS, Nodes, Records
 from reference_model.tableau import E3, E5, SHARES, A, D
 
-START, FIRST, END, FIRST_DENSE, LAST_DENSE, POINT = map(constant, (0, 1, 12, 13, 15, 16))
+START, FIRST, END, FIRST_DENSE, LAST_DENSE, POINT = map(constant, (0, 1, 12, 13, 15, NODES - 1))
 """Nodes of a step: its start, the stages from the first to the step's end, those that only the dense output
 needs, and any other point."""
 STAGES = 12
@@ -30,53 +27,15 @@ VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
 
 
-class Nodes(NamedTuple):
-    """States at the nodes of a step, and the balance of forces in each of them."""
-
-    y: Array
-    """State: coordinates, rates, impulses of the contacts (N s), works of drive, damping, friction (J);
-    shape (POINT + 1, size)."""
-    dy: Array
-    """Its derivative."""
-    contacts: Array
-    """States of the contacts, shape (POINT + 1, STATES)."""
-    slider: Array
-    """x, y, angle of the slider, their rates and second derivatives, shape (POINT + 1, 9)."""
-
-
-def new_nodes(y0: Array) -> Nodes:
-    """Return the nodes of a run that starts with coordinates and rates `y0`."""
-    size, count = y0.size + TAIL, int(POINT) + 1
-    nodes = Nodes(
-        np.zeros((count, size)),
-        np.zeros((count, size)),
-        np.tile(no_contacts(), (count, 1)),
-        np.zeros((count, 9)),
-    )
-    nodes.y[0, : y0.size] = y0
-    return nodes
-
-
-class Work(NamedTuple):
-    """What else a step is computed in."""
-
-    f: Array
-    """Coefficients of the dense output, shape (7, size)."""
-    values: Array
-    """Margins along the step, shape (CONTACTS MARGINS, POINTS)."""
-    scales: Array
-    """`margins.pull_scale` of each contact, (CONTACTS,)."""
-    unsettled: NDArray[np.bool_]
-    """Which margins the stages leave open, (CONTACTS MARGINS,)."""
-    parts: Array
-    """A depth or a force at parts of the step, (PARTS,)."""
-    peaks: NDArray[np.bool_]
-    """Whether depth and force of each contact peak within the step, (CONTACTS, 2)."""
+@inlined
+def free_states(nodes: Nodes) -> int:
+    """Return the number of coordinates and rates: of a state all but the impulses and works."""
+    return int(nodes.y.shape[1] - nodes.touches.shape[1] - WORKS)
 
 
 @inner
 def evaluate_nodes(
-    model: Model, law: Law, t: float, h: float, first: int, last: int, modes: Array, nodes: Nodes
+    model: Model, t: float, h: float, first: int, last: int, modes: Records, nodes: Nodes
 ) -> None:
     """Evaluate the nodes `first` to `last` of a step of `h` (s) from `t` in frozen modes.
 
@@ -84,25 +43,24 @@ def evaluate_nodes(
     before them.
     """
     y, dy = nodes.y, nodes.dy
+    size, free = y.shape[1], free_states(nodes)
     if first != FIRST_DENSE:  # else the step's own stages were prepared before, and these with them
         tabulate(model, t, h, SHARES if first < last else NOW)
     for i in range(first, last + 1):
         if START < i < POINT:
-            for m in range(y.shape[1] if i == END else y.shape[1] - TAIL):
+            for m in range(size if i == END else free):
                 total = 0.0
                 for j in range(i):
                     total += A[i, j] * dy[j, m]
                 y[i, m] = y[0, m] + h * total
         node = i % POINT  # at POINT, which is as late as START, that one's
-        derivative(
-            model, law, t + SHARES[node] * h, node, y[i], modes, dy[i], nodes.contacts[i], nodes.slider[i]
-        )
+        derivative(model, t + SHARES[node] * h, i, modes, nodes)
 
 
 @kernel
-def evaluate(model: Model, law: Law, t: float, node: int, modes: Array, nodes: Nodes) -> None:
+def evaluate(model: Model, t: float, node: int, modes: Records, nodes: Nodes) -> None:
     """Evaluate the state at START or POINT at time `t` (s), for Python."""
-    evaluate_nodes(model, law, t, 0.0, node, node, modes, nodes)
+    evaluate_nodes(model, t, 0.0, node, node, modes, nodes)
 
 
 @inlined

@@ -6,7 +6,7 @@ it leaves free. The functions themselves are stubs, for names, arguments and typ
 """
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numba.extending
 
@@ -16,17 +16,19 @@ from reference_model.compiled import ONLY_FROM_KERNELS
 from reference_model.linkage import Array
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage
-from reference_model.parameters import Law
+from reference_model.state import Nodes, Records
 
-F = TypeVar("F", bound=Callable[..., object])
 Model = Minimal | Chain | Linkage
 _MODULES: dict[type, Any] = {Minimal: minimal, Chain: chain, Linkage: multiplier}
 
 
-def _overload(stub: Callable[..., Any]) -> Callable[[F], F]:
-    # Into the code of their callers, to which all constants are at hand.
+def _overload(stub: Callable[..., Any]) -> None:
+    """Let the function of the same name in the model's module stand for a stub, inlined."""
     options = {**ONLY_FROM_KERNELS, "forceinline": True}
-    return cast(Callable[[F], F], numba.extending.overload(stub, jit_options=options, strict=False))
+
+    @numba.extending.overload(stub, jit_options=options, strict=False)  # type: ignore[untyped-decorator]
+    def function(*arguments: Any) -> Any:
+        return getattr(_MODULES[arguments[0].instance_class], stub.__name__)
 
 
 def tabulate(model: Model, t: float, h: float, shares: Array) -> None:
@@ -34,47 +36,19 @@ def tabulate(model: Model, t: float, h: float, shares: Array) -> None:
     raise NotImplementedError
 
 
-def motion(model: Model, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
-    """Write gaps, rates and slips of a state's contacts, shape (STATES,)."""
+def motion(model: Model, t: float, i: int, nodes: Nodes) -> None:
+    """Write gaps, rates and slips of the contacts in the state of node `i` at `t` (s)."""
     raise NotImplementedError
 
 
-def derivative(
-    model: Model, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
-    slider: Array,
-) -> None:  # fmt: skip
-    """Evaluate the equations of motion in frozen modes.
+def derivative(model: Model, t: float, i: int, modes: Records, nodes: Nodes) -> None:
+    """Evaluate the equations of motion in frozen modes at `t` (s), one of the times given to `tabulate`.
 
-    Parameters
-    ----------
-    model, law, t
-        Formulation, contacts, time (s).
-    node
-        Which of the times last given to `tabulate` that is.
-    y
-        State; only coordinates and rates matter.
-    modes
-        Shape (MODES,).
-    dy
-        Written: the derivative of the whole state.
-    contacts
-        Written: the states of the contacts that the formulation has, shape (STATES,).
-    slider
-        Written: x, y, angle of the slider, their rates and second derivatives, shape (9,).
+    Of the state at node `i` coordinates and rates are given; written are the derivative of the whole state,
+    the contacts' states and the slider's motion.
     """
     raise NotImplementedError
 
 
-@_overload(tabulate)
-def _tabulate(model, t, h, shares) -> Any:  # type: ignore[no-untyped-def]
-    return _MODULES[model.instance_class].tabulate
-
-
-@_overload(motion)
-def _motion(model, law, t, node, y, contacts) -> Any:  # type: ignore[no-untyped-def]
-    return _MODULES[model.instance_class].motion
-
-
-@_overload(derivative)
-def _derivative(*arguments: Any) -> Any:
-    return _MODULES[arguments[0].instance_class].derivative
+for _stub in (tabulate, motion, derivative):
+    _overload(_stub)

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from reference_model.channels import ACCELERATIONS, MOTION, Extrema
-from reference_model.energy import ENERGIES, balance
+from reference_model.balance import ENERGIES, REACTIONS, energies, reactions
 from reference_model.linkage import Array, Mechanism, ideal_motion
-from reference_model.reactions import REACTIONS, reactions
+from reference_model.results import ACCELERATIONS, MOTION, Extrema
 from reference_model.workpiece import Load, kinks, load_force
 
 MARKS = 1000
@@ -49,33 +48,20 @@ def _extrema(m: Mechanism, load: Load, names: list[str], end: float, cycles: int
 def _extrema_to(m: Mechanism, load: Load, names: list[str], end: float) -> Array:
     """Return the extrema of the channels up to `end` (s) within the first cycle, shape (names, 4).
 
-    Of the closed form at `MARKS` a cycle and at the kinks of the load, and of the parabola through the least
-    or greatest value and its neighbours where no kink is between them.
+    Of the closed form at `MARKS` a cycle, at the kinks of the load, and between the marks.
     """
-    interval = 2.0 * np.pi / abs(m.omega) / MARKS
-    times = np.append(interval * np.arange(math.ceil(end / interval - 1e-9)), end)
-    passed = _at_kinks(m, load, times)
-    together = np.union1d(times, passed)
-    values, _ = _observe(m, load, names, together, 0.0)
-    channels, at_them = (values[:, np.searchsorted(together, some)] for some in (times, passed))
-    rows, extrema = np.arange(len(names)), np.empty((len(names), 4))
-    for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
-        middle = np.clip(at, 1, max(times.size - 3, 1))  # the last interval may be shorter
-        before, value, after = (channels[rows, np.minimum(middle + by, times.size - 1)] for by in (-1, 0, 1))
-        rise, curvature = (after - before) / 2.0, after - 2.0 * value + before
-        inside = (middle == at) & (np.abs(rise) < np.abs(curvature))
-        first, last = times[middle - 1], times[np.minimum(middle + 1, times.size - 1)]
-        inside &= np.searchsorted(passed, first) == np.searchsorted(passed, last)
-        by = np.divide(-rise, curvature, out=np.zeros(len(names)), where=inside)
-        extrema[:, column] = np.where(inside, value + rise * by / 2.0, channels[rows, at])
-        extrema[:, column + 1] = times[at] + interval * by
-        if passed.size:
-            sign = -1.0 if column else 1.0  # of the greatest, of the least
-            best = (sign * at_them).argmin(1)
-            value = at_them[rows, best]
-            beyond = sign * value < sign * extrema[:, column]
-            extrema[beyond, column], extrema[beyond, column + 1] = value[beyond], passed[best[beyond]]
-    return extrema
+    period = 2.0 * np.pi / abs(m.omega)
+    extrema, interval = Extrema(len(names), 1, period), period / MARKS
+    marks = np.arange(math.ceil(end / interval - 1e-9)) * np.float64(interval)
+    passed = _at_kinks(m, load, np.append(marks, end))
+    times = np.union1d(np.append(marks, end), passed)
+    values, _ = _observe(m, load, names, times, 0.0)
+    extrema.widen(times, values)
+    if marks.size > 2:
+        for channel, row in enumerate(values[:, np.searchsorted(times, marks)]):
+            extrema.widen_between(channel, marks, row, passed)
+    first: Array = extrema.values[0]
+    return first
 
 
 def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
@@ -137,7 +123,8 @@ def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: flo
         drive = drive[np.searchsorted(ends, times)]
         none = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))
-        energies = balance(m, load, motion, start, none, 0.0, np.stack([drive, none, none]), 0)
-        channels |= zip(ENERGIES, energies, strict=True)
+        works = np.stack([drive, none, none])
+        balance = energies(m, load, motion, start, (none, 0.0), works, 0)
+        channels |= zip(ENERGIES, balance, strict=True)
         work = float(drive[-1])
     return np.stack([channels[name] for name in names]), work

@@ -6,20 +6,18 @@ recorded within a step, too: that shows a contact that was stepped over. A run i
 bound gets the status `invariant-violated`.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference_model.contact import JOURNAL
 from reference_model.dop853 import VELOCITY_TIME
-from reference_model.events import BEGIN, CONTACT, DEPTH, PEAK, SPEED, START_GAP, START_RATE, STOP
-from reference_model.laws import acts_on_sides
 from reference_model.linkage import Array
 from reference_model.margins import LOCATED, LOCATED_SPEED
-from reference_model.parameters import ADAMS_IMPACT, CORNERS, PAPER_SWITCHING, Parameters
+from reference_model.parameters import ADAMS_IMPACT, PAPER_SWITCHING, Contact, Parameters
+from reference_model.state import Records
 
 VIOLATED = "invariant-violated"
-CONTACT_NAMES = (*CORNERS, "pin")
 
 _WHAT = {
     "open-depth": "is inside its wall outside a contact",
@@ -72,43 +70,29 @@ class Invariant(NamedTuple):
 
 
 def check(
-    p: Parameters, worst: dict[str, Worst], events: Array, drift: dict[str, float] | None
+    p: Parameters, worst: dict[str, Worst], events: Records, drift: dict[str, float] | None
 ) -> dict[str, Invariant]:
     """Return all invariants that apply to a run, by name.
 
-    Parameters
-    ----------
-    p
-        Parameters of the run.
-    worst
-        By name, as `Observation.worst` returns it; what is missing is zero.
-    events
-        Rows of the contacts, shape (n, COLUMNS).
-    drift
-        Largest violation of the constraints; None where there are none.
+    `worst` is by name, as `Observation.worst` returns it, what is missing is zero; `events` are the contacts,
+    `state.Event`; `drift` is the largest violation of the constraints, None where there are none.
     """
-    law, scipy, none = p.law, p.method != "dop853", (0.0, 0.0, -1)
+    scipy, none = p.method != "dop853", (0.0, 0.0, -1)
     # A step may hold the whole peak of a contact: its ends show less.
-    force = max(worst.get("force", none)[0], float(events[:, PEAK].max(initial=0.0)))
+    force = max(worst.get("force", none)[0], float(events["peak_force"].max(initial=0.0)))
     # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense
     # output of LSODA is from the ends of its steps.
     excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
     depth = 10.0 * p.tolerance if scipy else LOCATED
+    # Of what the contacts have in common.
+    law = p.contacts[0] if p.contacts else p.journal
     ramp = law.c_f * force * excess / (law.v1 - law.v0)
-    # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
-    pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
-    if law.law == ADAMS_IMPACT:
-        # What the force changes by within that: its slopes are c, n K d^(n-1) and c' d', c' < 1.5 c / d_max.
-        deepest, fastest = (float(events[:, i].max(initial=0.0)) for i in (DEPTH, SPEED))
-        slope = law.n * (law.K if p.ideal_pin else max(law.K, law.Kj)) * deepest ** (law.n - 1.0)
-        pull = excess * law.c_max + 10.0 * depth * (slope + 1.5 * law.c_max / law.d_max * fastest)
-    if law.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
-        pull += 0.5 * law.Ks * depth
-    begun = events[events[:, BEGIN] > 0.0]  # what is inside at t = 0 may leave
+    pull = max((_pull(each, events, force, excess, depth) for each in p.contacts), default=0.0)
+    begun = events[events["start"] > 0.0]  # what is inside at t = 0 may leave
     worst = worst | {
-        "start-gap": _largest(np.abs(begun[:, START_GAP]), begun),
-        "leaving-start": _largest(begun[:, START_RATE], begun),
+        "start-gap": _largest(np.abs(begun["gap"]), begun),
+        "leaving-start": _largest(begun["rate"], begun),
     }
     bounds = {
         "open-depth": (max(1e-11, depth), "m"),
@@ -119,14 +103,14 @@ def check(
         "leaving-start": (np.sqrt(2.0 * _acceleration(p, force) * depth), "m/s"),
     }
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
-    if law.law != PAPER_SWITCHING and not scipy:
+    if all(each.law != PAPER_SWITCHING for each in p.contacts) and not scipy:
         bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
         value, time, contact = worst.get(name, none)
-        place = "" if value == 0.0 or contact < 0 or name == "energy" else CONTACT_NAMES[contact]
+        place = "" if value == 0.0 or contact < 0 or name == "energy" else p.places[contact]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
-    invariants["overlap"] = _overlap(events, p.cycles * p.period, acts_on_sides(law))
+    invariants["overlap"] = _overlap(p, events)
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
@@ -135,34 +119,48 @@ def check(
     return invariants
 
 
-def _largest(values: Array, events: Array) -> Worst:
+def _pull(law: Contact, events: Records, force: float, excess: float, depth: float) -> float:
+    """Return by how much a contact's force may be below zero where its mode ends, N."""
+    if law.law == ADAMS_IMPACT:
+        # What the force changes by within that: its slopes are c, n K d^(n-1) and c' d', c' < 1.5 c / d_max.
+        deepest, fastest = (float(events[of].max(initial=0.0)) for of in ("largest_depth", "normal_speed"))
+        slope = law.n * law.K * math.pow(deepest, law.n - 1.0)
+        return excess * law.c_max + 10.0 * depth * (slope + 1.5 * law.c_max / law.d_max * fastest)
+    # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
+    pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
+    # The paper's surface contact lasts until a corner is located outside: Eq. 8.
+    return pull + (0.5 * law.Ks * depth if law.law == PAPER_SWITCHING else 0.0)
+
+
+def _largest(values: Array, events: Records) -> Worst:
     if not values.size or not values.max() > 0.0:
         return 0.0, 0.0, -1
     at = int(values.argmax())
-    return float(values[at]), float(events[at, BEGIN]), int(events[at, CONTACT])
+    return float(values[at]), float(events["start"][at]), int(events["contact"][at])
 
 
 def _acceleration(p: Parameters, force: float) -> float:
     """Return the most that a normal force (N) and its friction give a corner or rod 2's bearing, m/s^2."""
-    m, law = p.mechanism, p.law
-    corner = 1.0 / m.m5 + (law.half_width**2 + law.half_length**2) / m.J5
+    m, edge = p.mechanism, p.corners[0]
+    corner = 1.0 / m.m5 + (edge.x**2 + edge.y**2) / m.J5
     bearing = 1.0 / m.m2 + m.Ls2**2 / m.J2
-    return max(USUAL_ACCELERATION, (1.0 + law.c_f) * force * max(corner, bearing))
+    return max(USUAL_ACCELERATION, (1.0 + edge.c_f) * force * max(corner, bearing))
 
 
-def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
+def _overlap(p: Parameters, events: Records) -> Invariant:
     """Return by how much contacts of one corner, or of one side, overlap, s."""
-    number = events[:, CONTACT]
-    place = np.where(of_sides & (number < JOURNAL), number % 2, number)
-    order = np.lexsort((events[:, BEGIN], place))
-    start, end = events[order, BEGIN], events[order, STOP]
+    number, duration = events["contact"], p.cycles * p.period
+    places = np.array([min(k, each.other) if each.one_side else k for k, each in enumerate(p.contacts)])
+    place = places[number] if number.size else number
+    order = np.lexsort((events["start"], place))
+    start, end = events["start"][order], events["end"][order]
     both = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
     # Times add up to the duration by rounding.
     bound = 4.0 * float(np.spacing(duration))
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
-    name = CONTACT_NAMES[int(number[order][1:][worst])]
+    name = p.places[int(number[order][1:][worst])]
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 

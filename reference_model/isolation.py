@@ -37,18 +37,11 @@ _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
 
 
 @inlined
-def classify(values: Array, starting: bool, resolution: float) -> int:
-    """Return SETTLED, CROSSES, BELOW or UNCLEAR.
+def classify(values: Array, starting: bool) -> int:
+    """Return SETTLED, CROSSES, BELOW or UNCLEAR, from the values (m or m/s) at `NODES`, shape (POINTS,).
 
-    Parameters
-    ----------
-    values
-        The function at `NODES`, shape (POINTS,), m or m/s.
-    starting
-        Whether the mode starts at the interval's start: it does so at zero but for rounding or the error of
-        its location, and may turn right first.
-    resolution
-        What stays within it counts as zero, m or m/s: at least RESOLUTION.
+    `starting`: the mode starts with the interval, at zero but for rounding or the error of its location, and
+    may turn right first.
     """
     error = 0.0
     for i in range(2):
@@ -62,21 +55,21 @@ def classify(values: Array, starting: bool, resolution: float) -> int:
         for j in range(POINTS):
             b += _TO_BERNSTEIN[i, j] * values[j]
         least = min(least, b)
-        if abs(b) > resolution:
+        if abs(b) > RESOLUTION:
             here = 1.0 if b > 0.0 else -1.0
             if first == 0.0:
                 first = here
             elif here != sign:
                 changes += 1
             sign = here
-    if not error <= resolution:
+    if not error <= RESOLUTION:
         return SETTLED if least > error else UNCLEAR
-    if least >= -resolution or (starting and first < 0.0 and changes == 1):
+    if least >= -RESOLUTION or (starting and first < 0.0 and changes == 1):
         return SETTLED
-    if changes == 0 and first < 0.0 and values[0] <= resolution:
+    if changes == 0 and first < 0.0 and values[0] <= RESOLUTION:
         # A mode that was located a little too early comes right.
         return SETTLED if starting and values[POINTS - 1] > values[0] else BELOW
-    if changes == 1 and first > 0.0 and values[POINTS - 1] < 0.0 and last_positive(values, resolution) >= 0:
+    if changes == 1 and first > 0.0 and values[POINTS - 1] < 0.0 and last_positive(values) >= 0:
         return CROSSES
     return UNCLEAR
 
@@ -91,13 +84,13 @@ def dips(values: Array, depth: float) -> bool:
 
 
 @inner
-def last_positive(values: Array, resolution: float) -> int:
+def last_positive(values: Array) -> int:
     """Return the last point at which a function is certainly positive; -1: there is none.
 
     Where it crosses zero once it does so behind that point. At the interval's start itself it can be zero.
     """
     for j in range(POINTS - 1, -1, -1):
-        if values[j] > resolution:
+        if values[j] > RESOLUTION:
             return j
     return -1
 
@@ -119,13 +112,13 @@ def interpolated(values: Array, x: float) -> float:
 
 
 @inlined
-def crossing(values: Array, resolution: float) -> float:
+def crossing(values: Array) -> float:
     """Return the share of the interval at which a function that `classify` says CROSSES is zero.
 
-    That of the interpolant, which is within `resolution` of the function; by the regula falsi in its Illinois
+    That of the interpolant, which is within RESOLUTION of the function; by the regula falsi in its Illinois
     form.
     """
-    lo, hi = float(NODES[last_positive(values, resolution)]), 1.0
+    lo, hi = float(NODES[last_positive(values)]), 1.0
     f_lo, f_hi = interpolated(values, lo), float(values[POINTS - 1])
     side = 0
     for _ in range(60):
@@ -133,7 +126,7 @@ def crossing(values: Array, resolution: float) -> float:
         if not lo < x < hi:
             break
         value = interpolated(values, x)
-        if abs(value) <= 0.01 * resolution:
+        if abs(value) <= 0.01 * RESOLUTION:
             return x
         if value <= 0.0:
             hi, f_hi = x, value

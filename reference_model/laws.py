@@ -1,10 +1,8 @@
-"""Contact laws: each an object of one side of the slider, that is of two corners, and a number in `Law.law`.
+"""Contact laws and friction: each a formula of one contact, whose numbers are a `parameters.Contact`.
 
-A law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the potential U
-that they derive from (`side_force`); whether the damping of Eq. 11 applies (`is_damped`); and whether the
-corners touch independently, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one
-memory of the impact speed, one damping and one friction; and how the force is damped (`damped_force`), and
-until when it pushes (`push`).
+A contact law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the
+potential U that they derive from (`side_force`); how the force is damped (`damped_force`), and until when it
+pushes (`push`).
 
 HERTZ_CORNERS
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): each penetrating corner independently (Eqs. 9-11).
@@ -23,17 +21,23 @@ FOUNDATION
     the pressure. U is convex and twice continuously differentiable; its third derivatives jump where the
     second corner goes in or out, which the integrators locate. It goes by the signs of the depths, not by the
     located modes: a trial step across such an instant, behind which the triangle's formulas have a pole,
-    stays bounded.
+    stays bounded. The side is one contact (`Contact.one_side`): its force f_1 + f_2 has one memory of the
+    impact speed, one damping and one friction.
 ADAMS_IMPACT
     As HERTZ_CORNERS, with k = contact.stiffness where the scene gives it, but damped by c(d) d', which refers
     to no impact speed. c falls with d^2 as a corner leaves its wall. An elastic force of n < 2 falls more
     slowly: one that was clipped pushes again before it is out. With n > 2 each contact ends clipped.
+
+Friction is the modified Coulomb law of Eqs. 12-13, taken apart into its smooth pieces: the dynamic correction
+coefficient c_d of Eq. 13 has kinks at |v_t| = v0 and v1, which the integrators locate. Regimes: -2, +2 full
+friction; -1, +1 on the ramp between v0 and v1; 0 none. Where v0 is 0 there is no regime 0: -1 and +1 are then
+one and the same ramp from -v1 to v1.
 """
 
 import math
 
 from reference_model.compiled import inlined
-from reference_model.parameters import ADAMS_IMPACT, FOUNDATION, PAPER_SWITCHING, Law
+from reference_model.parameters import ADAMS_IMPACT, FOUNDATION, PAPER_SWITCHING, Contact
 
 SHALLOWEST = 1.0e-11
 """m, from which on `push` follows the depth: five times what a touch is located to. Nearer to the wall its
@@ -49,95 +53,42 @@ def point_force(K: float, n: float, depth: float) -> float:
 
 
 @inlined
-def touches_as_one(law: Law) -> bool:
-    """Return whether a side is one contact, which the corner that touched first keeps."""
-    return law.law == FOUNDATION
-
-
-def acts_on_sides(law: Law) -> bool:
-    """Return `touches_as_one`, which only kernels can call, to Python."""
-    return bool(touches_as_one.py_func(law))  # type: ignore[attr-defined]
-
-
-@inlined
-def is_damped(law: Law, both: bool) -> bool:
-    """Return whether the damping factor applies: not in the paper's surface contact."""
-    return not (both and law.law == PAPER_SWITCHING)
-
-
-@inlined
-def damping_factor(law: Law, depth_rate: float, impact_speed: float) -> float:
-    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull."""
-    return 1.0 + law.C * depth_rate / impact_speed
-
-
-@inlined
-def damping_coefficient(law: Law, depth: float) -> float:
-    """Return c(d) of the law adams-impact, N s/m."""
-    s = min(max(depth / law.d_max, 0.0), 1.0)
-    return law.c_max * s * s * (3.0 - 2.0 * s)
-
-
-@inlined
-def damped_force(law: Law, elastic: float, depth: float, depth_rate: float, impact_speed: float) -> float:
+def damped_force(law: Contact, elastic: float, depth: float, depth_rate: float, speed: float) -> float:
     """Return the normal force (N) from the elastic one; negative where the wall would have to pull."""
     if law.law == ADAMS_IMPACT:
-        return elastic + damping_coefficient(law, depth) * depth_rate
-    return elastic * damping_factor(law, depth_rate, impact_speed)
+        s = min(max(depth / law.d_max, 0.0), 1.0)
+        return elastic + law.c_max * s * s * (3.0 - 2.0 * s) * depth_rate
+    return elastic * (1.0 + law.C * depth_rate / speed)
 
 
 @inlined
-def is_lossless(law: Law) -> bool:
-    """Return whether nothing is damped."""
-    return law.c_max == 0.0 if law.law == ADAMS_IMPACT else law.C == 0.0
-
-
-@inlined
-def push(law: Law, K: float, depth: float, depth_rate: float, impact_speed: float) -> float:
+def push(law: Contact, depth: float, depth_rate: float, speed: float) -> float:
     """Return a speed (m/s) that has the sign of the damped force.
 
     v (1 + C d'/v), or of adams-impact the force over c_max s^m, s = d / d_max, with m = n or 2, whichever is
     less, and none where s > 1: then neither the elastic part nor the damped one grows without bound as s
-    vanishes, and one of them stays.
-
-    Parameters
-    ----------
-    law
-        The contact.
-    K
-        Its stiffness, N/m^n.
-    depth, depth_rate, impact_speed
-        m, m/s, m/s.
+    vanishes, and one of them stays. Depth in m, its rate and the impact speed `speed` in m/s.
     """
     if law.law != ADAMS_IMPACT:
-        return impact_speed + law.C * depth_rate
-    s, elastic, m = (
-        max(depth, SHALLOWEST) / law.d_max,
-        K * math.pow(law.d_max, law.n) / law.c_max,
-        min(law.n, 2.0),
-    )
+        return speed + law.C * depth_rate
+    s, m = max(depth, SHALLOWEST) / law.d_max, min(law.n, 2.0)
+    elastic = law.K * math.pow(law.d_max, law.n) / law.c_max
     if s > 1.0:
         return elastic * math.pow(s, law.n) + depth_rate
     return elastic * math.pow(s, law.n - m) + math.pow(s, 2.0 - m) * (3.0 - 2.0 * s) * depth_rate
 
 
 @inlined
-def side_force(law: Law, d1: float, d2: float, both: bool) -> tuple[float, float, float]:
+def side_force(law: Contact, d1: float, d2: float, both: bool) -> tuple[float, float, float]:
     """Return the elastic forces (N) at the two corners of a side, and the potential U (J) of both.
 
-    Parameters
-    ----------
-    law
-        The contact.
-    d1, d2
-        Depths of the corners, m; negative outside the wall.
-    both
-        Whether both corners are in contact, independently.
+    d1, d2 are their depths (m), negative outside the wall; `both`: each corner is in contact by itself.
     """
+    surface = both and law.law == PAPER_SWITCHING
+    if surface or (law.law == FOUNDATION and d1 > 0.0 and d2 > 0.0):
+        f1, f2 = law.Ks * (2.0 * d1 + d2) / 6.0, law.Ks * (d1 + 2.0 * d2) / 6.0
+        return f1, f2, law.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
     if law.law == FOUNDATION:
-        if d1 > 0.0 and d2 > 0.0:
-            f1, f2 = law.Ks * (2.0 * d1 + d2) / 6.0, law.Ks * (d1 + 2.0 * d2) / 6.0
-            return f1, f2, law.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
         deep, out = (d1, d2) if d1 > d2 else (d2, d1)
         if deep <= 0.0:
             return 0.0, 0.0, 0.0
@@ -145,19 +96,38 @@ def side_force(law: Law, d1: float, d2: float, both: bool) -> tuple[float, float
         force = 0.5 * law.Ks * deep * share
         less, energy = force * share / 3.0, force * deep / 3.0
         return (force - less, less, energy) if d1 > d2 else (less, force - less, energy)
-    if both and law.law == PAPER_SWITCHING:
-        f1, f2 = law.Ks * (2.0 * d1 + d2) / 6.0, law.Ks * (d1 + 2.0 * d2) / 6.0
-        return f1, f2, law.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
     f1, f2 = point_force(law.K, law.n, d1), point_force(law.K, law.n, d2)
     return f1, f2, (f1 * max(d1, 0.0) + f2 * max(d2, 0.0)) / (law.n + 1.0)
 
 
 @inlined
-def resultant_share(f1: float, f2: float, d1: float, d2: float) -> float:
-    """Return the share of corner 1 in a side's force, where the resultant's point divides its face.
+def friction_regime(law: Contact, v_t: float) -> int:
+    """Return the regime of a tangential speed (m/s)."""
+    speed = abs(v_t)
+    regime = 0 if speed < law.v0 else (1 if speed <= law.v1 else 2)
+    return regime if v_t >= 0.0 else -regime
 
-    Where neither corner is inside there is no force, and the deeper one has the share of a touch: all.
+
+@inlined
+def regime_bounds(law: Contact, regime: int) -> tuple[float, float]:
+    """Return the lower and upper tangential speed (m/s) of a regime."""
+    if regime == 0:
+        return -law.v0, law.v0
+    if abs(regime) == 1:
+        if law.v0 == 0.0:
+            return -law.v1, law.v1
+        return (law.v0, law.v1) if regime > 0 else (-law.v1, -law.v0)
+    return (law.v1, math.inf) if regime > 0 else (-math.inf, -law.v1)
+
+
+@inlined
+def friction_force(law: Contact, normal: float, v_t: float, regime: int) -> float:
+    """Return the friction force (N) along the direction of the slip `v_t` (m/s), Eq. 12.
+
+    c_d v_t / |v_t| of Eq. 13 stands there as the smooth function that it is within `regime`.
     """
-    if f1 + f2 > 0.0:
-        return f1 / (f1 + f2)
-    return 1.0 if d1 > d2 else 0.0
+    if regime == 0:
+        return 0.0
+    sign = 1.0 if regime > 0 else -1.0
+    correction = sign if abs(regime) == 2 else (v_t - sign * law.v0) / (law.v1 - law.v0)
+    return -law.c_f * normal * correction

@@ -80,12 +80,8 @@ def four_bar(m: Mechanism, c1: Any, s1: Any) -> tuple[Any, Any, Any, Any, Any, A
 
     Loop closure (rows 3-8 of Eq. 16): with A the crank tip, e the unit vector from A to H and
     n = (-e_y, e_x): B = A + a e + h n. Rates from L1 w1 n1 + L2 w2 n2 = Ls3 w3 n3 dotted with u2 and u3,
-    angular accelerations from its derivative in the same way.
-
-    Returns
-    -------
-    c2, s2, c3, s3, w2, w3, a2, a3
-        Direction cosines of rod 2 and rocker, rates (rad/s), angular accelerations (rad/s^2).
+    angular accelerations from its derivative in the same way. Returned are the direction cosines of rod 2 and
+    rocker, c2, s2, c3, s3, their rates (rad/s) and angular accelerations (rad/s^2).
     """
     ex, ey = m.Hx - m.L1 * c1, m.Hy - m.L1 * s1
     d2 = ex * ex + ey * ey
@@ -109,12 +105,8 @@ def four_bar(m: Mechanism, c1: Any, s1: Any) -> tuple[Any, Any, Any, Any, Any, A
 def ideal_rod4(m: Mechanism, c3: Any, s3: Any, w3: Any) -> tuple[Any, Any, Any, Any]:
     """Return what an ideal slider makes of rod 4, from the rocker's direction cosines and rate (rad/s).
 
-    From L3 c3 + L4 c4 = x5 - H_x = const, differentiated twice; nan where rod 4 does not reach the line.
-
-    Returns
-    -------
-    c4, s4, kappa, rest
-        Direction cosines of rod 4, w4 / w3, and theta_4'' - kappa theta_3'' (rad/s^2).
+    From L3 c3 + L4 c4 = x5 - H_x = const, differentiated twice; nan where rod 4 does not reach the line. That
+    is the direction cosines c4, s4 of rod 4, kappa = w4 / w3, and theta_4'' - kappa theta_3'' (rad/s^2).
     """
     c4 = (m.line_x - m.Hx - m.L3 * c3) / m.L4
     s4 = m.slider_branch * np.sqrt(1.0 - c4 * c4)

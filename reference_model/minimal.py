@@ -12,11 +12,13 @@ F and M are force and moment of all corners, and of a workpiece, on the slider. 
 
 from typing import NamedTuple
 
+import numpy as np
+
 from reference_model import linkage, workpiece
 from reference_model.compiled import inlined
 from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
-from reference_model.parameters import Law
+from reference_model.state import NODES, Nodes, Records
 from reference_model.trigonometry import cos_sin
 from reference_model.workpiece import Load
 
@@ -26,17 +28,19 @@ Tip = tuple[float, float, float, float, float, float]
 """Position (m), velocity (m/s) and acceleration (m/s^2) of the rocker's tip C, each x and y."""
 
 
-TIP_ROWS = 8
-
-
 class Minimal(NamedTuple):
     """The formulation: a state holds theta_4, theta_5, their rates, and the integrals behind them."""
 
     mechanism: Mechanism
+    contacts: Records
     load: Load
     table: Array
-    """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step
-    (`tabulate`)."""
+    """(8, nodes): cosine and sine of the crank's angle, and the tip, at the nodes of a step (`tabulate`)."""
+
+
+def minimal(m: Mechanism, contacts: Records, load: Load) -> Minimal:
+    """Return the formulation for a press."""
+    return Minimal(m, contacts, load, np.empty((8, NODES - 1)))
 
 
 @inlined
@@ -72,29 +76,28 @@ def slider_pose(m: Mechanism, tip: Tip, y: Array) -> tuple[Pose, float, float]:
 
 
 @inlined
-def tip_at(table: Array, node: int) -> Tip:
-    """Return the motion of C at a node."""
-    return table[2, node], table[3, node], table[4, node], table[5, node], table[6, node], table[7, node]
+def tip_at(table: Array, i: int) -> Tip:
+    """Return the motion of C at a node; any other point of the step has the place of its start."""
+    n = i % (NODES - 1)
+    return table[2, n], table[3, n], table[4, n], table[5, n], table[6, n], table[7, n]
 
 
-def motion(model: Minimal, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
+def motion(model: Minimal, t: float, i: int, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
-    pose, _, _ = slider_pose(model.mechanism, tip_at(model.table, node), y)
-    corner_motion(law, pose, contacts)
+    pose, _, _ = slider_pose(model.mechanism, tip_at(model.table, i), nodes.y[i])
+    corner_motion(model.contacts, pose, nodes.touches[i])
 
 
-def derivative(
-    model: Minimal, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
-    slider: Array,
-) -> None:  # fmt: skip
+def derivative(model: Minimal, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write the derivatives of coordinates and rates; see `equations.derivative`.
 
     The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
     """
-    m, tip = model.mechanism, tip_at(model.table, node)
+    y, dy, slider = nodes.y[i], nodes.dy[i], nodes.slider[i]
+    m, tip = model.mechanism, tip_at(model.table, i)
     _, _, vCx, vCy, aCx, aCy = tip
     pose, c4, s4 = slider_pose(m, tip, y)
-    Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+    Fx, Fy, M, damping, friction = slider_forces(model.contacts, pose, modes, nodes.touches[i])
     if pose[1] < model.load.surface:
         Fy += load_force(model.load, pose[1])
     w4 = y[2]
@@ -102,9 +105,9 @@ def derivative(
     a4 = (m.S4 * (s4 * bx - c4 * by) + m.L4 * (c4 * Fy - s4 * Fx)) / m.I4
     dy[0], dy[1], dy[2], dy[3] = w4, y[3], a4, M / m.J5
     turn_x, turn_y = -(a4 * s4 + w4 * w4 * c4), a4 * c4 - w4 * w4 * s4
-    slider[0], slider[1], slider[2], slider[3], slider[4], slider[5] = pose
-    slider[6], slider[7], slider[8] = aCx + m.L4 * turn_x, aCy + m.L4 * turn_y, dy[3]
+    slider.x, slider.y, slider.angle, slider.vx, slider.vy, slider.omega = pose
+    slider.ax, slider.ay, slider.alpha = aCx + m.L4 * turn_x, aCy + m.L4 * turn_y, dy[3]
     # Force of the pin at C on rod 4: what moves the two bodies, less gravity, contact and load.
     Px = (m.m4 + m.m5) * bx + m.S4 * turn_x - Fx
     Py = (m.m4 + m.m5) * by + m.S4 * turn_y - Fy
-    write_tail(dy, contacts, Px * vCx + Py * vCy, damping, friction)
+    write_tail(dy, nodes.touches[i], Px * vCx + Py * vCy, damping, friction)

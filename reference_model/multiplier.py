@@ -23,7 +23,7 @@ from reference_model import workpiece
 from reference_model.compiled import inlined, inner, kernel
 from reference_model.contact import corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
-from reference_model.parameters import Law
+from reference_model.state import Nodes, Records
 from reference_model.workpiece import NO_LOAD, Load
 
 load_force = inlined(workpiece.load_force)
@@ -52,8 +52,8 @@ class Linkage(NamedTuple):
     """The driven body."""
     slider: int
     """The body that the slider's channels are of."""
-    clearance: bool
-    """Whether its corners touch the walls."""
+    contacts: Records
+    """Of its corners; none where it is on an ideal guide."""
     load: Load
     """Of the workpiece below it."""
     omega: float
@@ -86,7 +86,7 @@ def assemble(
     pins: Sequence[tuple[int, Point, int, Point]],
     guides: Sequence[tuple[int, float]],
     drive: tuple[int, float, float],
-    slider: tuple[int, bool],
+    slider: tuple[int, Records],
     *,
     gravity: float = 0.0,
     baumgarte: tuple[float, float] = (0.0, 0.0),
@@ -105,7 +105,7 @@ def assemble(
     drive
         Body whose angle grows uniformly, its rate (rad/s), its angle at t = 0 (rad).
     slider
-        Body that the slider's channels are of, and whether it runs in a guide with clearance.
+        Body that the slider's channels are of, and the contacts of its corners, if it has clearance.
     gravity
         Along -y, m/s^2.
     baumgarte
@@ -129,7 +129,7 @@ def assemble(
         lines=np.array([line for _, line in guides], dtype=np.float64),
         driven=drive[0],
         slider=slider[0],
-        clearance=slider[1],
+        contacts=slider[1],
         load=load,
         omega=drive[1],
         theta0=drive[2],
@@ -145,8 +145,11 @@ def assemble(
     )
 
 
-def press(m: Mechanism, load: Load, *, ideal_slider: bool, baumgarte: tuple[float, float]) -> Linkage:
-    """Describe the press; its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide."""
+def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, float]) -> Linkage:
+    """Describe the press; its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide.
+
+    Without contacts the slider is on an ideal guide.
+    """
     return assemble(
         bodies=list(zip(m.masses, m.inertias, strict=True)),
         pins=[
@@ -157,9 +160,9 @@ def press(m: Mechanism, load: Load, *, ideal_slider: bool, baumgarte: tuple[floa
             (3, (-m.Ls4, 0.0), 2, (m.L3 - m.Ls3, 0.0)),
             (4, (0.0, 0.0), 3, (m.L4 - m.Ls4, 0.0)),
         ],
-        guides=[(4, m.line_x)] if ideal_slider else [],
+        guides=[] if contacts.size else [(4, m.line_x)],
         drive=(0, m.omega, m.theta0),
-        slider=(4, not ideal_slider),
+        slider=(4, contacts),
         gravity=m.gravity,
         baumgarte=baumgarte,
         load=load,
@@ -167,34 +170,31 @@ def press(m: Mechanism, load: Load, *, ideal_slider: bool, baumgarte: tuple[floa
 
 
 @inlined
-def end_of(
-    i: int, ax: float, ay: float, sign: float, q: Array, v: Array, row: int, phi: Array, jacobian: Array,
-    gamma: Array,
-) -> None:  # fmt: skip
-    """Add the end of a pin at body `i` to the pin's two rows."""
-    x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
+def end_of(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
+    """Add the end (0, 1) of a pin to the pin's two rows."""
+    body, ax, ay = model.joined[pin, end], model.arms[pin, 2 * end], model.arms[pin, 2 * end + 1]
+    row, sign = 2 * pin, 1.0 - 2.0 * end
+    if body == FRAME:
+        model.phi[row] -= ax
+        model.phi[row + 1] -= ay
+        return
+    x, y, turn = 3 * body, 3 * body + 1, 3 * body + 2
     c, s = math.cos(q[turn]), math.sin(q[turn])
     rx, ry = sign * (c * ax - s * ay), sign * (s * ax + c * ay)
-    phi[row] += sign * q[x] + rx
-    phi[row + 1] += sign * q[y] + ry
-    jacobian[row, x] = jacobian[row + 1, y] = sign
-    jacobian[row, turn], jacobian[row + 1, turn] = -ry, rx
-    gamma[row] += rx * v[turn] * v[turn]
-    gamma[row + 1] += ry * v[turn] * v[turn]
+    model.phi[row] += sign * q[x] + rx
+    model.phi[row + 1] += sign * q[y] + ry
+    model.jacobian[row, x] = model.jacobian[row + 1, y] = sign
+    model.jacobian[row, turn], model.jacobian[row + 1, turn] = -ry, rx
+    model.gamma[row] += rx * v[turn] * v[turn]
+    model.gamma[row + 1] += ry * v[turn] * v[turn]
 
 
 @inner
 def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
     """Evaluate the rows of Eq. 16 and what derives from them.
 
-    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays.
-
-    Parameters
-    ----------
-    model, t
-        The linkage, time (s).
-    q, v
-        Coordinates and velocities, shape (3 n,).
+    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays, from
+    the time (s), coordinates and velocities, shape (3 n,).
     """
     phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
     for i in range(phi.size):
@@ -202,13 +202,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
         for k in range(q.size):
             jacobian[i, k] = 0.0
     for pin in range(model.joined.shape[0]):
-        i, j, row = model.joined[pin, 0], model.joined[pin, 1], 2 * pin
-        end_of(i, model.arms[pin, 0], model.arms[pin, 1], 1.0, q, v, row, phi, jacobian, gamma)
-        if j >= 0:
-            end_of(j, model.arms[pin, 2], model.arms[pin, 3], -1.0, q, v, row, phi, jacobian, gamma)
-        else:
-            phi[row] -= model.arms[pin, 2]
-            phi[row + 1] -= model.arms[pin, 3]
+        end_of(model, pin, 0, q, v)
+        end_of(model, pin, 1, q, v)
     row = 2 * model.joined.shape[0]
     phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
     jacobian[row, 3 * model.driven + 2] = 1.0
@@ -228,14 +223,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
 def solve_definite(matrix: Array, right: Array) -> None:
     """Solve a symmetric positive definite system by Cholesky's factorization; not a number where it is not.
 
-    With numba's call of LAPACK in its place a first run takes 5 s longer, and each run 1.8 times as long.
-
-    Parameters
-    ----------
-    matrix
-        Shape (n, n); its lower triangle counts, and is overwritten with the factor.
-    right
-        Shape (n,); overwritten with the solution.
+    With numba's call of LAPACK in its place a first run takes 5 s longer, and each run 1.8 times as long. Of
+    the matrix, (n, n), the lower triangle counts; the factor overwrites it, and the solution `right`, (n,).
     """
     n = right.size
     for i in range(n):
@@ -257,23 +246,11 @@ def solve_definite(matrix: Array, right: Array) -> None:
 def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
 
-    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; `model.lambdas` (N and N m)
-    is written: -lambda is what a joint exerts on the body named first.
-
-    Parameters
-    ----------
-    model, t, q, v
-        The linkage, time (s), coordinates and velocities (3 n,).
-    acceleration
-        Written: q'', shape (3 n,).
+    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; written are q'', (3 n,), and
+    `model.lambdas` (N and N m): -lambda is what a joint exerts on the body named first.
     """
-    lambdas, matrix, jacobian, applied, mass = (
-        model.lambdas,
-        model.matrix,
-        model.jacobian,
-        model.applied,
-        model.masses,
-    )
+    lambdas, matrix, jacobian = model.lambdas, model.matrix, model.jacobian
+    applied, mass = model.applied, model.masses
     constraints(model, t, q, v)
     for i in range(lambdas.size):
         right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
@@ -294,60 +271,51 @@ def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> 
         acceleration[k] = force / mass[k]
 
 
-def motion(model: Linkage, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
+def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
-    if model.clearance:
-        x, w = 3 * model.slider, model.masses.size + 3 * model.slider
-        corner_motion(law, (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2]), contacts)
+    if model.contacts.size > 0:
+        y, x, w = nodes.y[i], 3 * model.slider, model.masses.size + 3 * model.slider
+        pose = (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2])
+        corner_motion(model.contacts, pose, nodes.touches[i])
 
 
 def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:
     """Prepare nothing: of this motion nothing is a function of time alone."""
 
 
-def derivative(
-    model: Linkage, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
-    slider: Array,
-) -> None:  # fmt: skip
+def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write the derivatives of coordinates and rates; see `equations.derivative`."""
-    size, x = model.masses.size, 3 * model.slider
+    size, x, y, dy, slider = model.masses.size, 3 * model.slider, nodes.y[i], nodes.dy[i], nodes.slider[i]
     q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
     applied, damping, friction = model.applied, 0.0, 0.0
-    for i in range(size):
-        applied[i] = model.weights[i]
-        dy[i] = v[i]
-    if model.clearance:
+    for k in range(size):
+        applied[k] = model.weights[k]
+        dy[k] = v[k]
+    if model.contacts.size > 0:
         pose = (q[x], q[x + 1], q[x + 2], v[x], v[x + 1], v[x + 2])
-        Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+        Fx, Fy, M, damping, friction = slider_forces(model.contacts, pose, modes, nodes.touches[i])
         applied[x] += Fx
         applied[x + 1] += Fy
         applied[x + 2] += M
     if q[x + 1] < model.load.surface:
         applied[x + 1] += load_force(model.load, q[x + 1])
     solve(model, t, q, v, acceleration)
-    for i in range(3):
-        slider[i], slider[3 + i], slider[6 + i] = q[x + i], v[x + i], acceleration[x + i]
+    slider.x, slider.y, slider.angle = q[x], q[x + 1], q[x + 2]
+    slider.vx, slider.vy, slider.omega = v[x], v[x + 1], v[x + 2]
+    slider.ax, slider.ay, slider.alpha = acceleration[x], acceleration[x + 1], acceleration[x + 2]
     power = -model.lambdas[2 * model.joined.shape[0]] * model.omega
-    write_tail(dy, contacts, power, damping, friction)
+    write_tail(dy, nodes.touches[i], power, damping, friction)
 
 
 @kernel
 def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
-    """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state.
+    """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state into `out`, shape (2, n).
 
-    Parameters
-    ----------
-    model, times
-        The linkage; s, shape (n,).
-    states
-        Coordinates and velocities, shape (2 * 3 bodies, n).
-    out
-        Written, shape (2, n).
+    Of states with coordinates and velocities first, shape (n, size), at times (s), (n,).
     """
     size = model.masses.size
     for i in range(times.size):
-        y = states[:, i].copy()
-        constraints(model, times[i], y[:size], y[size:])
+        constraints(model, times[i], states[i, :size], states[i, size : 2 * size])
         out[0, i] = out[1, i] = 0.0
         for row in range(model.phi.size):
             out[0, i] = max(out[0, i], abs(model.phi[row]))

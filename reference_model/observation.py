@@ -6,13 +6,9 @@ Rows (`reference_model.recording`) are taken as often as their buffer is full, a
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_model.balance import ENERGIES, REACTIONS, energies, kinetic_energy, reactions
 from reference_model.chain import Chain, journal_centre, journal_reaction
-from reference_model.channels import ACCELERATIONS, CORNER_CHANNELS, JOURNAL_CHANNELS, MOTION, Extrema
-from reference_model.contact import CONTACTS, FRICTION, GAP, JOURNAL, NORMAL, STORED, TAIL, WORKS
-from reference_model.energy import ENERGIES, balance, kinetic_energy
 from reference_model.equations import Model
-from reference_model.events import Run
-from reference_model.laws import acts_on_sides
 from reference_model.linkage import (
     Array,
     Mechanism,
@@ -24,24 +20,16 @@ from reference_model.linkage import (
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage, drift
 from reference_model.parameters import Parameters
-from reference_model.reactions import REACTIONS, reactions
-from reference_model.recording import (
-    CLOSED,
-    CONTACTS_FROM,
-    CYCLE,
-    DRIVING,
-    EXTREMUM,
-    FORCE,
-    OPEN_DEPTH,
-    PARTS,
-    PULL,
-    PURPOSE,
-    SAMPLE,
-    SLIDER_FROM,
-    STATE_FROM,
-    TIME,
+from reference_model.recording import CLOSED, EXTREMUM, PART, PARTS, SAMPLE
+from reference_model.results import (
+    ACCELERATIONS,
+    CORNER_CHANNELS,
+    JOURNAL_CHANNELS,
+    MOTION,
+    Extrema,
+    begun_cycles,
 )
-from reference_model.results import begun_cycles
+from reference_model.state import WORKS, WORST, Records, Rows, Run
 from reference_model.workpiece import load_force
 
 _NOTES = 200_000
@@ -53,7 +41,7 @@ def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) ->
 
     `times` count from the start of a cycle, s.
     """
-    n = (len(y) - TAIL) // 2
+    n = (len(y) - model.contacts.size - WORKS) // 2
     q, v, a = y[:n], y[n : 2 * n], dy[n : 2 * n]
     if isinstance(model, Linkage):
         return np.concatenate([part.reshape(n // 3, 3, -1) for part in (q, v, a)], axis=1)
@@ -72,24 +60,20 @@ def needs_bodies(names: list[str]) -> bool:
     return not set(names).isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]))
 
 
-class Observation:
-    """What is made of a run's rows.
+def motions(slider: Records) -> Array:
+    """Return the slider's motion as an array, shape (9, n)."""
+    return np.ascontiguousarray(slider.view(np.float64).reshape(-1, len(MOTION + ACCELERATIONS)).T)
 
-    Parameters
-    ----------
-    model, p
-        Formulation and parameters.
-    names
-        Channels to sample.
-    run
-        The run, before its first step.
-    samples
-        Their number.
+
+class Observation:
+    """Samples of the channels `names`, extrema, pulses and worst values, made of a run's rows.
+
+    `run` is the run before its first step, `samples` their number.
     """
 
     def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
-        self._model, self._m, self._law, self._load = model, p.mechanism, p.law, p.load
-        self._names, self._run = names, run
+        self._model, self._p, self._m, self._load = model, p, p.mechanism, p.load
+        self._names, self._run, self._contacts = names, run, p.contacts
         self.samples = np.zeros((len(names), samples))
         """(names, n)."""
         self.sampled = 0
@@ -98,22 +82,24 @@ class Observation:
         """Largest violation of the constraints and when, m and m/s; None where there are none."""
         if isinstance(model, Linkage):
             self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
-        self._forces: list[list[Array]] = [[] for _ in range(CONTACTS)]
-        self._noted = [0] * CONTACTS
+        self._forces: list[list[Array]] = [[] for _ in self._contacts]
+        self._noted = [0] * len(self._contacts)
         self._last = np.empty((7, 0))
         self._start = self._bodies(np.zeros(1), run.nodes.y[:1].T)
         self._stored, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
         self._imbalance = (0.0, 0.0, -1)
 
-    def take(self, rows: Array, accelerations: Array) -> None:
-        """Take account of rows, shape (n, row), and of accelerations at parts of steps, shape (m, 4)."""
-        if not len(rows):
+    def take(self, rows: Rows) -> None:
+        """Take account of rows."""
+        if not rows.times.size:
             return
-        rows = np.ascontiguousarray(rows.T)  # from here on an entry of all rows, not a row, lies together
         if self._stored < 0.0:
-            self._stored = float(rows[CONTACTS_FROM + STORED :, 0][:CONTACTS].sum())
-        self._widen_parts(accelerations)
-        purpose, times = rows[PURPOSE].astype(np.int64), rows[TIME] + rows[CYCLE]
+            self._stored = float(rows.touches["stored"][0].sum())
+        parts = (rows.purposes & PART) > 0
+        if parts.any():
+            self._widen_parts((rows.times + rows.cycles)[parts], rows.slider[parts])
+            rows = Rows._make(each[~parts] for each in rows)
+        purpose, times = rows.purposes, rows.times + rows.cycles
         values = self._channels(rows)
         # The run's end is a sample of its own, also where rounding puts the last one just before it.
         kept = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.sampled]
@@ -121,12 +107,12 @@ class Observation:
         self.sampled += kept.shape[1]
         self._widen(purpose, times, values)
         noted = (purpose & EXTREMUM) > 0
-        for k in range(CONTACTS):
+        for k, contact in enumerate(self._contacts):
             closed = noted & ((purpose & (CLOSED << k)) > 0)
             if self._noted[k] < _NOTES and closed.any():
-                force = rows[CONTACTS_FROM + NORMAL + k, closed]
-                if acts_on_sides(self._law) and k != JOURNAL:
-                    force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
+                force = rows.touches["normal"][closed, k]
+                if contact.one_side:
+                    force = force + rows.touches["normal"][closed, contact.other]
                 self._forces[k].append(np.stack([times[closed], force]))
                 self._noted[k] += force.size
         self._note_energy()
@@ -136,15 +122,10 @@ class Observation:
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
         """Return the normal forces of the contacts at ends of steps and at peaks, by row of the event table.
 
-        Parameters
-        ----------
-        events
-            The event table.
-        numbers
-            Of the contact in each of its rows.
+        `numbers` are those of the contacts in its rows.
         """
         row, time, force = [], [], []
-        for k in range(CONTACTS):
+        for k in range(len(self._contacts)):
             mine = np.flatnonzero(numbers == k)
             if self._forces[k] and mine.size:
                 t, f = np.concatenate(self._forces[k], axis=1)
@@ -164,51 +145,45 @@ class Observation:
 
     def worst(self) -> dict[str, tuple[float, float, int]]:
         """Return what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
-        names = {"open-depth": OPEN_DEPTH, "force": FORCE, "pull": PULL, "driving-friction": DRIVING}
-        rows = self._run.worst.tolist()
-        worst = {name: (rows[i][0], rows[i][1], int(rows[i][2])) for name, i in names.items()}
-        return worst | {"energy": self._imbalance}
+        return dict(zip(WORST, self._run.worst.tolist(), strict=True)) | {"energy": self._imbalance}
 
     def _bodies(self, times: Array, y: Array, dy: Array | None = None) -> Array:
         return all_bodies(self._model, self._m, times, y, np.zeros_like(y) if dy is None else dy)
 
-    def _energies(self, bodies: Array, stored: Array, works: Array) -> Array:
-        driven = 3 if isinstance(self._model, Minimal) else 0
-        return balance(self._m, self._load, bodies, self._start, stored.sum(0), self._stored, works, driven)
+    def _energies(self, bodies: Array, touches: Records, works: Array) -> Array:
+        driven, stored = 3 if isinstance(self._model, Minimal) else 0, touches["stored"].T.sum(0)
+        return energies(self._m, self._load, bodies, self._start, (stored, self._stored), works, driven)
 
-    def _channels(self, rows: Array) -> Array:
+    def _channels(self, rows: Rows) -> Array:
         """Return the wanted channels, shape (names, n)."""
-        names = set(self._names)
-        channels = dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM : SLIDER_FROM + 9], strict=True))
-        contacts = rows[CONTACTS_FROM:STATE_FROM]
+        names, touches = set(self._names), rows.touches
+        channels = dict(zip(MOTION + ACCELERATIONS, motions(rows.slider), strict=True))
         if CORNER_CHANNELS[0] in names:
-            for k in range(JOURNAL):
-                what = contacts[GAP + k], np.maximum(contacts[NORMAL + k], 0.0), contacts[FRICTION + k]
-                channels |= zip(CORNER_CHANNELS[3 * k : 3 * k + 3], what, strict=True)
+            corners = np.stack([touches["gap"], np.maximum(touches["normal"], 0.0), touches["friction"]], 2)
+            columns = corners[:, :4].reshape(-1, len(CORNER_CHANNELS)).T
+            channels |= zip(CORNER_CHANNELS, columns, strict=True)
         if needs_bodies(self._names):
-            y, dy = np.split(rows[STATE_FROM:], 2)
-            bodies = self._bodies(rows[TIME], y, dy)
+            y = np.ascontiguousarray(rows.y.T)
+            bodies = self._bodies(rows.times, y, np.ascontiguousarray(rows.dy.T))
             if JOURNAL_CHANNELS[0] in names:
                 channels |= zip(JOURNAL_CHANNELS, journal_centre(self._m, bodies), strict=True)
             if REACTIONS[0] in names:
-                channels |= zip(REACTIONS, self._reactions(bodies, contacts), strict=True)
+                channels |= zip(REACTIONS, self._reactions(bodies, touches), strict=True)
             if ENERGIES[0] in names:
-                energies = self._energies(bodies, contacts[STORED : STORED + CONTACTS], y[-WORKS:])
-                channels |= zip(ENERGIES, energies, strict=True)
+                channels |= zip(ENERGIES, self._energies(bodies, touches, y[-WORKS:]), strict=True)
         return np.stack([channels[name] for name in self._names])
 
-    def _reactions(self, bodies: Array, contacts: Array) -> Array:
-        model, journal, ideal = self._model, None, False
-        if isinstance(model, Chain):
-            ideal = model.ideal_slider
-            journal = journal_reaction(
-                self._m, self._law, bodies, contacts[NORMAL + JOURNAL], contacts[FRICTION + JOURNAL]
-            )
-        elif isinstance(model, Linkage):
-            ideal = not model.clearance
-        Fx = contacts[NORMAL] + contacts[NORMAL + 2] - contacts[NORMAL + 1] - contacts[NORMAL + 3]
-        Fy = contacts[FRICTION : FRICTION + JOURNAL].sum(0) + load_force(self._load, bodies[4, 1])
-        return reactions(self._m, bodies, Fx, Fy, ideal_slider=ideal, journal=journal)
+    def _reactions(self, bodies: Array, touches: Records) -> Array:
+        normal, friction, journal = touches["normal"].T, touches["friction"].T, None
+        if isinstance(self._model, Chain):
+            radius = self._contacts[-1].radius
+            journal = journal_reaction(self._m, radius, bodies, normal[-1], friction[-1])
+        Fx = Fy = np.zeros(len(touches))
+        if not self._p.ideal_slider:
+            Fx = normal[0] + normal[2] - normal[1] - normal[3]
+            Fy = friction[:4].sum(0)
+        Fy = Fy + load_force(self._load, bodies[4, 1])
+        return reactions(self._m, bodies, Fx, Fy, ideal_slider=self._p.ideal_slider, journal=journal)
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
         """Widen the extrema by all rows that are for them, and by what lies between them."""
@@ -221,39 +196,30 @@ class Observation:
         self.extrema.turn(motion[6], motion[:6])
         self._last = motion[:, -1:]
 
-    def _widen_parts(self, accelerations: Array) -> None:
+    def _widen_parts(self, times: Array, slider: Records) -> None:
         """Widen the extrema of accelerations by parabolas through three of the `PARTS` of a step."""
-        if not len(accelerations) or ACCELERATIONS[0] not in self._names:
+        if ACCELERATIONS[0] not in self._names:
             return
-        parts = np.ascontiguousarray(accelerations.T).reshape(4, -1, PARTS)
-        times, parts, first = parts[0], parts[1:], self._names.index(ACCELERATIONS[0])
-        h = (times[:, -1] - times[:, 0]) / (PARTS - 1)
-        for values in (parts, -parts):
-            middle = np.clip(values.argmax(2), 1, PARTS - 2)[:, :, None]
-            before, top, after = (np.take_along_axis(parts, middle + by, 2)[:, :, 0] for by in (-1, 0, 1))
-            rise, bend = 0.5 * (after - before), before - 2.0 * top + after
-            inside = np.abs(rise) < np.abs(bend)
-            by = np.divide(-rise, bend, out=np.zeros_like(rise), where=inside)
-            when = np.take_along_axis(times[None], middle, 2)[:, :, 0] + by * h
-            peak = top + 0.5 * rise * by
-            for i in range(3):
-                self.extrema.widen_channel(first + i, when[i, inside[i]], peak[i, inside[i]])
+        times = times.reshape(-1, PARTS)
+        parts, first = motions(slider)[6:].reshape(3, -1, PARTS), self._names.index(ACCELERATIONS[0])
+        for i, values in enumerate(parts):
+            self.extrema.widen_between(first + i, times, values)
 
     def _note_energy(self) -> None:
         """Note the balance of energies now."""
-        nodes, t = self._run.nodes, self._run.clock[:1]
-        y, stored = nodes.y[:1].T, nodes.contacts[:1, STORED : STORED + CONTACTS].T
-        energies = self._energies(self._bodies(t, y), stored, y[-WORKS:])[:, 0]
+        nodes, clock = self._run.nodes, self._run.clock
+        y = nodes.y[:1].T
+        balance = self._energies(self._bodies(clock["time"], y), nodes.touches[:1], y[-WORKS:])[:, 0]
         # Where nothing is lost the balance is no more accurate than what flows through it.
-        _, gravity, kinetic, _, pressed, damping, friction, residual = energies.tolist()
+        _, gravity, kinetic, _, pressed, damping, friction, residual = balance.tolist()
         self._flow = max(self._flow, damping + friction, kinetic, abs(gravity), pressed)
         share = abs(residual) / self._flow
         if not share <= self._imbalance[0]:
-            self._imbalance = share, float(t[0] + self._run.clock[3]), -1
+            self._imbalance = share, float((clock["time"] + clock["cycle"])[0]), -1
 
-    def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Array, times: Array) -> None:
+    def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Rows, times: Array) -> None:
         violations = np.empty((2, times.size))
-        drift(model, rows[TIME], np.split(rows[STATE_FROM:], 2)[0][:-TAIL], violations)
+        drift(model, rows.times, rows.y, violations)
         for row, name in zip(violations, ("position", "velocity"), strict=True):
             if row.max() > drifted[name]:
                 drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

@@ -13,8 +13,8 @@ from reference_model.workpiece import NO_LOAD, Load, tabulated
 CORNERS = ("ll", "lr", "ul", "ur")
 """Lower/upper in the slider's y, left/right in its x."""
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
-"""Contact laws of the slider, by their number in `Law.law` (`reference_model.laws`)."""
-HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = map(float, range(len(LAWS)))
+"""Contact laws of the slider, by their number in `Contact.law` (`reference_model.laws`)."""
+HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = range(len(LAWS))
 """Their numbers."""
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
@@ -30,13 +30,19 @@ _LARGEST_SHARE = 0.01
 """Of the largest tolerance in the angle that crosses a clearance; with some more, forces reach 1e18 N."""
 
 
-class Law(NamedTuple):
-    """What the contacts of a scene need: law, stiffnesses, damping, friction, walls, bearing."""
+class Contact(NamedTuple):
+    """A contact: its law, its friction, its place. In a list of contacts the journal is the last."""
 
-    law: float
+    law: int
     """One of the numbers above."""
+    one_side: bool
+    """Whether the two corners of a side are one contact."""
+    lossless: bool
+    """Whether nothing is damped."""
+    other: int
+    """Place in the list of the other corner of the same side; -1: the contact is a journal in its bearing."""
     K: float
-    """Contact stiffness of a corner, Eq. 10 or of adams-impact, N/m^n."""
+    """Stiffness as a point, Eq. 10 or of adams-impact, N/m^n."""
     Ks: float
     """Stiffness of a whole side, Eq. 8, N/m."""
     n: float
@@ -55,25 +61,21 @@ class Law(NamedTuple):
     """Speed below which friction is zero, Eq. 13, m/s."""
     v1: float
     """Speed above which friction is full, Eq. 13, m/s."""
-    wall_left: float
-    """x of the guide's walls, m."""
-    wall_right: float
-    half_width: float
-    """W_T / 2 of the slider, m."""
-    half_length: float
-    """L / 2, m."""
-    corner_mass: float
-    """The lightest mass that a corner can hit with, J5 / (L/2)^2, kg: only for the choice of steps."""
-    pin_clearance: float
-    """Radial clearance at the crank pin A, m."""
-    bearing_radius: float
-    """R_b of the bearing in rod 2, m."""
-    Kj: float
-    """The like of `K` of journal and bearing, in Eq. 10 with R = R_j R_b / (R_b - R_j)."""
-    pin_mass: float
-    """The like of `corner_mass` for the journal, m2, kg."""
-    pin_arm: float
-    """L2, m: what an angle's error is magnified by."""
+    mass: float
+    """The lightest that it can hit with, kg: only for the choice of steps."""
+    arm: float
+    """Of an angle whose error moves the contact, m: for that choice, too."""
+    x: float = 0.0
+    """Of a corner, in the slider's frame from its centre, m."""
+    y: float = 0.0
+    inward: float = 0.0
+    """x component of the wall's normal into the guide: +1 at the left wall, -1 at the right."""
+    wall: float = 0.0
+    """x of the wall, m."""
+    clearance: float = math.inf
+    """Radial, of a journal, m; infinite of a corner, whose wall is flat."""
+    radius: float = 0.0
+    """R_b of its bearing, m."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,10 @@ class Parameters:
     """One scene as the reference model sees it."""
 
     mechanism: Mechanism
-    law: Law
+    corners: tuple[Contact, ...]
+    """Contacts of the slider's four corners, if it has clearance; in the order of `CORNERS`."""
+    journal: Contact
+    """Contact at the crank pin, if that has clearance."""
     load: Load
     reach: tuple[float, float]
     """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
@@ -110,6 +115,16 @@ class Parameters:
     alpha: float
     """Baumgarte's alpha and beta, 1/s (Eq. 21)."""
     beta: float
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """List of the contacts that the scene has."""
+        return (() if self.ideal_slider else self.corners) + (() if self.ideal_pin else (self.journal,))
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Their names."""
+        return (() if self.ideal_slider else CORNERS) + (() if self.ideal_pin else ("pin",))
 
 
 def read_parameters(scene: Mapping[str, Any]) -> Parameters:
@@ -152,7 +167,8 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     offset = float(mechanism["reference_offset"] if ideal_slider else initial["slider_offset"])
     p = Parameters(
         mechanism=_read_mechanism(mechanism, speed, float(scene["environment"]["gravity"])),
-        law=_read_law(scene, guide),
+        corners=_read_corners(scene, guide),
+        journal=_read_journal(scene),
         load=_read_load(scene["load"]),
         reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
         guide_x=guide,
@@ -218,40 +234,65 @@ def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) 
     )
 
 
-def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
-    contact, friction, clearance = scene["contact"], scene["friction"], scene["clearance"]
-    slider, rod2 = scene["mechanism"]["slider"], scene["mechanism"]["rod2"]
-    length, width = float(slider["length"]), float(slider["width"])
-    half_gap, static = 0.5 * width + float(clearance["slider"]), float(friction["static_speed"])
+def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]:
+    contact, slider = scene["contact"], scene["mechanism"]["slider"]
+    half_width, half_length = 0.5 * float(slider["width"]), 0.5 * float(slider["length"])
+    half_gap = half_width + float(scene["clearance"]["slider"])
+    compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
+    corner = _contact(
+        scene,
+        LAWS.index(contact["law"]),
+        stiffness=point_stiffness(compliance, float(contact["corner_radius"])),
+        mass=float(slider["inertia"]) / half_length**2,
+        arm=half_length,
+    )
+    Ks = (float(slider["thickness"]) + float(slider["length"])) / (0.475 * compliance)
+    return tuple(
+        corner._replace(
+            Ks=Ks, other=(k + 2) % 4, one_side=corner.law == FOUNDATION, x=-inward * half_width,
+            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_gap,
+        )
+        for k, inward in enumerate((1.0, -1.0, 1.0, -1.0))
+    )  # fmt: skip
+
+
+def _read_journal(scene: Mapping[str, Any]) -> Contact:
+    contact, clearance, rod2 = scene["contact"], scene["clearance"], scene["mechanism"]["rod2"]
     journal, pin = float(clearance["journal_radius"]), float(clearance["crank_pin"])
     bearing = journal + pin
-    compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
     # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
     radius = journal * bearing / pin if pin > 0.0 else math.inf
-    conformal = point_stiffness(2.0 * _compliance(contact, "guide"), radius)
-    given = float(contact.get("stiffness") or 0.0) if contact["law"] == "adams-impact" else 0.0
-    return Law(
-        law=float(LAWS.index(contact["law"])),
-        K=given or point_stiffness(compliance, float(contact["corner_radius"])),
-        Ks=(float(slider["thickness"]) + length) / (0.475 * compliance),
+    return _contact(
+        scene,
+        ADAMS_IMPACT if contact["law"] == LAWS[ADAMS_IMPACT] else HERTZ_CORNERS,
+        stiffness=point_stiffness(2.0 * _compliance(contact, "guide"), radius),
+        mass=float(rod2["mass"]),
+        arm=float(rod2["length"]),
+    )._replace(clearance=pin, radius=bearing)
+
+
+def _contact(scene: Mapping[str, Any], law: int, stiffness: float, mass: float, arm: float) -> Contact:
+    """Return a contact of no side; adams-impact has the stiffness that the scene gives, if any."""
+    contact, friction = scene["contact"], scene["friction"]
+    C, c_max = _damping(contact["damping_model"], float(contact["restitution"])), float(contact["damping"])
+    static = float(friction["static_speed"])
+    return Contact(
+        law=law,
+        one_side=False,
+        lossless=(c_max if law == ADAMS_IMPACT else C) == 0.0,
+        other=-1,
+        K=(law == ADAMS_IMPACT and float(contact.get("stiffness") or 0.0)) or stiffness,
+        Ks=0.0,
         n=float(contact["exponent"]),
-        C=_damping(contact["damping_model"], float(contact["restitution"])),
-        c_max=float(contact["damping"]),
+        C=C,
+        c_max=c_max,
         d_max=float(contact["damping_depth"]),
         speed_floor=float(contact["impact_speed_floor"]),
         c_f=float(friction["coefficient"]),
         v0=static if static > NARROWEST_RANGE else 0.0,
         v1=float(friction["transition_speed"]),
-        wall_left=guide - half_gap,
-        wall_right=guide + half_gap,
-        half_width=0.5 * width,
-        half_length=0.5 * length,
-        corner_mass=float(slider["inertia"]) / (0.5 * length) ** 2,
-        pin_clearance=pin,
-        bearing_radius=bearing,
-        Kj=given or conformal,
-        pin_mass=float(rod2["mass"]),
-        pin_arm=float(rod2["length"]),
+        mass=mass,
+        arm=arm,
     )
 
 
@@ -307,7 +348,7 @@ def _require_tolerance(p: Parameters, slider_clearance: float) -> None:
     """Raise where an error as large as the tolerance would be no longer small beside a clearance."""
     for ideal, key, clearance, length in (
         (p.ideal_slider, "clearance.slider", slider_clearance, p.mechanism.L4),
-        (p.ideal_pin, "clearance.crank_pin", p.law.pin_clearance, p.mechanism.L2),
+        (p.ideal_pin, "clearance.crank_pin", p.journal.clearance, p.mechanism.L2),
     ):
         largest = _LARGEST_SHARE * clearance / length
         if not ideal and clearance > 0.0 and p.tolerance > largest:

@@ -1,4 +1,8 @@
-"""What a simulation gives, and how it is named."""
+"""What a simulation gives: named channels, which of them a scene asks for, and their extrema by crank cycle.
+
+Extrema are found between rows of values at ascending times: a coordinate turns where its velocity changes
+sign, there the motion is the cubic polynomial of both; an instant between two cycles belongs to both.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -7,11 +11,106 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.channels import Extrema
+from reference_model.balance import ENERGIES, REACTIONS
 from reference_model.linkage import Array
-from reference_model.parameters import Parameters
+from reference_model.parameters import CORNERS, Parameters
+from reference_model.workpiece import exists
 
+MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
+ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
+CORNER_CHANNELS = tuple(
+    f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
+)
+JOURNAL_CHANNELS = ("journal_x", "journal_y")
+_NONE = np.empty(0)
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
+
+
+def requested(p: Parameters) -> list[str]:
+    """Return the channels that the scene asks for; an ideal slider has no corners to speak of."""
+    names = [*MOTION]
+    if "accelerations" in p.groups:
+        names += ACCELERATIONS
+    if "corners" in p.groups:
+        names += () if p.ideal_slider else CORNER_CHANNELS
+        names += () if p.ideal_pin else JOURNAL_CHANNELS
+    if "joints" in p.groups:
+        names += REACTIONS if p.ideal_slider else REACTIONS[:-2]
+    if "energy" in p.groups:
+        names += [name for name in ENERGIES if name != "energy_load" or exists(p.load)]
+    return names
+
+
+class Extrema:
+    """Minimum, its time, maximum, its time of each channel in each begun crank cycle, of a `period` (s).
+
+    What is later than the last cycle counts as part of it.
+    """
+
+    def __init__(self, channels: int, cycles: int, period: float) -> None:
+        self.values: Array = np.tile([np.inf, 0.0, -np.inf, 0.0], (cycles, channels, 1))
+        """(cycles, channels, 4)."""
+        self._period = period
+
+    def widen(self, times: Array, values: Array, channel: int | None = None) -> None:
+        """Take account of values at any times (n,), s: of one channel (n,), or of all, (channels, n)."""
+        if not times.size:
+            return
+        channels, values = (
+            (slice(None), values) if channel is None else (slice(channel, channel + 1), values[None])
+        )
+        slack, at = 1e-9 * self._period, np.arange(len(values))
+        first, last = self._cycle_of(times.min() - slack), self._cycle_of(times.max() + slack)
+        for cycle in range(first, last + 1):
+            rows, when = values, times
+            if first < last:
+                begin = cycle * self._period - slack if cycle else -np.inf
+                end = (cycle + 1) * self._period + slack if cycle < len(self.values) - 1 else np.inf
+                mine = (times >= begin) & (times < end)
+                rows, when = values[:, mine], times[mine]
+            if when.size:
+                extrema, lowest, highest = self.values[cycle, channels], rows.argmin(1), rows.argmax(1)
+                least, most = rows[at, lowest], rows[at, highest]
+                lower, higher = least < extrema[:, 0], most > extrema[:, 2]
+                extrema[lower, 0], extrema[lower, 1] = least[lower], when[lowest[lower]]
+                extrema[higher, 2], extrema[higher, 3] = most[higher], when[highest[higher]]
+
+    def widen_between(self, channel: int, times: Array, values: Array, kinks: Array = _NONE) -> None:
+        """Take account of where a channel peaks between evenly spaced values, at times of the same shape.
+
+        By the parabola through the largest, or least, along the last axis and its neighbours, unless one of
+        the `kinks` (s, ascending) is there.
+        """
+        interval = (times[..., -1] - times[..., 0]) / (times.shape[-1] - 1)
+        for sign in (1.0, -1.0):
+            middle = np.clip((sign * values).argmax(-1), 1, values.shape[-1] - 2)[..., None]
+            before, top, after = (np.take_along_axis(values, middle + by, -1)[..., 0] for by in (-1, 0, 1))
+            rise, bend = 0.5 * (after - before), before - 2.0 * top + after
+            inside = np.abs(rise) < np.abs(bend)
+            by = np.divide(-rise, bend, out=np.zeros_like(rise), where=inside)
+            when = np.take_along_axis(times, middle, -1)[..., 0]
+            ends = (np.searchsorted(kinks, when + side * interval) for side in (-1.0, 1.0))
+            inside, when = inside & np.equal(*ends), when + by * interval
+            self.widen(when[inside], (top + 0.5 * rise * by)[inside], channel)
+
+    def turn(self, times: Array, motion: Array) -> None:
+        """Take account of where the slider's coordinates turn; `motion`, shape (6, n), at ascending times."""
+        length = np.diff(times)
+        for i in range(3):
+            rate, x = motion[3 + i], motion[i]
+            j = np.flatnonzero((rate[:-1] * rate[1:] < 0.0) & (length > 0.0))
+            h, r0, r1 = length[j], rate[j], rate[j + 1]
+            rise = (x[j + 1] - x[j]) / h
+            curved, cubic = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
+            # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
+            root = np.sqrt(np.maximum(0.0, curved**2 - 3.0 * cubic * r0))
+            below = curved + np.where(r1 > r0, root, -root)
+            # Where the rates round to nothing `below` is zero.
+            s = np.divide(-r0, below, out=np.zeros_like(r0), where=below != 0.0)
+            self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), i)
+
+    def _cycle_of(self, time: float) -> int:
+        return int(max(0.0, min(time // self._period, len(self.values) - 1.0)))
 
 
 @dataclass(frozen=True)
@@ -47,15 +146,17 @@ def name_results(
 ) -> Result:
     """Name what was recorded: samples (names, n) at the times (n,), contacts, extrema."""
     keys = ("min", "time_of_min", "max", "time_of_max")
-    begun = extrema.values[extrema.begun()].reshape(-1, 4 * len(names))
+    each, at = extrema.values, np.arange(len(names))
+    begun = each[np.isfinite(each[:, 0, 0])].reshape(-1, 4 * len(names))
+    lowest, highest = each[:, :, 0].argmin(0), each[:, :, 2].argmax(0)
+    of_all = np.column_stack([each[lowest, at, :2], each[highest, at, 2:]])
     parts = [f"{name}_{key}" for name in names for key in keys]
     return Result(
         columns={"time": times} | dict(zip(names, values, strict=True)),
         events=events,
         pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
         extrema={
-            name: dict(zip(keys, row, strict=True))
-            for name, row in zip(names, extrema.of_all().tolist(), strict=True)
+            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, of_all.tolist(), strict=True)
         },
         cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
     )

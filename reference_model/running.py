@@ -3,51 +3,43 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from reference_model import compiled, integrate
 from reference_model.chain import Chain
-from reference_model.channels import requested
-from reference_model.contact import CONTACTS, JOURNAL, MEMORY, TAIL
-from reference_model.dop853 import POINT
 from reference_model.equations import Model
-from reference_model.events import (
-    BEGIN,
-    COLUMNS,
-    CONTACT,
-    DEPTH,
-    ENDED,
-    EVALUATIONS,
-    EVENTS,
-    IMPULSE,
-    INSTANT,
-    PARTED,
-    PEAK,
-    RECORDED,
-    REJECTED,
-    SPEED,
-    STEPS,
-    STOP,
-    SWITCHES,
-    Run,
-)
-from reference_model.invariants import CONTACT_NAMES, VIOLATED, as_mapping, check, violation
-from reference_model.laws import acts_on_sides
-from reference_model.linkage import (
-    Array,
-    bodies_from_rods,
-    four_bar_rods,
-    rod4_from_slider,
-    turning,
-)
-from reference_model.minimal import TIP_ROWS, Minimal
+from reference_model.integrate import Settings
+from reference_model.invariants import VIOLATED, as_mapping, check, violation
+from reference_model.isolation import POINTS
+from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, rod4_from_slider, turning
+from reference_model.margins import MARGINS
+from reference_model.minimal import Minimal, minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation, needs_bodies
 from reference_model.parameters import SCIPY_METHODS, Parameters
-from reference_model.recording import instants
-from reference_model.results import EVENT_COLUMNS, Result, name_results
+from reference_model.recording import PARTS, instants
+from reference_model.results import EVENT_COLUMNS, Result, name_results, requested
+from reference_model.state import (
+    EVENT_BUFFER,
+    WORKS,
+    WORST,
+    Clock,
+    Counters,
+    Event,
+    Mode,
+    Motion,
+    Records,
+    Rows,
+    Run,
+    Touch,
+    Worst,
+    contact_list,
+    new_nodes,
+    record,
+    records,
+)
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
@@ -70,31 +62,16 @@ _FAILURES = {
 }
 
 
-class Integrator(Protocol):
-    """What moves a run on."""
-
-    name: str
-    settings: dict[str, float]
-
-    def advance(self, t_stop: float) -> int:
-        """Integrate until `t_stop` (s) is passed; return why it stopped."""
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Work so far."""
-
-
 def formulation(p: Parameters) -> tuple[Model, str]:
     """Return the smallest formulation for a scene, or the paper's where asked for, and its name."""
+    m, contacts, load = p.mechanism, contact_list(p.contacts), p.load
     if p.multipliers:
-        model = press(p.mechanism, p.load, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
+        model = press(m, contacts, load, baumgarte=(p.alpha, p.beta))
         return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
     if p.ideal_pin:
-        table = np.empty((TIP_ROWS, int(POINT)))
-        return Minimal(p.mechanism, p.load, table), "minimal: rod 4 and slider (2 coordinates)"
-    if p.ideal_slider:
-        return Chain(p.mechanism, p.load, True), "minimal: rod 2 and rocker (2 coordinates)"
-    return Chain(p.mechanism, p.load, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
+        return minimal(m, contacts, load), "minimal: rod 4 and slider (2 coordinates)"
+    free = "rod 2 and rocker (2" if p.ideal_slider else "rod 2, rocker, rod 4 and slider (4"
+    return Chain(m, contacts, load, p.ideal_slider), f"minimal: {free} coordinates)"
 
 
 def start(p: Parameters, model: Model) -> Array:
@@ -118,55 +95,74 @@ def start(p: Parameters, model: Model) -> Array:
     return np.array([theta2, theta3, theta4, p.slider_angle, w2, w3, w4, p.slider_omega])
 
 
-class Compiled:
-    """The compiled integrator of one run.
+def new_run(
+    y0: Array, contacts: int, first_step: float, instants: Array, capacity: int, *, states: bool = True
+) -> Run:
+    """Return a run at t = 0 from coordinates and rates `y0`, with so many contacts and a first step (s).
 
-    Parameters
-    ----------
-    p, model, state, work
-        Parameters, formulation, the run and what its steps are computed in.
-    t_end
-        s.
-    limit
-        Attempted steps and switches after which the run is stopped.
+    It records rows at `instants` (`recording.instants`), in a buffer of a `capacity` that the caller empties;
+    with `states` they hold the state, too.
     """
+    nodes = new_nodes(y0, contacts)
+    size = nodes.y.shape[1]
+    kept = (capacity, size if states else 0)
+    return Run(
+        clock=np.array([(0.0, first_step, first_step, 0.0)], record(Clock)),
+        counters=records(Counters, 1),
+        nodes=nodes,
+        modes=records(Mode, contacts),
+        open_contacts=records(Event, contacts),
+        events=records(Event, EVENT_BUFFER),
+        rows=Rows(
+            times=np.empty(capacity),
+            cycles=np.empty(capacity),
+            purposes=np.empty(capacity, dtype=np.int64),
+            touches=records(Touch, capacity, contacts),
+            slider=records(Motion, capacity),
+            y=np.empty(kept),
+            dy=np.empty(kept),
+        ),
+        instants=instants,
+        worst=np.array([(0.0, 0.0, -1)] * len(WORST), record(Worst)),
+        f=np.empty((7, size)),
+        values=np.empty((contacts * MARGINS, POINTS)),
+        scales=np.ones(contacts),
+        unsettled=np.zeros(contacts * MARGINS, dtype=np.bool_),
+        parts=np.empty(PARTS),
+        peaks=np.zeros((contacts, 2), dtype=np.bool_),
+    )
+
+
+class Compiled:
+    """The compiled integrator of one run, up to `t_end` (s), or to `limit` attempted steps and switches."""
 
     name = "DOP853 with located events"
 
-    def __init__(self, p: Parameters, model: Model, state: Run, work: Any, t_end: float, limit: int) -> None:
-        self._p, self._model, self._state, self._work, self._t_end = p, model, state, work, t_end
-        self._largest = p.period * LARGEST_STEP_PER_CYCLE
-        self.settings = {"tolerance": p.tolerance, "largest_step_s": self._largest}
-        self._room, self._limit = _room(p), limit
+    def __init__(self, p: Parameters, model: Model, state: Run, t_end: float, limit: int) -> None:
+        self._p, self._model, self._state, self._t_end = p, model, state, t_end
+        self._settings = Settings(p.tolerance, p.period * LARGEST_STEP_PER_CYCLE, _room(p), limit)
+        self.settings = {"tolerance": p.tolerance, "largest_step_s": self._settings.largest}
         self._in_cycle = int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9)))
 
     def advance(self, t_stop: float) -> int:
         """Integrate until `t_stop` (s) is passed."""
-        clock, cycles = self._state.clock, math.floor(self._state.clock[0] / self._p.period)
-        clock[0] -= cycles * self._p.period
-        clock[3] += cycles * self._p.period
-        self._state.counters[INSTANT] -= cycles * self._in_cycle
+        clock, state = self._state.clock[0], self._state
+        cycles = math.floor(clock["time"] / self._p.period)
+        clock["time"] -= cycles * self._p.period
+        clock["cycle"] += cycles * self._p.period
+        state.counters["instant"] -= cycles * self._in_cycle
         if isinstance(self._model, Linkage):
             turned = math.copysign(2.0 * math.pi * cycles, self._p.mechanism.omega)
-            self._state.nodes.y[0, 3 * self._model.driven + 2] -= turned
-        return int(
-            integrate.advance(
-                self._model, self._p.law, self._state, self._work, t_stop - clock[3], self._t_end - clock[3],
-                self._p.tolerance, self._largest, self._room, self._limit,
-            )
-        )  # fmt: skip
+            state.nodes.y[0, 3 * self._model.driven + 2] -= turned
+        limits = t_stop - clock["cycle"], self._t_end - clock["cycle"]
+        return int(integrate.advance(self._model, state, self._settings, *limits))
 
     @property
     def counters(self) -> dict[str, int]:
         """Work so far."""
-        places = {
-            "steps": STEPS,
-            "rejected": REJECTED,
-            "rhs": EVALUATIONS,
-            "switches": SWITCHES,
-            "contacts": ENDED,
-        }
-        return {name: int(self._state.counters[i]) for name, i in places.items()}
+        counters = self._state.counters[0]
+        names = {"steps": "steps", "rejected": "rejected", "rhs": "evaluations", "switches": "switches"}
+        return {name: int(counters[of]) for name, of in (names | {"contacts": "contacts"}).items()}
 
 
 def _room(p: Parameters) -> int:
@@ -179,22 +175,23 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     model, name = formulation(p)
     y0, names = start(p, model), requested(p)
     schedule = instants(p.samples_per_cycle, p.cycles, p.period)
-    state, work = integrate.new_run(
+    state = new_run(
         y0,
+        len(p.contacts),
         1e-3 * LARGEST_STEP_PER_CYCLE * p.period,
         schedule,
         ROWS_AT_ONCE + _room(p),
         states=needs_bodies(names) or isinstance(model, Linkage),
     )
     observation = Observation(model, p, names, state, times.size)
-    events = [np.empty((0, COLUMNS))]
+    events = [records(Event, 0)]
 
     def drain() -> None:
         """Take what is in the buffers, and empty them."""
-        counters = state.counters
-        observation.take(state.rows[: counters[RECORDED]], state.accelerations[: counters[PARTED]])
-        events.append(state.events[: counters[EVENTS]].copy())
-        counters[RECORDED] = counters[PARTED] = counters[EVENTS] = 0
+        counters = state.counters[0]
+        observation.take(Rows._make(each[: counters["recorded"]] for each in state.rows))
+        events.append(state.events[: counters["events"]].copy())
+        counters["recorded"] = counters["events"] = 0
 
     reported, t_end = 0, float(times[-1])
 
@@ -207,7 +204,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
             reported = math.floor(50.0 * t / t_end)
             progress(t / t_end)
 
-    integrator: Integrator
+    integrator: Any
     if p.method in SCIPY_METHODS:
         # Imported only where it is used: scipy's integrators take longer to import than a short run.
         from reference_model.scipy_solvers import ScipySolver
@@ -215,22 +212,25 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         largest = p.period * LARGEST_STEP_PER_CYCLE
         integrator = ScipySolver(p, model, state, times, largest, limit, drain, report)
     else:
-        integrator = Compiled(p, model, state, work, t_end, limit)
-    in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
-    code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
-    events.append(_not_ended(state, acts_on_sides(p.law)))
+        integrator = Compiled(p, model, state, t_end, limit)
+    # Stretch after stretch, one or more a cycle: a call of compiled code takes as long as a hundred steps.
+    stretch = p.period / (1 if progress is None else min(10, math.ceil(50.0 / p.cycles)))
+    stop, now, code = 0, 0.0, integrate.REACHED
+    while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
+        while stop * stretch <= now:
+            stop += 1
+        code = integrator.advance(min(t_end, stop * stretch))
+        now = float((state.clock["cycle"] + state.clock["time"])[0])
+        if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
+            drain()
+        report(now)
+    events.append(_not_ended(p, state))
     rows = np.concatenate(events)
-    rows = rows[np.argsort(rows[:, BEGIN], kind="stable")]
+    rows = rows[np.argsort(rows["start"], kind="stable")]
     compiled.seal()
-    numbers = rows[:, CONTACT].astype(int)
-    table = {"corner": np.array(CONTACT_NAMES)[numbers]} | {
-        column: rows[:, i].copy()
-        for column, i in zip(EVENT_COLUMNS, (BEGIN, STOP, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
-    }
-    sampled = observation.sampled
-    result = name_results(
-        names, times[:sampled], observation.samples[:, :sampled], table, observation.extrema
-    )
+    numbers = rows["contact"]
+    table = {"corner": np.array(p.places, dtype=np.str_)[numbers]}
+    table |= {column: rows[column].copy() for column in EVENT_COLUMNS}
     provenance: dict[str, Any] = {
         "formulation": name,
         "integrator": integrator.name,
@@ -244,39 +244,23 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     status, remedy = ending(code, p)
     if status == "success" and (broken := violation(invariants, p.method)):
         status, remedy = VIOLATED, broken
+    sampled, extrema = observation.sampled, observation.extrema
+    result = name_results(names, times[:sampled], observation.samples[:, :sampled], table, extrema)
     pulses = observation.pulses(table, numbers)
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
 
-def _not_ended(state: Run, of_sides: bool) -> Array:
+def _not_ended(p: Parameters, state: Run) -> Records:
     """Return the rows of the contacts that are closed when the run ends."""
-    closed = np.flatnonzero(state.modes[MEMORY : MEMORY + CONTACTS] > 0.0)
-    rows, impulses = state.open_contacts[closed].copy(), state.nodes.y[0, -TAIL:][:CONTACTS]
-    sides = [(k + 2) % JOURNAL if of_sides and k != JOURNAL else k for k in closed]
-    rows[:, STOP] = state.clock[3] + state.clock[0]
-    rows[:, IMPULSE] = impulses[closed] + np.where(sides == closed, 0.0, impulses[sides]) - rows[:, IMPULSE]
-    state.counters[ENDED] += closed.size
+    closed = np.flatnonzero(state.modes["speed"] > 0.0)
+    rows, contacts = state.open_contacts[closed].copy(), p.contacts
+    impulses = state.nodes.y[0, -WORKS - len(contacts) : -WORKS]
+    for row, k in zip(rows, closed.tolist(), strict=True):
+        side = impulses[contacts[k].other] if contacts[k].one_side else 0.0
+        row["impulse"] = impulses[k] + side - row["impulse"]
+    rows["end"] = state.clock["cycle"] + state.clock["time"]
+    state.counters["contacts"] += closed.size
     return rows
-
-
-def _advance_to_end(
-    stretch: float, integrator: Integrator, state: Run, drain: Callable[[], None], t_end: float,
-    report: Callable[[float], None],
-) -> int:  # fmt: skip
-    """Integrate stretch after stretch (s, one or more a cycle); return why it stopped.
-
-    A call of compiled code takes as long as a hundred steps.
-    """
-    stop, now, code = 0, 0.0, integrate.REACHED
-    while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
-        while stop * stretch <= now:
-            stop += 1
-        code = integrator.advance(min(t_end, stop * stretch))
-        now = state.clock[3] + state.clock[0]
-        if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
-            drain()
-        report(now)
-    return code
 
 
 def ending(code: int, p: Parameters) -> tuple[str, str]:
@@ -285,7 +269,7 @@ def ending(code: int, p: Parameters) -> tuple[str, str]:
     What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.
     """
     status, remedy = _FAILURES.get(code, ("success", ""))
-    if status != "success" and p.law.c_f > JAMMING:
+    if status != "success" and p.journal.c_f > JAMMING:
         # Where such a run ends, and with which status, rounding decides.
         return status, "lower friction.coefficient to 1 or less: above it a slider can jam in its guide"
     if status == "work-limit" and p.method in SCIPY_METHODS:

@@ -21,18 +21,16 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from reference_model import integrate
+from reference_model import events, integrate
 from reference_model.compiled import kernel
-from reference_model.contact import CONTACTS, GAP, JOURNAL, MEMORY, NORMAL, TAIL
-from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evaluate_nodes
+from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evaluate_nodes, free_states
 from reference_model.equations import Model
-from reference_model.events import ENDED, RECORDED, STEPS, SWITCHES, Run, switch
-from reference_model.integrate import first_step_in_contact
-from reference_model.laws import acts_on_sides
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
-from reference_model.parameters import Law, Parameters
+from reference_model.parameters import Parameters
 from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
+from reference_model.state import Records, Run
+from reference_model.steps import first_step_in_contact
 from reference_model.workpiece import kinks
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
@@ -48,52 +46,51 @@ Newton."""
 
 
 @kernel
-def begin(law: Law, run: Run) -> None:
+def begin(contacts: Records, run: Run) -> None:
     """Close the contacts that start inside their wall."""
-    integrate.begin(law, run)
+    events.begin(contacts, run)
 
 
 @kernel
-def all_margins(law: Law, modes: Array, contacts: Array, out: Array) -> None:
-    """Write all margins (CONTACTS MARGINS,); infinite those of contacts that do not exist."""
+def all_margins(contacts: Records, modes: Records, touches: Records, out: Array) -> None:
+    """Write all margins, shape (contacts MARGINS,)."""
     for place in range(out.size):
-        k = place // MARGINS
-        exists = contacts[GAP + k] < math.inf
-        out[place] = margin(law, modes, k, place % MARGINS, contacts, 1.0) if exists else math.inf
+        out[place] = margin(contacts, modes, touches, place // MARGINS, place % MARGINS, 1.0)
 
 
 @kernel
-def record_states(model: Model, law: Law, run: Run, times: Array, purposes: Array, states: Array) -> int:
+def record_states(model: Model, run: Run, times: Array, purposes: Array, states: Array) -> int:
     """Record states, shape (n, size), at ascending times (s), as far as the buffer goes; return how many."""
     for i in range(times.size):
-        if run.counters[RECORDED] == run.rows.shape[0]:
+        if run.counters[0].recorded == run.rows.times.size:
             return i
         for m in range(states.shape[1]):
             run.nodes.y[POINT, m] = states[i, m]
-        evaluate_nodes(model, law, times[i], 0.0, POINT, POINT, run.modes, run.nodes)
-        record(law, run, POINT, times[i], purposes[i])
+        evaluate_nodes(model, times[i], 0.0, POINT, POINT, run.modes, run.nodes)
+        record(model.contacts, run, POINT, times[i], purposes[i])
         if purposes[i] & STEP:
-            run.counters[STEPS] += 1
+            run.counters[0].steps += 1
     return times.size
 
 
 @kernel
-def change_mode(law: Law, t: float, place: int, run: Run, tolerance: float) -> float:
+def change_mode(contacts: Records, t: float, place: int, run: Run, tolerance: float) -> float:
     """Change the mode whose margin ended; return the first step (s) that the force allows then."""
-    had_touched = run.modes[MEMORY + place // MARGINS] > 0.0
-    switch(law, t, place, run)
-    speed = run.modes[MEMORY + place // MARGINS]
+    k = place // MARGINS
+    had_touched = run.modes[k].speed > 0.0
+    events.switch(contacts, t, place, run)
+    speed = run.modes[k].speed
     if place % MARGINS == GATE and speed > 0.0 and not had_touched:
-        return first_step_in_contact(law, place // MARGINS, speed, run.nodes.contacts[0], tolerance)
+        return first_step_in_contact(contacts, k, speed, run.nodes.touches[0], tolerance)
     return math.inf
 
 
-def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array) -> Array:
+def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array, free: int) -> Array:
     """Return the derivative of dy/dt in frozen modes by differences, shape (size, size).
 
-    The columns of the integrals behind the coordinates are zero: nothing depends on them.
+    The columns of the integrals behind the `free` states are zero: nothing depends on them.
     """
-    out, reference, free = np.zeros((y.size, y.size)), derivative(t, y), y.size - TAIL
+    out, reference = np.zeros((y.size, y.size)), derivative(t, y)
     for j in range(free):
         moved = y.copy()
         moved[j] += _POSITION if 2 * j < free else _VELOCITY
@@ -102,22 +99,10 @@ def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array) ->
 
 
 class ScipySolver:
-    """One run by one of scipy's solvers.
+    """One run by one of scipy's solvers, with samples at `times` (s) and no step longer than `largest` (s).
 
-    Parameters
-    ----------
-    p, model, state
-        Parameters, formulation, the run, which is updated in place.
-    times
-        Of the samples, s.
-    largest
-        Longest step, s.
-    limit
-        Steps and switches after which the run is stopped.
-    drain
-        Empties the buffer of recorded rows.
-    report
-        Called with the time (s) of each step.
+    After `limit` steps and switches it is stopped. `drain` empties the buffer of recorded rows; `report` is
+    called with the time (s) of each step.
     """
 
     def __init__(
@@ -132,35 +117,35 @@ class ScipySolver:
         self._first_step, self._last_step, self._largest = math.inf, largest, largest
         size = state.nodes.y.shape[1]
         self._atol = np.full(size, _UNCONTROLLED)
-        self._atol[: size - TAIL] = p.tolerance
-        self._atol[(size - TAIL) // 2 : size - TAIL] /= VELOCITY_TIME
+        self._free = free = int(free_states.py_func(state.nodes))  # type: ignore[attr-defined]
+        self._atol[:free] = p.tolerance
+        self._atol[free // 2 : free] /= VELOCITY_TIME
         self._limit, self._sampled = limit, 0
         self._spent = np.zeros(3, dtype=np.int64)
-        self._margins = np.empty(CONTACTS * MARGINS)
+        self._margins = np.empty(len(p.contacts) * MARGINS)
         y0 = state.nodes.y[0].copy()
         self._evaluate(0.0, y0, START)
-        begin(p.law, state)
-        record_states(model, p.law, state, np.zeros(1), np.array([EXTREMUM]), y0[None])
+        begin(model.contacts, state)
+        record_states(model, state, np.zeros(1), np.array([EXTREMUM]), y0[None])
 
-    def _evaluate(self, t: float, y: Array, node: int = POINT) -> Array:
+    def _evaluate(self, t: float, y: Array, node: int = POINT) -> Records:
         """Evaluate a state at `t` (s); return the states of its contacts."""
         nodes = self._run.nodes
         nodes.y[node] = y
-        evaluate(self._model, self._p.law, t, node, self._run.modes, nodes)
-        contacts: Array = nodes.contacts[node]
-        return contacts
+        evaluate(self._model, t, node, self._run.modes, nodes)
+        return nodes.touches[node]
 
     @property
     def counters(self) -> dict[str, int]:
         """Work so far; the evaluations behind a Jacobian are not among the right-hand sides."""
-        counters, (rhs, jacobians, factorizations) = self._run.counters, map(int, self._spent)
+        counters, (rhs, jacobians, factorizations) = self._run.counters[0], map(int, self._spent)
         implicit = {"jacobians": jacobians, "factorizations": factorizations}
         return {
-            "steps": int(counters[STEPS]),
+            "steps": int(counters["steps"]),
             "rhs": rhs,
             **({} if self._method == "DOP853" else implicit),
-            "switches": int(counters[SWITCHES]),
-            "contacts": int(counters[ENDED]),
+            "switches": int(counters["switches"]),
+            "contacts": int(counters["contacts"]),
         }
 
     def advance(self, t_stop: float) -> int:
@@ -171,19 +156,16 @@ class ScipySolver:
             warnings.simplefilter("ignore", UserWarning)
             status = self._advance(t_stop)
         run = self._run
-        if run.clock[0] >= self._t_end:
-            last = np.array([SAMPLE]), run.nodes.y[:1].copy()
-            if not record_states(self._model, self._p.law, run, run.clock[:1], *last):
-                self._drain()
-                record_states(self._model, self._p.law, run, run.clock[:1], *last)
+        if run.clock[0]["time"] >= self._t_end:
+            self._keep(run.clock["time"], np.array([SAMPLE]), run.nodes.y[:1].copy())
         return status
 
     def _advance(self, t_stop: float) -> int:
-        run, switched = self._run, self._run.counters[SWITCHES]
-        while run.clock[0] < t_stop:
-            if run.counters[SWITCHES] - switched > integrate.SWITCHES_AT_ONCE:
+        run, switched = self._run, self._run.counters[0]["switches"]
+        while run.clock[0]["time"] < t_stop:
+            if run.counters[0]["switches"] - switched > integrate.SWITCHES_AT_ONCE:
                 return integrate.CHATTER
-            t = float(run.clock[0])
+            t = float(run.clock[0]["time"])
             ended = self._already_ended(t)
             if ended is None:
                 solution = self._solve(t)
@@ -197,9 +179,9 @@ class ScipySolver:
                     continue
                 self._spent += solution.nfev, solution.njev, solution.nlu
                 if solution.t[-1] > t:
-                    switched = run.counters[SWITCHES]
+                    switched = run.counters[0]["switches"]
                     self._record(solution)
-                    run.clock[0], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
+                    run.clock[0]["time"], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
                     last = solution.sol.interpolants[-1]  # all of the step, beyond the event too
                     self._last_step = float(last.t - last.t_old)
                 at_margins = solution.t_events[1 : 1 + len(self._places)]
@@ -208,18 +190,18 @@ class ScipySolver:
                 if solution.t_events[0].size:
                     return integrate.STEP_LIMIT
             if ended is not None:
-                t = float(run.clock[0])
+                t = float(run.clock[0]["time"])
                 self._evaluate(t, run.nodes.y[0], START)
-                touch = change_mode(self._p.law, t, ended, run, self._p.tolerance)
+                touch = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
                 self._first_step = min(0.5 * self._last_step, touch)
-            elif run.clock[0] < self._t_end:  # at a kink
+            elif run.clock[0]["time"] < self._t_end:  # at a kink
                 self._first_step = 0.5 * self._last_step
         return integrate.REACHED
 
     def _all_margins(self, t: float, y: Array) -> Array:
-        all_margins(self._p.law, self._run.modes, self._evaluate(t, y), self._margins)
+        all_margins(self._model.contacts, self._run.modes, self._evaluate(t, y), self._margins)
         return self._margins
 
     def _already_ended(self, t: float) -> int | None:
@@ -235,7 +217,7 @@ class ScipySolver:
         self._places = [
             int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.nodes.y[0])))
         ]
-        steps, limit, latest = int(run.counters[STEPS]), math.inf, t
+        steps, limit, latest = int(run.counters[0]["steps"]), math.inf, t
         # By time, at both ends of a step, from the states there: LSODA's dense output, on which scipy looks
         # for the zero, meets them only to within the tolerance.
         ends = {t: self._margins.copy()}
@@ -253,7 +235,7 @@ class ScipySolver:
                 ends.clear()
                 ends.update(kept)
                 latest, steps = t, steps + 1
-                if steps + run.counters[SWITCHES] > self._limit:
+                if steps + run.counters[0]["switches"] > self._limit:
                     limit = min(limit, t)
                 self._report(float(t))
             return 1.0 if t < limit else -1.0
@@ -269,11 +251,11 @@ class ScipySolver:
         def height_over(kink: float) -> Callable[[float, Array], float]:
             def value(t: float, y: Array) -> float:
                 self._evaluate(t, y)
-                return float(run.nodes.slider[POINT, 1]) - kink
+                return float(run.nodes.slider[POINT]["y"]) - kink
 
             # From where it is, or is about to be.
             self._evaluate(t, run.nodes.y[0])
-            above, speed = float(run.nodes.slider[POINT, 1]) - kink, float(run.nodes.slider[POINT, 4])
+            above, speed = float(run.nodes.slider[POINT]["y"]) - kink, float(run.nodes.slider[POINT]["vy"])
             falls = above > 0.0 if abs(above) > self._p.tolerance else speed > 0.0
             value.terminal, value.direction = True, -1.0 if falls else 1.0  # type: ignore[attr-defined]
             return value
@@ -282,7 +264,9 @@ class ScipySolver:
         options: dict[str, Any] = {}
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
-            options["jac"] = lambda t, y: np.nan_to_num(jacobian(derivative, t, y), posinf=0.0, neginf=0.0)
+            options["jac"] = lambda t, y: np.nan_to_num(
+                jacobian(derivative, t, y, self._free), posinf=0.0, neginf=0.0
+            )
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, self._t_end - t)
         events = [left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
@@ -308,8 +292,12 @@ class ScipySolver:
         order = np.argsort(times, kind="stable")
         times, purposes, states = times[order], purposes[order], np.ascontiguousarray(states[order])
         self._sampled += samples.size
+        self._keep(times, purposes, states)
+
+    def _keep(self, times: Array, purposes: Array, states: Array) -> None:
+        """Record states, and empty the buffer as often as it is full."""
         while times.size:
-            done = record_states(self._model, self._p.law, run, times, purposes, states)
+            done = record_states(self._model, self._run, times, purposes, states)
             times, purposes, states = times[done:], purposes[done:], states[done:]
             if times.size:
                 self._drain()
@@ -318,20 +306,21 @@ class ScipySolver:
         """Return when force or depth of a closed contact is largest in a solution, s."""
         peaks = []
 
-        def depth_or_force(t: float, k: int, row: int) -> float:
+        def depth_or_force(t: float, k: int, of: str) -> float:
             """Return the gap (m) or the force (N) with its sign changed: least at the peak."""
-            contacts = self._evaluate(t, solution.sol(t))
-            side = acts_on_sides(self._p.law) and k != JOURNAL
-            force = contacts[NORMAL + k] + (contacts[NORMAL + (k + 2) % 4] if side else 0.0)
-            return float(-force if row == NORMAL else contacts[GAP + k])
+            touches, contact = self._evaluate(t, solution.sol(t)), self._p.contacts[k]
+            if of == "gap":
+                return float(touches["gap"][k])
+            side = touches["normal"][contact.other] if contact.one_side else 0.0
+            return float(-touches["normal"][k] - side)
 
-        for k in np.flatnonzero(self._run.modes[MEMORY : MEMORY + CONTACTS] > 0.0).tolist():
-            for row in (NORMAL, GAP):
-                values = [depth_or_force(t, k, row) for t in solution.t]
+        for k in np.flatnonzero(self._run.modes["speed"] > 0.0).tolist():
+            for of in ("normal", "gap"):
+                values = [depth_or_force(t, k, of) for t in solution.t]
                 best = int(np.argmin(values))
                 lo, hi = solution.t[max(best - 1, 0)], solution.t[min(best + 1, solution.t.size - 1)]
                 peak = minimize_scalar(
-                    depth_or_force, bounds=(lo, hi), args=(k, row), method="bounded",
+                    depth_or_force, bounds=(lo, hi), args=(k, of), method="bounded",
                     options={"xatol": 1e-5 * (hi - lo)},
                 )  # fmt: skip
                 if peak.fun < values[best]:

@@ -1,5 +1,6 @@
-"""One scene in, one result out."""
+"""One scene in, one result out; before the first step, whether the linkage can be assembled."""
 
+import math
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -10,18 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from reference_model.assembly import assemble
-from reference_model.channels import requested
 from reference_model.ideal import observe_ideal
-from reference_model.linkage import Array
+from reference_model.linkage import Array, four_bar_rods
 from reference_model.parameters import Parameters, read_parameters
-from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results
+from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results, requested
+from reference_model.workpiece import exists, load_force
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
 """Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
 cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
+
+
+_MARKS = 1000
+"""Instants of a cycle at which the rocker's tip is looked at, and again about the outermost two."""
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
@@ -73,7 +77,7 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
     ``load_at_start`` and ``largest_load``, N: that on an ideal slider over a cycle.
     """
-    return assemble(read_parameters(scene))._asdict()
+    return assemble(read_parameters(scene))
 
 
 simulate.check = check  # type: ignore[attr-defined]
@@ -97,3 +101,59 @@ def _ideal(p: Parameters, times: Array) -> Result:
     nothing = {name: np.empty(0) for name in EVENT_COLUMNS}
     result = name_results(names, times, values, {"corner": np.empty(0, dtype=str)} | nothing, extrema)
     return replace(result, provenance=provenance)
+
+
+def assemble(p: Parameters) -> dict[str, float]:
+    """Close the linkage at the start and over a whole cycle; return the forces of `check`.
+
+    Raises
+    ------
+    ValueError
+        One line, where it does not close, or the force of the workpiece is not finite.
+    """
+    _require_four_bar(p)
+    m = p.mechanism
+    tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _MARKS + 1))
+    for outermost in (tip_x.argmin(), tip_x.argmax()):
+        near = p.period / _MARKS * (outermost + np.linspace(-1.0, 1.0, _MARKS + 1))
+        tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, near), strict=True))
+    # With clearance the slider is about the centre line; reliabilities refer to the ideal slider's.
+    lines = [m.line_x] if p.ideal_slider else [m.line_x, p.guide_x]
+    if any(np.abs(x - tip_x).max() >= m.L4 for x in lines):
+        raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
+    first_x, first_y = _tip(p, np.zeros(1))
+    rest = m.L4**2 - (p.reach[0] - first_x) ** 2
+    if not rest > 0.0:
+        raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
+    if not exists(p.load):
+        return {"load_at_start": 0.0, "largest_load": 0.0}
+    heights = tip_y + m.slider_branch * np.sqrt(m.L4**2 - (m.line_x - tip_x) ** 2)
+    start = first_y + m.slider_branch * np.sqrt(rest)
+    with np.errstate(over="ignore"):
+        at_start, largest = (float(load_force(p.load, y).max()) for y in (start, heights))
+    if not math.isfinite(at_start + largest):
+        raise ValueError(
+            f"load.surface = {p.load.surface!r} m: the load on a slider down to y = {heights.min():.3g} m is "
+            "beyond the numbers of the machine"
+        )
+    return {"load_at_start": at_start, "largest_load": largest}
+
+
+def _tip(p: Parameters, times: Array) -> tuple[Array, Array]:
+    """Return the position of the rocker's tip C (m) at times (s)."""
+    m = p.mechanism
+    _, (c3, s3, *_) = four_bar_rods(m, times)
+    return m.Hx + m.L3 * c3, m.Hy + m.L3 * s3
+
+
+def _require_four_bar(p: Parameters) -> None:
+    """Raise unless the four-bar O-A-B-H closes over the whole revolution of the crank."""
+    m = p.mechanism
+    pivot = math.hypot(m.Hx, m.Hy)
+    near, far = abs(pivot - m.L1), pivot + m.L1
+    longest, shortest = m.L2 + m.Ls3, abs(m.L2 - m.Ls3)
+    if far >= longest or near <= shortest:
+        raise ValueError(
+            f"mechanism: the linkage cannot be assembled over a whole revolution: crank pin to rocker pivot "
+            f"is {near:.6g}..{far:.6g} m, rod 2 and rocker reach {shortest:.6g}..{longest:.6g} m"
+        )

@@ -11,10 +11,11 @@ from exudyn_model.five_bodies.solver import run_system
 from exudyn_model.five_bodies.system import Body, Drive, Pin, SliderContact, System
 from exudyn_model.parameters import Contact
 from reference_model import integrate
-from reference_model.events import ENDED, RECORDED
 from reference_model.multiplier import FRAME, assemble
 from reference_model.parameters import LAWS, read_parameters
-from reference_model.recording import PURPOSE, SAMPLE, SLIDER_FROM, TIME
+from reference_model.recording import SAMPLE
+from reference_model.running import new_run
+from reference_model.state import contact_list
 
 each_law = pytest.mark.parametrize("law", ["hertz-corners", "adams-impact"])
 CRANK, ROD, OMEGA, ANGLE, GRAVITY = 0.05, 0.3, 12.0, 0.3, 9.81
@@ -36,24 +37,21 @@ def start():
     return places, [(vx / 2, vy / 2, OMEGA), (vx / 2, vy + rate / 2, w), (0.0, vy + rate, 0.1)]
 
 
-def by_lists(law, baumgarte=(0.0, 0.0)):
-    """Return the linkage from five lists, the law between its walls, and coordinates and rates at t = 0."""
+def by_lists(corners, baumgarte=(0.0, 0.0)):
+    """Return the linkage from lists, and coordinates and rates at t = 0."""
+    wall, mass = WIDTH / 2 + CLEARANCE, BODIES[2][1] / (LENGTH / 2) ** 2
+    corners = tuple(corner._replace(wall=-corner.inward * wall, mass=mass) for corner in corners)
     model = assemble(
         bodies=BODIES,
         pins=[(0, (-CRANK / 2, 0.0), FRAME, (0.0, 0.0)), (1, (-ROD / 2, 0.0), 0, (CRANK / 2, 0.0)),
               (2, (0.0, 0.0), 1, (ROD / 2, 0.0))],
         guides=[],
         drive=(0, OMEGA, ANGLE),
-        slider=(2, True),
+        slider=(2, contact_list(corners)),
         gravity=GRAVITY,
         baumgarte=baumgarte,
     )  # fmt: skip
-    wall = WIDTH / 2 + CLEARANCE
-    between = law._replace(
-        half_width=WIDTH / 2, half_length=LENGTH / 2, corner_mass=BODIES[2][1] / (LENGTH / 2) ** 2,
-        wall_left=-wall, wall_right=wall,
-    )  # fmt: skip
-    return model, between, np.ravel(start())
+    return model, np.ravel(start())
 
 
 def by_hand(law, times):
@@ -69,7 +67,7 @@ def by_hand(law, times):
         crank = ANGLE + OMEGA * t
         x = CRANK * math.cos(crank) + ROD * math.cos(phi) + rx
         vx = -CRANK * OMEGA * math.sin(crank) - ROD * w * math.sin(phi) - spin * ry
-        return x - law.wall_left if k % 2 == 0 else law.wall_right - x, inward * vx, inward, ry
+        return WIDTH / 2 + CLEARANCE + inward * x, inward * vx, inward, ry
 
     def derivative(t, y):
         force = moment = 0.0
@@ -108,17 +106,17 @@ def by_hand(law, times):
     return np.stack([CRANK * np.cos(ANGLE + OMEGA * times[: phi.size]) + ROD * np.cos(phi), theta])
 
 
-def by_reference(law, times, tolerance, baumgarte=(0.0, 0.0)):
+def by_reference(corners, times, tolerance, baumgarte=(0.0, 0.0)):
     """The same at the times, and how many contacts have ended."""
-    model, between, y0 = by_lists(law, baumgarte)
+    model, y0 = by_lists(corners, baumgarte)
     instants = np.array([[*times[:-1], np.inf], np.full(times.size, SAMPLE)])
-    run, work = integrate.new_run(y0, 1e-6, instants, 20_000)
-    ended = integrate.advance(model, between, run, work, times[-1], times[-1], tolerance, 0.01, 1000, 10**6)
-    assert ended == integrate.REACHED
-    rows = run.rows[: run.counters[RECORDED]]
-    samples = rows[(rows[:, PURPOSE].astype(int) & SAMPLE) > 0]
-    np.testing.assert_allclose(samples[:, TIME], times, rtol=0, atol=1e-16)
-    return samples[:, [SLIDER_FROM, SLIDER_FROM + 2]].T, run.counters[ENDED]
+    run = new_run(y0, 4, 1e-6, instants, 20_000)
+    limits = integrate.Settings(tolerance, 0.01, 1000, 10**6)
+    assert integrate.advance(model, run, limits, times[-1], times[-1]) == integrate.REACHED
+    samples = np.flatnonzero(run.rows.purposes[: run.counters["recorded"][0]] & SAMPLE)
+    np.testing.assert_allclose(run.rows.times[samples], times, rtol=0, atol=1e-16)
+    slider = run.rows.slider[samples]
+    return np.stack([slider["x"], slider["angle"]]), run.counters["contacts"][0]
 
 
 def by_exudyn(law, times, step):
@@ -153,9 +151,9 @@ def by_exudyn(law, times, step):
 def test_the_reference_s_lists_are_the_linkage(scene, law):
     """Over some contacts without friction, against the solution by hand."""
     frictionless = {"contact.law": law, "friction.coefficient": 0.0}
-    law, times = read_parameters(scene(frictionless)).law, np.linspace(0.0, 0.12, 601)
-    simulated, contacts = by_reference(law, times, 1e-12, baumgarte=(10.0, 10.0))
-    exact = by_hand(by_lists(law)[1], times)
+    corners, times = read_parameters(scene(frictionless)).corners, np.linspace(0.0, 0.12, 601)
+    simulated, contacts = by_reference(corners, times, 1e-12, baumgarte=(10.0, 10.0))
+    exact = by_hand(corners[0], times)
     assert contacts >= 4
     # Two solutions at 1e-12 and 1e-14, whose difference ten contacts magnify to 4e-12 m and 3e-10 rad.
     x, angle = np.abs(simulated[:, : exact.shape[1]] - exact).max(axis=1)
@@ -166,9 +164,9 @@ def test_the_reference_s_lists_are_the_linkage(scene, law):
 @each_law
 def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law):
     """Difference against what refinement moves either model by, largest so far: the rule of the verdicts."""
-    law, times = read_parameters(scene({"contact.law": law})).law, np.linspace(0.0, 0.06, 301)
-    (exact, _), (finer, _) = (by_reference(law, times, tolerance) for tolerance in (1e-10, 1e-12))
-    (five, contacts), (closer, _) = (by_exudyn(law, times, step) for step in (2e-6, 1e-6))
+    corners, times = read_parameters(scene({"contact.law": law})).corners, np.linspace(0.0, 0.06, 301)
+    (exact, _), (finer, _) = (by_reference(corners, times, tolerance) for tolerance in (1e-10, 1e-12))
+    (five, contacts), (closer, _) = (by_exudyn(corners[0], times, step) for step in (2e-6, 1e-6))
     assert contacts >= 3
     moved = [np.maximum.accumulate(np.abs(a - b), axis=1) for a, b in ((exact, finer), (five, closer))]
     # A second-order method's error is 4/3 of what halving its step removes; round-off of x is some 1e-15 m

@@ -4,13 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from reference_model import contact, journal, multiplier
-from reference_model.chain import Chain
+from reference_model import chain, contact, multiplier
 from reference_model.compiled import kernel
-from reference_model.contact import CONTACTS, JOURNAL, no_contacts
-from reference_model.dop853 import POINT, evaluate, new_nodes
-from reference_model.minimal import TIP_ROWS, Minimal
-from reference_model.observation import all_bodies
+from reference_model.dop853 import evaluate
+from reference_model.minimal import minimal
+from reference_model.observation import all_bodies, motions
+from reference_model.state import Mode, Touch, contact_list, new_nodes, record, records
 
 IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
@@ -24,14 +23,18 @@ EACH = {
 }
 """What selects each formulation of the reference, for each of its joints with clearance."""
 MEMORY, REGIME, CLIPPED, INSIDE = range(4)
-"""Rows of the modes, shape (4, CONTACTS)."""
+"""Rows of the modes, shape (4, 5): of the corners and the journal."""
+TOUCH = ("rate", "slip", "gap", "normal", "friction", "stored")
 RATE, SLIP, GAP, NORMAL, FRICTION = range(5)
-"""Rows of the contact states, shape (6, CONTACTS)."""
+"""Rows of the contact states, shape (6, 5)."""
+CORNERS, JOURNAL = slice(4), 4
 
 
 def constants(p):
     """Return the scene's numbers in the paper's symbols."""
-    return SimpleNamespace(**p.mechanism._asdict(), **p.law._asdict())
+    corner, journal = p.corners[0], p.journal
+    pin = {"Kj": journal.K, "pin_clearance": journal.clearance, "bearing_radius": journal.radius}
+    return SimpleNamespace(**p.mechanism._asdict(), **corner._asdict(), **pin)
 
 
 def friction_regime(c, slip):
@@ -40,76 +43,85 @@ def friction_regime(c, slip):
     return regime if slip >= 0.0 else -regime
 
 
-def all_modes(modes):
+def all_modes(modes, places=slice(None)):
     """Return modes as the reference keeps them; of three rows INSIDE follows the memory."""
-    rows = np.zeros((4, CONTACTS))
-    rows[: len(modes)] = modes
-    if len(modes) <= INSIDE:
-        rows[INSIDE] = rows[MEMORY] > 0.0
-    return rows.ravel()
+    rows = [*modes, *[np.asarray(modes[MEMORY]) > 0.0][: 4 - len(modes)]]
+    return np.array([tuple(column) for column in zip(*rows, strict=True)], record(Mode))[places]
+
+
+def in_rows(touches, places):
+    """Return states of contacts by the rows above; a contact that there is not is open."""
+    rows = np.zeros((len(TOUCH), 5))
+    rows[GAP] = np.inf
+    rows[:, places] = [touches[name] for name in TOUCH]
+    return rows
 
 
 @kernel
-def _slider_forces(law, pose, modes, contacts):
-    return contact.slider_forces(law, pose, modes, contacts)
+def _slider_forces(contacts, pose, modes, touches):
+    return contact.slider_forces(contacts, pose, modes, touches)
 
 
 def slider_forces(p, pose, modes):
     """Return force and moment on the slider (3,), and the states of the contacts."""
-    contacts = no_contacts()
-    forces = _slider_forces(p.law, tuple(map(float, pose)), all_modes(modes), contacts)
-    return np.array(forces[:3]), contacts.reshape(-1, CONTACTS)
+    touches = records(Touch, 4)
+    pose = tuple(map(float, pose))
+    forces = _slider_forces(contact_list(p.corners), pose, all_modes(modes, CORNERS), touches)
+    return np.array(forces[:3]), in_rows(touches, CORNERS)
 
 
 @kernel
-def _journal_motion(law, e, v, w1, w2, contacts):
-    return journal.journal_motion(law, e.real, e.imag, v.real, v.imag, w1, w2, contacts)
+def _journal_motion(contacts, e, v, w, touches):
+    return chain.journal_motion(contacts[0], (e.real, e.imag), (v.real, v.imag), w, touches[0])
 
 
 @kernel
-def _journal_force(law, modes, nx, ny, contacts):
-    return journal.journal_force(law, modes, nx, ny, contacts)
+def _journal_force(contacts, modes, nx, ny, touches):
+    return chain.journal_force(contacts[0], modes[0], nx, ny, touches[0])
 
 
 class Bearing:
     """The journal's contact from the bearing's centre (m), its velocity (m/s) and rod 2's rate (rad/s)."""
 
     def __init__(self, p, time, centre, velocity, w2):
-        self._p, self._contacts, omega = p, no_contacts(), p.mechanism.omega
+        self._contacts, self._touches = contact_list((p.journal,)), records(Touch, 1)
+        omega = p.mechanism.omega
         tip = p.mechanism.L1 * np.exp(1j * (p.mechanism.theta0 + omega * time))
         e, v = complex(tip - centre), complex(1j * omega * tip - velocity)
-        self._normal = _journal_motion(p.law, e, v, omega, w2, self._contacts)
-        self.rate, self.slip, self.gap = self._contacts.reshape(-1, CONTACTS)[: GAP + 1, JOURNAL]
-        self.point = centre + p.law.bearing_radius * complex(*self._normal)
+        self._normal = _journal_motion(self._contacts, e, v, (omega, float(w2)), self._touches)
+        self.rate, self.slip, self.gap = (self._touches[name][0] for name in TOUCH[: GAP + 1])
+        self.point = centre + p.journal.radius * complex(*self._normal)
 
     def force(self, modes):
         """Return G on rod 2 and the normal force, N."""
-        Gx, Gy, _, _ = _journal_force(self._p.law, all_modes(modes), *self._normal, self._contacts)
-        return complex(Gx, Gy), float(self._contacts.reshape(-1, CONTACTS)[NORMAL, JOURNAL])
+        modes = all_modes(modes, [JOURNAL])
+        Gx, Gy, _, _ = _journal_force(self._contacts, modes, *self._normal, self._touches)
+        return complex(Gx, Gy), float(self._touches["normal"][0])
 
 
 def in_state(model, p, time, head, modes):
     """Return states of the contacts, and motions of the slider (9,) and of all bodies (5, 9)."""
-    nodes = new_nodes(np.asarray(head, dtype=float))
-    evaluate(model, p.law, time, 0, modes, nodes)
+    nodes = new_nodes(np.asarray(head, dtype=float), model.contacts.size)
+    evaluate(model, time, 0, modes, nodes)
     bodies = all_bodies(model, p.mechanism, np.array([time]), nodes.y[:1].T, nodes.dy[:1].T)[:, :, 0]
-    return nodes.contacts[0], nodes.slider[0], bodies
+    return nodes.touches[0], motions(nodes.slider)[:, 0], bodies
 
 
 def _multiplier(p):
-    return multiplier.press(p.mechanism, p.load, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    return multiplier.press(p.mechanism, contact_list(p.corners), p.load, (p.alpha, p.beta))
 
 
 def by_formulation(p, name, time, head, modes):
     """Return states of the contacts and motion of all bodies (5, 9); name: slider, pin, both, multiplier."""
-    model = {
-        "slider": lambda: Minimal(p.mechanism, p.load, np.empty((TIP_ROWS, int(POINT)))),
-        "pin": lambda: Chain(p.mechanism, p.load, True),
-        "both": lambda: Chain(p.mechanism, p.load, False),
-        "multiplier": lambda: _multiplier(p),
+    m, load, every = p.mechanism, p.load, (*p.corners, p.journal)
+    places, model = {
+        "slider": lambda: (CORNERS, minimal(m, contact_list(p.corners), load)),
+        "pin": lambda: ([JOURNAL], chain.Chain(m, contact_list((p.journal,)), load, True)),
+        "both": lambda: (slice(None), chain.Chain(m, contact_list(every), load, False)),
+        "multiplier": lambda: (CORNERS, _multiplier(p)),
     }[name]()
-    contacts, _, bodies = in_state(model, p, time, head, all_modes(modes))
-    return contacts.reshape(-1, CONTACTS), bodies
+    touches, _, bodies = in_state(model, p, time, head, all_modes(modes, places))
+    return in_rows(touches, places), bodies
 
 
 @kernel
