@@ -27,7 +27,6 @@ from comparison.scene import Scene, SceneError, load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
-from comparison.words.verdicts import scene_reason
 
 BASE = "150rpm-0.2mm"
 """The scene that all cells change, and an ordinary one to compile kernels with."""
@@ -36,7 +35,7 @@ LIMIT = 1000.0
 FURTHER = 5.0
 """Times the limit of a run, for all further runs that a verdict takes."""
 GRACE = 4.0
-"""Times all limits, in wall time, after which a process is ended that does not look at the time."""
+"""Times all limits of a pair, in wall time, after which a process is ended that does not look at the time."""
 CUT_OFF = "cut off"
 """Status of a run that this study ended at its limit."""
 WARM = 0.02
@@ -78,8 +77,9 @@ def run_pair(task: PairRun, progress: Progress) -> Row:
 
     The row has, by model, ``status``; ``message``: what to try, or the warnings of a run that succeeded;
     ``steps``; ``contacts``; ``steps_per_contact`` and ``constraint_m``, the largest violation of a
-    constraint, None where there are none. Where both succeeded: ``verdict``, its ``reason``, its
-    ``coverage``, and ``apart_m``, the largest distance in slider_x while predictable, m.
+    constraint, None where there are none. Where both succeeded: ``verdict``, its ``reason``: the channels
+    that have it, or which run has no result; its ``coverage``, and ``apart_m``, the largest distance in
+    slider_x while predictable, m.
     """
     solver = task.scene.data["solver"]
     for model in MODELS:
@@ -162,7 +162,7 @@ def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
     x = result.channels["slider_x"]
     return {
         "verdict": result.verdict,
-        "reason": scene_reason(result, brief=True),
+        "reason": ", ".join(channel.channel for channel in result.with_verdict(result.verdict)),
         "coverage": result.coverage,
         "apart_m": _number(x.largest_predictable),
     }

@@ -27,7 +27,7 @@ from comparison.studies.extremes.cells import (
     cells,
 )
 from comparison.studies.extremes.runs import BENCHMARK, CUT_OFF, LIMIT, PairRun, both, run_pairs
-from comparison.studies.shared.study import Study, curves, markdown, write_csv
+from comparison.studies.shared.study import Study, curves, markdown, part, write_csv
 
 
 class Class(StrEnum):
@@ -85,14 +85,18 @@ class Config(NamedTuple):
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run all cells by their pairs; a row for each comparison, with `COLUMNS` (SI units)."""
     asked = [(cell, pair) for cell in cells(config.axes, config.points) for pair in cell.pairs]
-    refused: dict[int, Row] = {}
+    rows: dict[int, Row] = {}
     tasks: dict[int, PairRun] = {}
     for number, (cell, pair) in enumerate(asked):
         try:
             tasks[number] = PairRun(cell.scene.with_values(PAIRS[pair]), cell.limit)
         except SceneError as error:
-            refused[number] = both("bad input", str(error))
-    rows = refused | dict(zip(tasks, run_pairs(list(tasks.values()), n_jobs, on_progress), strict=True))
+            rows[number] = both("bad input", str(error))
+    for limit in sorted({task.limit for task in tasks.values()}):  # a process that hangs is ended by it
+        some = {number: task for number, task in tasks.items() if task.limit == limit}
+        done = len(rows), len(rows) + len(some)
+        share = part(on_progress, *(count / len(asked) for count in done))
+        rows |= zip(some, run_pairs(list(some.values()), n_jobs, share), strict=True)
     table = [_columns(cell, pair, rows[number]) for number, (cell, pair) in enumerate(asked)]
     return pd.DataFrame(table, columns=list(COLUMNS))
 
