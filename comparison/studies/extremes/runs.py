@@ -34,7 +34,7 @@ LIMIT = 1000.0
 """Processor time of a run, in units of `unit_seconds`: 20 s on the machine of reports/extremes."""
 FURTHER = 5.0
 """Times the limit of a run, for all further runs that a verdict takes."""
-GRACE = 4.0
+GRACE = 10.0
 """Times all limits of a pair, in wall time, after which a process is ended that does not look at the time."""
 CUT_OFF = "cut off"
 """Status of a run that this study ended at its limit."""
