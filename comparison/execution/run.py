@@ -240,7 +240,7 @@ def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
 
 FEW_STEPS = 10.0
 """In so many steps a contact's force still has its course; with fewer its impulse depends on where the
-touch falls within a step (the study extremes measures by how much)."""
+touch falls within a step (docs/accuracy.md, "Extreme parameters")."""
 MUCH_ENERGY = 0.01
 """Of the dissipated energy; equivalent to a change of the restitution by half a percent."""
 MUCH_DRIFT = 1e-6

@@ -18,7 +18,7 @@ STUDIES = {
     "detection": "Detection power and false-alarm rate of the verdict; an hour on two cores.",
     "campaign": "Random scenes in both models, and which model errs where they differ; an hour on two cores.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 to 15 minutes.",
-    "extremes": "Both models at extreme parameters: limits, failures, messages; two hours on two cores.",
+    "extremes": "Both models at extreme parameters: verdicts, failures, messages; two hours on two cores.",
 }
 """What each one is about."""
 NAMES = tuple(STUDIES)

@@ -48,13 +48,21 @@ def test_exactly_the_channels_of_each_group_are_there_in_one_order(run, variant)
         assert set(simulated.result.extrema) == set(simulated.columns) - {"time"}
 
 
-@pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
-def test_an_ideal_slider_has_a_guide_and_no_corners(run, variant):
-    changes = {**SHORT, "joints.slider": "ideal", "output.groups": list(GROUPS)}
-    simulated = run(variant, "150rpm-0.2mm", changes)
+LOOSE = ("reference-minimal", "exudyn-full", "exudyn-index2", "exudyn-tree")
+RIGID = ("reference-minimal", "reference-multiplier", "exudyn-index2")
+JOINTS = [(name, "ideal") for name in RIGID] + [
+    (variant, name) for variant in LOOSE for name in ("crank-pin", "both-clearances")
+]
+
+
+@pytest.mark.parametrize(("variant", "name"), JOINTS)
+def test_joints_with_and_without_clearance_have_channels_of_their_own(run, variant, name):
+    simulated = run(variant, name, SHORT)
     assert sorted(simulated.columns) == sorted(["time", *expected(simulated.scene)])
-    assert {"guide_force", "guide_moment"} < set(simulated.columns)
-    assert not [name for name in simulated.columns if name.startswith("corner")]
+    kinds, joints = {name.partition("_")[0] for name in simulated.columns}, simulated.scene["joints"]
+    assert ("corner" in kinds) == (joints["slider"] == "clearance")
+    assert ("journal" in kinds) == (joints["crank_pin"] == "clearance")
+    assert ("guide" in kinds) == (joints["slider"] == "ideal" and "joints" in simulated.variant.groups)
 
 
 @pytest.mark.parametrize(("rpm", "per_cycle"), [(150.0, 1000), (90.0, 700), (-150.0, 1000)])

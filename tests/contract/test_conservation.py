@@ -7,11 +7,6 @@ import pytest
 from closed_linkage import crank_angle, joints
 from scipy.integrate import cumulative_trapezoid
 
-import exudyn_model
-import reference_model
-from comparison.accuracy.levels import solver_values
-from comparison.scene import load_scene
-
 RATES = {"x": ("vx", "ax"), "y": ("vy", "ay"), "angle": ("omega", "alpha")}
 AUDITED = pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 LOSSLESS = {"contact.restitution": 1.0, "friction.coefficient": 0.0}
@@ -90,58 +85,6 @@ def test_the_balance_of_energy_closes(run, variant, name):
     for part in ("kinetic", "contact"):
         assert simulated.result.extrema[f"energy_{part}"]["min"] >= 0.0
         assert np.all(simulated.columns[f"energy_{part}"] >= 0.0)
-
-
-@pytest.mark.parametrize("name", ["adams-impact", "69GPa-slider", "workpiece"])
-def test_shipped_scenes_close_the_balance_of_energy(name):
-    """The reference at the accuracy strict to 1e-8 J, five bodies at 2e-6 s to 1e-3 of the losses."""
-    scene = load_scene(name, {"output.groups": ["energy"]})
-    strict = scene.with_values(solver_values("reference", "strict", scene))
-    exact = reference_model.simulate(strict.data).columns
-    # Measured 1.4e-11 J at most
-    assert np.abs(exact["energy_residual"]).max() <= 1e-8
-    assert ("energy_load" in exact) == (name == "workpiece")
-    if name == "workpiece":
-        assert 0.3 < exact["energy_load"].max() < 1.0
-    cycles = min(0.6, scene.data["drive"]["cycles"])
-    short = scene.with_values(
-        {"solver.exudyn.formulation": "full", "solver.exudyn.step": 2e-6, "drive.cycles": cycles}
-    )
-    full = exudyn_model.simulate(short.data).columns
-    assert (
-        np.abs(full["energy_residual"]).max() <= 1e-3 * (full["energy_damping"] + full["energy_friction"])[-1]
-    )
-
-
-def test_rod_4_and_slider_keep_their_energy_but_for_the_work_of_the_rocker(run, variant):
-    """Through lossless hits, from the slider's motion alone; the rocker's pull follows from accelerations.
-
-    Where the drive moves C, also of formulations that give no energies.
-    """
-    simulated = run(variant, "rattle", LOSSLESS)
-    scene, columns, time, step = simulated.scene, simulated.columns, simulated.columns["time"], 1e-5
-    rod, slider, g = scene["mechanism"]["rod4"], scene["mechanism"]["slider"], scene["environment"]["gravity"]
-    before, tip, after = (rocker_tip(scene, time + shift) for shift in (-step, 0.0, step))
-    tips = tip, (after - before) / (2 * step), (after - 2 * tip + before) / step**2
-    pins = [columns[f"slider_{part}x"] + 1j * columns[f"slider_{part}y"] for part in ("", "v", "a")]
-    # Place, velocity and acceleration of points of a rigid rod are linear along it.
-    share = rod["centroid"] / rod["length"]
-    place, velocity, acceleration = (c + share * (f - c) for c, f in zip(tips, pins, strict=True))
-    spin = ((pins[0] - tip).conjugate() * (pins[1] - tips[1])).imag / rod["length"] ** 2
-    kinetic = (rod["mass"] * abs(velocity) ** 2 + rod["inertia"] * spin**2) / 2
-    kinetic += (slider["mass"] * abs(pins[1]) ** 2 + slider["inertia"] * columns["slider_omega"] ** 2) / 2
-    potential = g * (rod["mass"] * place.imag + slider["mass"] * pins[0].imag)
-    pull, stored = rod["mass"] * (acceleration + 1j * g) + slider["mass"] * (pins[2] + 1j * g), 0.0
-    compliance = 2 * (1 - scene["contact"]["poisson"] ** 2) / scene["contact"]["youngs_modulus"]
-    stiffness = 4 / (3 * compliance) * math.sqrt(scene["contact"]["corner_radius"])
-    for corner in ("ll", "lr", "ul", "ur"):
-        gap, normal, *_ = simulated.corner(corner)
-        pull = pull - (1 if corner[1] == "l" else -1) * normal
-        stored = stored + stiffness / 2.5 * np.maximum(-gap, 0.0) ** 2.5
-    work = cumulative_trapezoid((pull * tips[1].conjugate()).real, time, initial=0.0)
-    total = kinetic + potential + stored - work
-    # The trapezoidal rule through hits of fifty samples: 3e-7 J measured; the walls store 2e-4 J.
-    assert np.max(np.abs(total - total[0])) <= 1e-5 * np.ptp(work) <= 1e-2 * np.max(stored)
 
 
 @AUDITED

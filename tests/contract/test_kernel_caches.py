@@ -103,19 +103,27 @@ def test_a_cache_below_a_file_is_replaced_by_a_temporary_one_with_one_warning(pa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["open to others", "a link"])
-def test_a_temporary_folder_that_another_user_could_have_filled_is_not_used(package, kind, tmp_path):
+@pytest.mark.parametrize("kind", ["open to others", "a link", "none"])
+def test_without_a_temporary_folder_of_its_own_it_compiles_for_the_process_and_says_so(
+    package, kind, tmp_path
+):
+    """Another user could have filled it, or have it lead elsewhere."""
     (tmp_path / "file").touch()
-    temporary = tmp_path / "tmp"
+    temporary, env = tmp_path / "tmp", {"PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
     temporary.mkdir()
     own = temporary / f"sixbar-crossval-{os.getuid()}"
     if kind == "a link":
         (tmp_path / "theirs").mkdir(mode=0o700)
         own.symlink_to(tmp_path / "theirs")
-    else:
+    elif kind == "open to others":
         own.mkdir()
         own.chmod(0o777)
-    output, err = call(package, tmp_path, tmp_path / "file", env={"TMPDIR": str(temporary)})
+    else:
+        temporary = tmp_path / "file" / "tmp"
+        code = f"import tempfile; tempfile.tempdir = {str(temporary)!r}\n"
+        (tmp_path / "sitecustomize.py").write_text(code)
+    env |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))
+    output, err = call(package, tmp_path, tmp_path / "file", env=env)
     assert not output
     assert "process" in err
     assert not files(tmp_path)
@@ -148,16 +156,3 @@ def test_a_user_without_home_and_entry(package, opened, foreign):
     assert err.count("RuntimeWarning") == 1
     assert "home" in err
     assert not (opened / "~").exists()
-
-
-@pytest.mark.slow
-def test_without_any_folder_it_compiles_and_says_so(package, tmp_path):
-    (tmp_path / "file").touch()
-    place = tmp_path / "file" / "tmp"
-    env = {"TMPDIR": str(place), "TEMP": str(place), "TMP": str(place)}
-    code = "import tempfile; tempfile.tempdir = " + repr(str(place)) + "\n"
-    (tmp_path / "sitecustomize.py").write_text(code)
-    env["PYTHONPATH"] = os.pathsep.join([str(tmp_path), PATH])
-    output, err = call(package, tmp_path, tmp_path / "file", env=env)
-    assert not output
-    assert "process" in err

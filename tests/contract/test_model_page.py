@@ -8,15 +8,7 @@ import textwrap
 import numpy as np
 import pytest
 from page_engine import Engine
-from page_formulas import (
-    CORNERS,
-    MATH,
-    STATED,
-    SYMBOLS,
-    Numbers,
-    friction,
-    impact_speed,
-)
+from page_formulas import MATH, STATED, SYMBOLS, Numbers
 
 from comparison.tables.channels import channels
 
@@ -36,74 +28,23 @@ def test_every_formula_and_symbol_of_these_functions_is_on_the_page(function, fo
 
 
 # Contacts that exist at t = 0: all that their forces need follows from channels and scene alone. A side is
-# pressed in with both corners, a little tilted, and begins to slip on the ramp of the friction; 80 us.
+# pressed in with both corners, a little tilted, and begins to slip on the ramp of the friction.
 SIDE = {
     "initial.slider_offset": 2.02e-4,
     "initial.slider_angle": 1e-5,
     "initial.slider_vx": 2e-3,
-    "drive.cycles": 2e-4,
-    "output.samples_per_cycle": 10_000_000,
+    "drive.cycles": 2e-5,
+    "output.samples_per_cycle": 100_000_000,  # contacts of some us
 }
 MATERIALS = {"contact.youngs_modulus.slider": 69e9, "contact.poisson.guide": 0.33}
-IMPACT = {"contact.law": "adams-impact", "contact.stiffness": 3e9, "contact.damping": 2600.0}
-CASES = {
-    "opposite corners": ("wedge", {}),
-    "one side, hertz-corners": ("150rpm-0.2mm", SIDE),
-    "one side, paper-switching": ("150rpm-0.2mm", {**SIDE, "contact.law": "paper-switching"}),
-    "one side, two materials": ("150rpm-0.2mm", {**SIDE, **MATERIALS, "contact.law": "paper-switching"}),
-    "one side, flores": ("150rpm-0.2mm", {**SIDE, "contact.damping_model": "flores"}),
-    "one side, adams-impact": ("150rpm-0.2mm", {**SIDE, **IMPACT}),
-    "one side, adams-impact, clipped": ("150rpm-0.2mm", {**SIDE, **IMPACT, "initial.slider_vx": -0.04}),
-}
-VARIANTS = ("reference-minimal", "exudyn-tree")
-
-
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, variant, case):
-    simulated = run(variant, *CASES[case])
-    numbers, columns = Numbers(simulated.scene), simulated.columns
-    motion = [columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
-    corners = [numbers.corner(k, *motion) for k in range(4)]
-    _, v_0, v_1 = numbers.rub
-    pressed = ramp = clipped = 0
-    for k, name in enumerate(CORNERS):
-        δ_1, dδ, v_t, *_ = corners[k]
-        δ_2 = corners[k ^ 2][0]
-        # A gap is a difference of coordinates of 0.55 m: some rounding errors of 1e-16 m.
-        assert np.abs(columns[f"corner_{name}_gap"] + δ_1).max() <= 5e-16
-        if δ_1[0] <= 0.0:
-            continue
-        contact = simulated.contacts(name)[0]
-        v_i = impact_speed(dδ[0], numbers.v_min)
-        assert contact["start"] == 0.0
-        assert contact["normal_speed"] == pytest.approx(v_i, rel=1e-14)
-        during = columns["time"] < contact["end"]  # later ones have impact speeds of their own
-        F_n = numbers.normal(δ_1, δ_2, dδ, v_i)[during]
-        F_t = friction(*numbers.rub, F_n, v_t[during])
-        # The rounding of the depths, times the slope of the elastic force and the damping factor, below 4; of
-        # sums and products 1e-12.
-        reach = [numbers.elastic(δ_1 + i, δ_2 + j) for i in (0.0, 5e-16) for j in (0.0, 5e-16)]
-        bound = 4.0 * (np.max(reach, axis=0) - reach[0])[during] + 1e-12 * F_n + 1e-12
-        assert np.all(np.abs(columns[f"corner_{name}_normal"][during] - F_n) <= bound)
-        assert np.all(np.abs(columns[f"corner_{name}_friction"][during] - F_t) <= bound)
-        slip = np.abs(v_t[during])
-        pressed += np.count_nonzero(F_n)
-        clipped += np.count_nonzero((F_n == 0.0) & (δ_1[during] > 0.0))
-        ramp += np.count_nonzero((F_n > 0.0) & (v_0 < slip) & (slip < v_1))
-    assert pressed > 30
-    assert ramp >= 2 or case.endswith("clipped")  # on its ramp that one has no force yet
-    assert clipped > 30 or not case.endswith("clipped")
-
-
-STIFF = {**SIDE, "drive.cycles": 2e-5, "output.samples_per_cycle": 100_000_000}  # contacts of some us
-TILTED = {**STIFF, "initial.slider_offset": 1.99e-4, "initial.slider_angle": 1e-4, "initial.slider_vx": 3e-3}
+TILTED = {**SIDE, "initial.slider_offset": 1.99e-4, "initial.slider_angle": 1e-4, "initial.slider_vx": 3e-3}
 SURFACES = {
-    "both corners inside": STIFF,
+    "both corners inside": SIDE,
     "one corner inside": TILTED,
-    "both corners inside, rotating": {**STIFF, "initial.slider_omega": 0.1},
+    "both corners inside, rotating": {**SIDE, "initial.slider_omega": 0.1},
     "one corner inside, two materials": {**TILTED, **MATERIALS},
 }
+VARIANTS = ("reference-minimal", "exudyn-tree")
 
 
 @pytest.mark.parametrize("case", SURFACES)

@@ -40,13 +40,3 @@ def test_less_friction_ends_a_run_that_jams(monkeypatch):
     assert failed.status in ("step-too-small", "work-limit", "non-finite", "chatter")
     assert "friction.coefficient" in failed.remedy
     assert run("reference", {"friction.coefficient": 1.0}).status == "success"
-
-
-@pytest.mark.parametrize("limit", [300])
-def test_shorter_runs_take_less_than_the_limit_of_work(limit, monkeypatch):
-    monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", limit)
-    failed = run("reference", {})
-    assert failed.status == "work-limit"
-    assert "drive.cycles" in failed.remedy
-    reached = 0.9 * failed.columns["time"][-1] / 0.4  # cycles of 0.4 s
-    assert run("reference", {"drive.cycles": reached}).status == "success"

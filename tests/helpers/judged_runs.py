@@ -67,6 +67,12 @@ def changed_scene(seed):
     return load_scene(name, tree | changes), tier
 
 
+def family(model, scene):
+    """All runs that the uncertainty of a model's run takes."""
+    there = {kind: run_one(level, model) for kind, level in levels(scene, model).items()}
+    return Runs(refinement=refinement(model, scene), **there)
+
+
 @lru_cache(maxsize=12)
 def random_scene(seed, samples_per_cycle=1000, *, fault=0.0):
     """A changed scene by both models, with all their runs.
@@ -78,12 +84,7 @@ def random_scene(seed, samples_per_cycle=1000, *, fault=0.0):
     scene = scene if tier == "standard" else tight(scene, MODELS)
     assert scene is not None
     wrong = scene.with_values({"contact.restitution": scene.data["contact"]["restitution"] * (1 + fault)})
-
-    def runs(model, of):
-        there = {kind: run_one(level, model) for kind, level in levels(of, model).items()}
-        return Runs(refinement=refinement(model, of), **there)
-
-    return Judged(scene, tier, runs(MODELS[0], scene), runs(MODELS[1], wrong))
+    return Judged(scene, tier, family(MODELS[0], scene), family(MODELS[1], wrong))
 
 
 @lru_cache(maxsize=128)

@@ -58,7 +58,10 @@ def guide_law(press):
     return law_array(press.exudyn.guide, slider.mass, slider.width / 2, slider.length / 2)
 
 
-@pytest.mark.parametrize("changes", [{}, MATERIALS, ADAMS | MATERIALS, ADAMS | GIVEN])
+DAMPING_MODELS = [{"contact.damping_model": name} for name in ("hunt-crossley", "flores", "gonthier")]
+
+
+@pytest.mark.parametrize("changes", [{}, MATERIALS, ADAMS | MATERIALS, ADAMS | GIVEN, *DAMPING_MODELS])
 def test_constants_of_the_contacts_are_those_of_the_page(changes):
     """Journal and bearing are both of the guide's material; a stiffness is of the law adams-impact alone."""
     press = Press({**changes, "joints.crank_pin": "clearance"})

@@ -1,31 +1,45 @@
-"""One run of a cell within a limit of processor time, as a task and as the row that its verdict needs.
+"""Runs of a scene by both models within a limit of processor time, and the verdict on them, as a task.
 
-The key of a row hashes this module and what it imports: neither cells nor verdicts are here, so that a change
+The key of a row hashes this module and what it imports: neither cells nor classes are here, so that a change
 of theirs runs nothing again.
 """
 
 import time
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import cos, isnan, sin, sqrt
-from typing import TypeVar
+from typing import Any
 
-from comparison.execution.run import Progress, RunError, energy_share, run_one, steps_per_contact
+from comparison.accuracy.refine import levels, sorted_runs, table_of_family
+from comparison.execution.run import (
+    Outcome,
+    Progress,
+    RunError,
+    quality_warnings,
+    run_one,
+    steps_per_contact,
+)
 from comparison.execution.store import Row
-from comparison.execution.tasks import LATE, Task, measure_all, on_processes
-from comparison.scene import Scene, load_scene
+from comparison.execution.tasks import LATE, SUCCESS, Task, measure_all, on_processes
+from comparison.models import MODELS
+from comparison.scene import Scene, SceneError, load_scene
 from comparison.tables.table import Table
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import confirm
 
 BASE = "150rpm-0.2mm"
 """The scene that all cells change, and an ordinary one to compile kernels with."""
 LIMIT = 1000.0
 """Processor time of a run, in units of `unit_seconds`: 20 s on the machine of reports/extremes."""
-GRACE = 4.0
-"""Times its limit, in wall time, after which its process is ended, should it not look at the time."""
+FURTHER = 5.0
+"""Times the limit of a run, for all further runs that a verdict takes."""
+GRACE = 10.0
+"""Times all limits of a pair, in wall time, after which a process is ended that does not look at the time."""
+CUT_OFF = "cut off"
+"""Status of a run that this study ended at its limit."""
 WARM = 0.02
 """Cycles of the run before, in which kernels are compiled: not counted."""
-Name = TypeVar("Name", bound=Hashable)
 
 
 class _OutOfTimeError(BaseException):
@@ -33,49 +47,50 @@ class _OutOfTimeError(BaseException):
 
 
 @dataclass(frozen=True)
-class CellRun(Task):
-    """A scene to be run by a model within so much processor time, in units of `unit_seconds`."""
+class PairRun(Task):
+    """A scene to be run by both models; a run has ``limit`` units of `unit_seconds`."""
 
     scene: Scene
-    model: str
     limit: float = LIMIT
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """Its model."""
-        return (self.model,)
+    models = MODELS
 
 
-def run_tasks(tasks: Mapping[Name, CellRun], n_jobs: int, on_progress: Progress | None) -> dict[Name, Row]:
-    """Run tasks by their names, equal ones once; what ran before is not run again."""
-    wall = GRACE * unit_seconds() * max((task.limit for task in tasks.values()), default=LIMIT)
-    rows = measure_all(run_cell, list(tasks.values()), on_processes(n_jobs, wall), on_progress)
-    return dict(zip(tasks, rows, strict=True))
+def run_pairs(tasks: Sequence[PairRun], n_jobs: int, on_progress: Progress | None) -> list[Row]:
+    """Return the rows of `run_pair`, equal tasks run once; what ran before is not run again.
+
+    Where a process died (`CRASHED`) or was ended (`LATE`) that is the status of both models.
+    """
+    most = max((task.limit for task in tasks), default=LIMIT)
+    wall = GRACE * (len(MODELS) + FURTHER) * most * unit_seconds()
+    rows = measure_all(run_pair, tasks, on_processes(n_jobs, wall), on_progress)
+    return [row if row["status"] == SUCCESS else row | both(row["status"], row["message"]) for row in rows]
 
 
-def run_cell(task: CellRun, progress: Progress) -> Row:
-    """Run and measure, also what had been recorded of a run that ended early."""
-    solver = task.scene.data["solver"][task.model]
-    _compile(task.model, solver["formulation"], solver["method"])
-    allowed = task.limit * unit_seconds()
+def both(status: str, message: str) -> Row:
+    """Return the row of a scene that neither model ran."""
+    ended = {"status": CUT_OFF if status == LATE else status, "message": message}
+    return {**dict.fromkeys(MODELS, ended), "verdict": "", "reason": "", "coverage": None, "apart_m": None}
+
+
+def run_pair(task: PairRun, progress: Progress) -> Row:
+    """Run a scene by both models and compare, as ``sixbar validate --quick`` does without refinement.
+
+    The row has, by model, ``status``; ``message``: what to try, or the warnings of a run that succeeded;
+    ``steps``; ``contacts``; ``steps_per_contact`` and ``constraint_m``, the largest violation of a
+    constraint, None where there are none. Where both succeeded: ``verdict``, its ``reason``: the channels
+    that have it, or which run has no result; its ``coverage``, and ``apart_m``, the largest distance in
+    slider_x while predictable, m.
+    """
+    solver = task.scene.data["solver"]
+    for model in MODELS:
+        _compile(model, solver[model]["formulation"], solver[model]["method"])
     progress(0.0)
-    start = time.process_time()
-
-    def in_time(share: float) -> None:
-        if share < 1.0 and time.process_time() > start + allowed:
-            raise _OutOfTimeError(share)
-        progress(share)
-
-    try:
-        row = measure(run_one(task.scene, task.model, in_time), task.scene)
-    except RunError as error:
-        ended = error.outcome
-        row = {"status": ended.status, "message": ended.message}
-        if ended.partial is not None:
-            row |= measure(ended.partial, task.scene)
-    except _OutOfTimeError as end:
-        row = {"status": LATE, "message": f"stopped after {task.limit:g} units", "share": end.args[0]}
-    return row | {"seconds": time.process_time() - start}
+    allowed = task.limit * unit_seconds()
+    bases = {model: _run(task.scene, model, time.process_time() + allowed) for model in MODELS}
+    row = both("", "") | {model: _measured(outcome) for model, outcome in bases.items()}
+    if all(outcome.table is not None for outcome in bases.values()):
+        row |= _judged(task.scene, bases, time.process_time() + FURTHER * allowed)
+    return row
 
 
 @cache
@@ -85,31 +100,71 @@ def _compile(model: str, formulation: str, method: str) -> None:
     run_one(load_scene(BASE, solver | {"drive.cycles": WARM}), model)
 
 
-def measure(table: Table, scene: Scene) -> Row:
-    """Return what is kept of a run, also of one that ended early.
+def _run(scene: Scene, model: str, end: float) -> Outcome:
+    """Run a scene in this process until it has used so much processor time, s."""
 
-    ``x``: slider_x from the guide's centre line at the samples of the first cycle, m; ``share``: of the time
-    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.run`;
-    ``constraint_m``: largest violation of a constraint, m; ``contacts``: their number, and
-    ``largest_force_N``; ``steps``; ``work``: right-hand sides, or Newton iterations. None for what was not
-    asked for or does not apply.
-    """
-    cycle = scene.data["output"]["samples_per_cycle"] + 1
-    counters, events = table.provenance.get("counters", {}), table.events
-    count = 0 if events is None else len(events)
-    energy, steps = (
-        None if isnan(value) else value for value in (energy_share(table), steps_per_contact(table))
-    )
+    def in_time(share: float) -> None:
+        if share < 1.0 and time.process_time() > end:
+            raise _OutOfTimeError(share)
+
+    try:
+        return Outcome(SUCCESS, table=run_one(scene, model, in_time))
+    except RunError as error:
+        return error.outcome
+    except SceneError as error:
+        return Outcome("bad input", str(error))
+    except _OutOfTimeError as late:
+        return Outcome(CUT_OFF, f"{100 * late.args[0]:.3g} % of its time was run")
+
+
+def _measured(outcome: Outcome) -> dict[str, Any]:
+    """Return what is kept of a run, also of one that ended early."""
+    table, message = outcome.table, outcome.message
+    if table is not None:
+        message = "; ".join(quality_warnings(table))
+    numbers = {} if (ran := table or outcome.partial) is None else _numbers(ran)
+    return {"status": outcome.status, "message": message, **numbers}
+
+
+def _numbers(table: Table) -> dict[str, Any]:
     return {
-        "x": (table.values("slider_x")[:cycle] - scene.data["mechanism"]["guide_x"]).tolist(),
-        "share": float(table.time[-1] / scene.duration) if len(table.time) else 0.0,
-        "energy_share": energy,
+        "steps": table.provenance.get("counters", {}).get("steps"),
+        "contacts": 0 if table.events is None else len(table.events),
+        "steps_per_contact": _number(steps_per_contact(table)),
         "constraint_m": table.provenance.get("constraints", {}).get("position"),
-        "contacts": count,
-        "largest_force_N": float(events["peak_force"].max()) if events is not None and count else None,
-        "steps_per_contact": steps,
-        "steps": counters.get("steps"),
-        "work": counters.get("rhs", counters.get("newton_iterations")),
+    }
+
+
+def _number(value: float) -> float | None:
+    return None if isnan(value) else value
+
+
+def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
+    """Return the verdict on two runs, with the further ones of either model until a processor time, s."""
+    outcomes = {
+        (model, kind): bases[model] if kind == "base" else _run(level, model, end)
+        for model in MODELS
+        for kind, level in levels(scene, model).items()
+    }
+    for (model, kind), outcome in outcomes.items():
+        if table_of_family(kind, outcome) is None:
+            reason = f"no estimate of the error: {model}, {kind} run: {outcome.status}"
+            return {"verdict": "indeterminate", "reason": reason}
+
+    def ensemble(starts: Sequence[Scene], model: str) -> list[Table]:
+        tables = (_run(start, model, end).table for start in starts if time.process_time() < end)
+        return [table for table in tables if table is not None]
+
+    first, second = MODELS
+    runs = sorted_runs(scene, (first, second), outcomes)
+    result = compare(*runs, scene=scene, labels=(first, second))
+    result = confirm(result, runs, scene=scene, models=(first, second), run=ensemble)
+    x = result.channels["slider_x"]
+    return {
+        "verdict": result.verdict,
+        "reason": ", ".join(channel.channel for channel in result.with_verdict(result.verdict)),
+        "coverage": result.coverage,
+        "apart_m": _number(x.largest_predictable),
     }
 
 

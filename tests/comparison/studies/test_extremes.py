@@ -1,0 +1,113 @@
+"""The study extremes: its cells, the class of a comparison, and a handful of cells run for real."""
+
+from collections import Counter
+
+import pandas as pd
+import pytest
+
+from comparison.studies.extremes import study
+from comparison.studies.extremes.cells import AXES, HYPERCUBE, LAWS, PAIRS, cells, hypercube
+from comparison.studies.extremes.runs import CUT_OFF, PairRun, both, run_pairs
+from comparison.studies.extremes.study import COLUMNS, Class, classify
+
+pytestmark = pytest.mark.usefixtures("own_cache")
+
+EVERY_CELL = cells(study.STUDY.full.axes, study.STUDY.full.points)
+RANGES = {
+    "clearance.slider": (1e-9, 5e-3),
+    "drive.speed_rpm": (1.0, 6000.0),
+    "contact.youngs_modulus": (1e6, 1e13),
+    "contact.youngs_modulus.guide": (1e6, 1e13),
+    "contact.restitution": (0.0, 1.0),
+    "contact.corner_radius": (1e-6, 1.0),
+    "contact.damping": (0.0, 1e6),
+    "load.force": (1.0, 1e5),
+    "friction.coefficient": (0.0, 2.0),
+    "environment.gravity": (-9.81, 98.1),
+    "drive.cycles": (10.0, 10_000.0),
+    "solver.exudyn.step": (1e-7, 1e-2),
+    "solver.reference.tolerance": (1e-16, 1.0),
+}
+
+
+def test_each_cell_is_there_once_and_the_stated_ranges_are_reached():
+    assert max(Counter((cell.axis, cell.label, cell.law) for cell in EVERY_CELL).values()) == 1
+    assert {cell.axis for cell in EVERY_CELL} == {*AXES, HYPERCUBE}
+    for key, ends in RANGES.items():
+        values = [float(cell.changes[key]) for cell in EVERY_CELL if key in cell.changes]
+        values = [value for value in values if key != "drive.speed_rpm" or value > 0]
+        assert (min(values), max(values)) == pytest.approx(ends, rel=0.05, abs=0.01 * ends[1])
+    for law in LAWS:
+        assert [cell for cell in EVERY_CELL if cell.law == law]
+    for cell in EVERY_CELL:
+        if cell.changes.get("contact.restitution", 1.0) >= 0.05:  # below some damping models are none
+            assert cell.scene.data["contact"]["law"] == cell.law
+            wanted = cell.changes.get("contact.damping_model", "lankarani-nikravesh")
+            assert cell.scene.data["contact"]["damping_model"] == wanted
+
+
+def test_the_hypercube_has_every_law_damping_model_and_some_loads():
+    points = hypercube(200, 1)
+    assert {cell.law for cell in points} == {*LAWS}
+    models = Counter(cell.changes.get("contact.damping_model") for cell in points)
+    assert min(models.values()) >= 35
+    assert sum("load.force" in cell.changes for cell in points) == 40
+    assert [cell.changes for cell in points] == [cell.changes for cell in hypercube(200, 1)]
+
+
+@pytest.mark.parametrize(
+    ("statuses", "kind"),
+    [
+        (("success", "success"), Class.DIFFER),
+        (("success", "newton-failed"), Class.EXUDYN_STOPS),
+        (("chatter", "success"), Class.REFERENCE_STOPS),
+        (("work-limit", CUT_OFF), Class.REFERENCE_STOPS),  # the model's own limit, and the study's
+        (("chatter", "step-too-small"), Class.BOTH_STOP),
+        (("success", CUT_OFF), Class.NOT_TESTED),
+        (("bad input", CUT_OFF), Class.REFUSED),
+        (("unusable", "bad input"), Class.NONSENSE),
+        (("crashed", "unusable"), Class.CRASHED),
+    ],
+)
+def test_the_class_of_a_comparison_is_its_worst_run_or_its_verdict(statuses, kind):
+    sides = dict(zip(("reference", "exudyn"), ({"status": status} for status in statuses), strict=True))
+    assert classify({**sides, "verdict": "differ"}) is kind
+
+
+def test_some_cells_for_real():
+    """An ordinary one, one that cannot be assembled, and one without time to run."""
+    wanted = [("base", "as shipped"), ("edge of assembly", "rod 2 0.5 m")]
+    usual, long = (
+        next(cell for cell in EVERY_CELL if (cell.axis, cell.label) == place).scene.with_values(
+            PAIRS["smallest"]
+        )
+        for place in wanted
+    )
+    rows = run_pairs([PairRun(usual), PairRun(long), PairRun(usual, 1e-6)], 1, None)
+    assert [classify(row) for row in rows] == [Class.AGREE, Class.REFUSED, Class.NOT_TESTED]
+    assert rows[0]["coverage"] > 0.9
+    assert 0.0 < rows[0]["apart_m"] < 1e-8
+    assert rows[0]["reference"]["contacts"] == rows[0]["exudyn"]["contacts"] > 50
+    assert "rod 4 is too short" in rows[1]["reference"]["message"]
+
+
+def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
+    places = [("base", "as shipped"), ("clearance", "1e-09"), ("clearance", "0.005"), (HYPERCUBE, "1")]
+    outcomes = [("success", "success"), (CUT_OFF, "success"), ("success", "newton-failed")]
+    rows = []
+    for number, (axis, value) in enumerate(places):
+        for at, pair in enumerate(PAIRS):
+            first, second = outcomes[(number + at) % 3]
+            row = both(first, "") | {"exudyn": {"status": second, "message": ""}, "verdict": "agree"}
+            place = {"axis": axis, "value": value, "law": LAWS[0], "pair": pair}
+            status = {"reference_status": first, "exudyn_status": second, "class": str(classify(row))}
+            rows.append(place | status | {"speed_rpm": 10.0, "modulus_Pa": 1e9})
+    study.STUDY.report(pd.DataFrame(rows).reindex(columns=list(COLUMNS)), tmp_path)
+    text = (tmp_path / "README.md").read_text("utf-8")
+    assert "Of 8 comparisons 3 ended at the study's own limit" in text
+    assert "reference, minimal (nowhere); Exudyn, tree (clearance 0.005); reference, mult" in text
+    assert "Exudyn, five bodies (clearance 1e-09).**" in text
+    assert "| smallest | hertz-corners | 2 | 1 | 1 | 4 |" in text
+    assert len(pd.read_csv(tmp_path / "cells.csv")) == 8
+    drawn = (tmp_path / "axes.svg").read_text("utf-8")
+    assert all(words in drawn for words in ("clearance (m)", "minimal, tree", "Exudyn stops"))
