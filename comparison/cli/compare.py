@@ -153,7 +153,7 @@ def _suggest(a: Path, b: Path, out: Path | None, mapping: Path | None, *, json: 
     from comparison.files import FolderError, check_file, write_text
     from comparison.scene import command_line
     from comparison.tables.mapping import load_mapping
-    from comparison.tables.suggest import mapping_text, suggest, summary
+    from comparison.tables.suggest import mapping_text, suggest
 
     path = check_file(out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
@@ -161,10 +161,11 @@ def _suggest(a: Path, b: Path, out: Path | None, mapping: Path | None, *, json: 
     dialects = load_mapping(mapping).dialect if mapping else None
     guesses, left = suggest(a, b, dialects)
     command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
-    write_text(mapping_text(guesses, left, dialects, command), path)
+    text = mapping_text(guesses, left, dialects, command)
+    write_text(text, path)
     if json:
-        print_json([guess._asdict() for guess in guesses])
-    say(*summary(guesses, left), str(path), err=json)
+        print_json([rule for guess in guesses for rule in guess.rules()])
+    say(*text.splitlines(), str(path), err=json)
     return 0
 
 

@@ -32,7 +32,6 @@ _EVEN = 0.9  # share of equal steps from which times count as equidistant
 _COVERED = 0.05  # share of the span that they then cover at least
 _EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times with few digits
 _RATIO = 10.0  # of a hole to the longest other step, where steps vary
-_FEW = 0.01  # of the steps of such a table, at most, that can be holes
 
 Side = Mapping[str, Array]  # channel -> values, shape (n,)
 
@@ -46,7 +45,7 @@ class Hole(NamedTuple):
 
 
 def holes(time: Array) -> list[Hole]:
-    """Find the holes in increasing times, two at least; where steps vary, long and rare ones alone."""
+    """Find the holes in increasing times, two at least; where steps vary, one far longer than others."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     equal = np.abs(steps - usual) <= _EQUAL * usual
@@ -57,12 +56,8 @@ def holes(time: Array) -> list[Hole]:
         missing = np.round(steps / usual) - 1
         long = np.flatnonzero(missing >= 1)
     else:
-        ordered = np.sort(steps)
-        jumps = np.flatnonzero(ordered[1:] >= _RATIO * ordered[:-1])
-        few = jumps.size and steps.size - 1 - jumps[-1] <= max(1, int(_FEW * steps.size))
-        if steps.size < 3 or not few:
-            return []
-        long = np.flatnonzero(steps >= ordered[jumps[-1] + 1])
+        *_, second, longest = np.sort(np.append(steps, [0.0, 0.0]))
+        long = np.flatnonzero((steps == longest) & (steps.size > 2) & (longest >= _RATIO * second))
     return [Hole(float(time[n]), float(time[n + 1]), int(missing[n])) for n in long]
 
 

@@ -7,10 +7,8 @@ feed or U+2028, at which Python splits too.
 
 import csv
 import re
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,10 +16,11 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array, channels
-from comparison.tables.mapping import Dialect, parse_unit, same_dimension
+from comparison.tables.mapping import Dialect
 from comparison.tables.table import Columns, TableError
+from comparison.tables.units import parse_unit, same_dimension
 
-_HEAD = 1 << 18  # characters that must contain the first row of numbers
+_TITLES = 10_000  # lines among which the first row of numbers must be
 _LONGEST_LINE = 100_000
 _LONGEST_NAME = 1_000
 
@@ -30,6 +29,9 @@ _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
 _RULE = " \t-=_*"  # characters of a line that only separates
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
+_FORTRAN = re.compile(  # 1.5D-3, 1.5-101
+    r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
+)
 NUMBER = re.compile(
     rf"[+-]?(?=[.,]?\d)[\d.,]+{_EXPONENT}|[+-]?(?:nan|inf|infinity)(?:\(\w*\))?|[+-]?1[.,]#\w+",
     re.ASCII | re.IGNORECASE,
@@ -40,7 +42,6 @@ NUMBER = re.compile(
 _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
 _WORD = re.compile(rf'(?:"[^"]*"|[^\s"\[(](?:[^\s"\[(]|{_BRACKETS})*)(?:\s+(?:{_BRACKETS}))?|{_BRACKETS}')
 _WITH_BRACKETS = re.compile(r"(?P<name>.*\S)(?P<space>\s*)(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
-_ANGLES = re.compile(r"(?i)\bin_?degrees\s*[=:]\s*(yes|true|1|no|false|0)\b")
 
 Heading = list[tuple[str, str | None]]  # name and unit of each column
 
@@ -62,7 +63,6 @@ class Source:
     columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
-    angles: str | None = None  # unit that the file states for all its angles: "deg" or "rad"
     nameless: bool = False  # whether the first column has no name and must be the time
     plain: bool = False
     """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
@@ -88,18 +88,41 @@ class _Layout(NamedTuple):
 
     separator: str
     comments: tuple[str, ...]  # the signs with which they begin
-    row: list[str]
+    thousands: str = ""
+    row: Sequence[str] = ()
 
     def is_comment(self, line: str) -> bool:
         return line.lstrip(" \t").startswith(self.comments)
 
-    def words(self, line: str, separator: str = "") -> list[str]:
-        """Return the fields of a line of names or units, which may be a comment."""
+    def fields(self, line: str) -> list[str]:
+        """Return the fields of a row, without a comment at its end: of the signs guessed only ``#``."""
+        if self.comments and self.comments[0] in line:
+            line = re.sub(rf'[ \t]{re.escape(self.comments[0])}[^"]*$', "", line)
+        fields = self._split(line)
+        if self.thousands:
+            sign = re.escape(self.thousands)
+            grouped = rf"[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})"
+            for n, match in enumerate(re.match(grouped, field) for field in fields):
+                if match:
+                    fields[n] = match[0].replace(self.thousands, "") + fields[n][match.end() :]
+        return fields
+
+    def _split(self, line: str) -> list[str]:
+        """Return the fields of a line without quotation marks and spaces around them."""
+        if self.separator == _SPACES:
+            return [field.strip('"') for field in re.split(r"[ \t]+", line.strip(" \t"))]
+        if '"' not in line:
+            return [field.strip() for field in line.split(self.separator)]
+        rows = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+        return [field.strip() for field in next(rows, [])]
+
+    def words(self, line: str) -> list[str]:
+        """Return the names or units of all columns in a line, which may be a comment; else none."""
         signs = "|".join(map(re.escape, self.comments)) or " "
-        line, separator = re.sub(rf"^(?: |{signs})*", "", line).rstrip(" "), separator or self.separator
-        if separator == _SPACES:
-            return [word.strip('"') for word in _WORD.findall(line)]
-        return _split(line, separator)
+        line = re.sub(rf"^(?: |{signs})*", "", line).rstrip(" ")
+        if self.separator == _SPACES:
+            return self.fitted([word.strip('",;') for word in _WORD.findall(line)])
+        return self.fitted(self._split(line))
 
     def fitted(self, fields: list[str]) -> list[str]:
         """Return fields, one for each of the row but for a separator at the end of either; else none."""
@@ -113,35 +136,24 @@ class _Layout(NamedTuple):
             raise TableError(f"has a name of more than {_LONGEST_NAME} characters")
         return fields
 
-    def names(self, line: str) -> list[str]:
-        """Return the names of all columns in a line, separated as the numbers, or otherwise with the time."""
-        # A comma in the row that separates the names may do so in the row as well.
-        used = {self.separator, _SPACES, *"".join(self.row)}
-        ways = (self.fitted(self.words(line, other)) for other in _SEPARATORS if other not in used)
-        return next((way for way in ways if _time(way) is not None), self.fitted(self.words(line)))
-
-    def is_heading(self, line: str) -> bool:
-        """Whether a comment holds the names, with the time, or the units of all columns."""
-        names = self.names(line)
-        return _time(names) is not None or _are_units(names)
-
     def units(self, line: str, time: int | None) -> list[str]:
         """Return the fields of a line that holds units; empty if it does not.
 
         They are known units, or in brackets; all others must stand beside one of time in its column.
         """
-        fields = self.fitted(self.words(line))
+        fields = self.words(line)
         at_time = None if time is None or not fields else parse_unit(_bare(fields[time]) or "")
         return fields if _are_units(fields) or same_dimension(at_time, parse_unit("s")) else []
 
     def check_comment(self, line: _Line) -> None:
-        """Reject a comment that may be a row whose first field is no number, unless its sign is stated."""
-        fields = _fields(line.text.strip(" "), self.separator, self.comments)
+        """Reject a comment below the names that may be a row or another heading, if its sign is guessed."""
+        words, fields = self.words(line.text), self.fields(line.text.strip(" "))
         number = rf"(?i)[#%!].*|[^a-z]*\d[^a-z]*|{NUMBER.pattern}"
         alike = self.separator != _SPACES or all(re.fullmatch(number, field) for field in fields)
-        fits = len(fields) == len(self.row) and self.comments == _COMMENTS
-        if fits and alike and not self.units(line.text, None):
-            raise TableError(f"line {line.number} may be a comment or a row: {settled('comment')}")
+        is_row = alike and len(fields) == len(self.row)
+        if self.comments == _COMMENTS and (is_row or _time(words) is not None or _are_units(words)):
+            may_be = f"a comment, a row or another heading: {line.text.strip()[:60]!r}"
+            raise TableError(f"line {line.number} may be {may_be}: {settled('comment')}")
 
 
 def position(n: int) -> str:
@@ -170,144 +182,127 @@ def decoded(content: bytes) -> str:
 def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
-    comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
-    if dialect.thousands not in (None, ","):
-        text = _ungrouped(text, dialect.thousands)
-    lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
-    if any(len(line) > _LONGEST_LINE for line in lines):
+    lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
+    if any(len(line.text) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
-    start = dialect.skip or 0
-    first, layout = _first_row(lines, start, dialect, comments)
-    offset = sum(len(line) + 1 for line in lines[:first])
-    body = _rows(text[offset:], layout)
-    if dialect.thousands == ",":
-        body = _ungrouped(body, ",", quoted=layout.separator == ",")
-    numbers = [n for n, line in enumerate(body.split("\n"), first + 1) if line.strip(" \t")]
-    size = [str(len(numbers)), str(len(layout.row))]  # a line of these numbers alone is a title
-    above = [_Line(n, line) for n, line in enumerate(lines[:first], 1) if n > start and line.split() != size]
+    titles = [line for line in lines if line.number > (dialect.skip or 0)]
+    first, layout = _first_row(titles[:_TITLES], dialect)
+    rows = dict(_rows(titles[first:], layout))
+    size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
+    above = [line for line in titles[:first] if line.text.split() != size]
     heading, notes = _heading(above, layout, dialect)
     if heading is None and dialect.skip is None and dialect.names is None and dialect.separator is None:
-        _check_nameless(
-            _Line(first + 1, lines[first]), layout, len(numbers), alone=not "".join(lines[:first]).strip()
-        )
-    if dialect.comment is None:
-        _check_comments(text, offset, layout)
-    decimal = _decimal_sign(body, layout.separator, dialect)
-    frame = _frame(body, numbers, layout.separator, decimal, len(layout.row))
-    stated = [match[1].casefold() for line in above if (match := _ANGLES.search(line.text))][-1:]
-    angles = None if not stated else "deg" if stated[0] in ("yes", "true", "1") else "rad"
+        _check_nameless(titles[first], layout, len(rows), alone=not first)
+    decimal = _decimal_sign(rows.values(), layout.separator, dialect)
     columns: list[Column] = []
     for n, (name, unit) in enumerate(heading or [("", None)] * len(layout.row)):
-        if angles and not unit and name in channels() and "rad" in channels()[name].unit:
-            unit = channels()[name].unit.replace("rad", angles)
-        column = read_column(name or position(len(columns)), unit, frame[n], decimal, numbers)
+        if unit and " " in unit and parse_unit(unit) is None and name not in channels():
+            notes.append(f"{unit!r} beside {name} is not a unit")
+            unit = None
+        entries = [fields[n] for fields in rows.values()]
+        column = read_column(name or position(len(columns)), unit, entries, decimal, [*rows])
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
-        if name or not (is_index or frame[n].isna().all()):
+        if name or (any(entries) and not is_index):
             columns.append(column)
     names = [name for name, _ in heading or ()]
     return Source(
         path,
         columns,
         notes=notes,
-        angles=angles,
         nameless=[column.name for column in columns[:1]] == [position(0)] and _time(names) is None,
         plain="time" in names and [line.text for line in above] == [",".join(names)],
     )
 
 
 def read_column(
-    name: str, unit: str | None, entries: pd.Series, decimal: str = ".", lines: Sequence[int] = ()
+    name: str,
+    unit: str | None,
+    entries: pd.Series | list[str],
+    decimal: str = ".",
+    lines: Sequence[int] = (),
 ) -> Column:
-    """Return a column as pandas has read it; numbers that it has read as text have this decimal sign."""
-    if entries.dtype.kind in "fiu":
-        return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
-    text = entries.astype("str").str.strip()
-    plain = text.str.translate(str.maketrans(",.", ".,")) if decimal == "," else text
-    plain = plain.str.replace(r"^\+([\d.])", r"\1", regex=True)  # pandas rounds what has a plus otherwise
-    fortran = r"^(-?[\d.]+)[dDqQ]([+-]?\d+)$|^(-?\d*\.\d*)([+-]\d{3})$"
-    plain = plain.str.replace(fortran, r"\1\3e\2\4", regex=True)
-    numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
-    absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
-    for n in np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))[:1]:
-        place = f"line {lines[n]}" if lines else f"data row {n + 1}"
-        return Column(name, unit, numbers, (place, str(text.iloc[n])))
+    """Return a column as numbers; those that are text have this decimal sign, and stand in these lines."""
+    if isinstance(entries, pd.Series):
+        if entries.dtype.kind in "fiu":
+            return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
+        known = zip(entries, entries.notna(), strict=True)
+        texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
+    else:
+        texts = entries
+    swapped = str.maketrans(",.", ".,")
+    plain = [text.translate(swapped) for text in texts] if decimal == "," else texts
+    numbers = np.array([_value(text) for text in plain])
+    for n in np.flatnonzero(np.isnan(numbers)).tolist():
+        if texts[n].lstrip("+-").lower() not in ("", "nan"):
+            place = f"line {lines[n]}" if lines else f"data row {n + 1}"
+            return Column(name, unit, numbers, (place, texts[n]))
     return Column(name, unit, numbers)
+
+
+def _value(text: str) -> float:
+    """Return the number that a text with a decimal point denotes; nan if it denotes none."""
+    if "_" in text or not text.isascii():  # of which Python would make numbers
+        return np.nan
+    try:
+        return float(text)
+    except ValueError:
+        match = _FORTRAN.fullmatch(text)
+        return float(f"{match[1] or match[3]}e{match[2] or match[4]}") if match else np.nan
 
 
 # ---- where the numbers begin
 
 
-def _split(line: str, separator: str) -> list[str]:
-    """Return the fields of a line without quotation marks and spaces around them."""
-    if separator == _SPACES:
-        return [field.strip('"') for field in re.split(r"[ \t]+", line.strip(" \t"))]
-    rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
-    return [field.strip() for field in next(rows, [])]
-
-
-def _fields(line: str, separator: str, comments: tuple[str, ...]) -> list[str]:
-    return _split(_without_comments(line, separator, comments), separator)
-
-
-def _without_comments(text: str, separator: str, comments: tuple[str, ...]) -> str:
-    """Return text without the comments after a space at the ends of lines: of those guessed only ``#``."""
-    if not comments or comments[0] not in text:
-        return text
-    space, last = ("[ \t]", "") if separator == _SPACES else (" ", separator)  # "; #N/A ;" is none
-    return re.sub(rf'(?m){space}{re.escape(comments[0])}[^"\n{re.escape(last)}]*$', "", text)
-
-
-def _ungrouped(text: str, group: str, *, quoted: bool = False) -> str:
-    """Return text without the signs that separate thousands: between commas only those of quoted numbers."""
-    sign, other = re.escape(group), r"\w.," if group in ".," else r"\w"
-    before = '(?<=")' if quoted else rf"(?<![{other}])"
-    grouped = rf"{before}[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})"
-    return re.sub(grouped, lambda match: match[0].replace(group, ""), text)
-
-
-def _first_row(
-    lines: Sequence[str], start: int, dialect: Dialect, comments: tuple[str, ...]
-) -> tuple[int, _Layout]:
+def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
     """Return the place of the first row of numbers among lines, and how it is split.
 
     All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
     as the next row has. Below names that a mapping states a row may hold any text beside that number.
     """
     stated = _SPACES if dialect.separator == " " else dialect.separator
+    comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
     separators = _SEPARATORS if stated is None else (stated,)
     known = bool(dialect.names) or (dialect.skip is not None and dialect.names is None)
-    rows = [
-        n
-        for n in range(start, len(lines))
-        if lines[n].strip() and not lines[n].lstrip(" \t").startswith(comments)
-    ]
+    ways = [_Layout(each, comments, dialect.thousands or "") for each in separators]
+    rows = [n for n, line in enumerate(lines) if not ways[0].is_comment(line.text)]
     for n, below in zip(rows, [*rows[1:], None], strict=True):
-        above = [line for line in lines[max(start, n - 9) : n] if line.strip()][-3:]  # names, units, a remark
-        layouts = [_Layout(each, comments, _fields(lines[n], each, comments)) for each in separators]
+        layouts = [way._replace(row=way.fields(lines[n].text)) for way in ways]
         layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
         for layout in layouts:
-            after = None if below is None else _fields(lines[below], layout.separator, comments)
-            headings = [dialect.names] if dialect.names else map(layout.words, above)
-            names = [*filter(None, map(layout.fitted, headings))]
-            if _begins(layout.row, after, names, known=known):
+            after = layout.row if below is None else layout.fields(lines[below].text)
+            above = (layout.words(line.text) for line in lines[max(n - 3, 0) : n])  # names, units, a remark
+            names = [*filter(None, [layout.fitted(dialect.names)] if dialect.names else above)]
+            if (names or not known) and _begins(layout.row, after, names, known=known):
                 return n, layout
-    raise TableError(
-        f"contains no row of two or more numbers: {settled('separator, decimal, thousands, skip, names')}"
-    )
+    keys = settled("separator, decimal, thousands, skip, names")
+    raise TableError(f"contains no row of two or more numbers: {keys}")
 
 
-def _begins(row: list[str], after: list[str] | None, headings: list[list[str]], *, known: bool) -> bool:
+def _begins(
+    row: Sequence[str], after: Sequence[str], headings: Sequence[Sequence[str]], *, known: bool
+) -> bool:
     """Whether the numbers of a table begin in a row, below what may be the names of its columns."""
-    numbers = [bool(NUMBER.fullmatch(field)) for field in row]
-    again = [bool(NUMBER.fullmatch(field)) for field in after or row]
+    numbers, again = ([bool(NUMBER.fullmatch(field)) for field in fields] for fields in (row, after))
     whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
     alike = len(again) == len(row) and any(again)
     places = [n for n in map(_time, headings) if n is not None]
     below_time = any(numbers[n] and (whole or (alike and again[n])) for n in places)
-    if len(row) < 2 or (known and not headings):
-        return False
-    return below_time or (whole and (known or alike))
+    return len(row) > 1 and (below_time or (whole and (known or alike)))
+
+
+def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and fields of each row; those of nothing but separators are a spreadsheet's."""
+    first = 0
+    for line in lines:
+        if layout.is_comment(line.text):
+            layout.check_comment(line)
+        elif any(fields := layout.fields(line.text)):
+            first = first or line.number
+            if len(fields) != len(layout.row) or line.text.count('"') % 2:
+                rule = f"must hold {len(layout.row)} fields, as line {first}, and close quotation marks"
+                raise TableError(f"line {line.number} {rule}: {settled('separator')}")
+            yield line.number, fields
 
 
 def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> None:
@@ -325,6 +320,25 @@ def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> 
         )
 
 
+def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialect) -> str:
+    """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
+    if decimal := dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or ""):
+        return decimal
+    fields = [field for row in rows for field in row if "," in field or "." in field]
+    seen = {sign: next((f for f in fields if sign in f and NUMBER.fullmatch(f)), "") for sign in ".,"}
+    if not any(seen.values()) or (separator == "," and not seen[","]):
+        return "."
+    sign = max(seen, key=lambda each: len(seen[each]))
+    clear = re.compile(
+        rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}$)[+-]?(\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
+    )
+    if all(seen.values()) or not any(map(clear.fullmatch, fields)):
+        numbers = " and ".join(map(repr, dict.fromkeys(filter(None, seen.values()))))
+        not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
+        raise TableError(f"{not_clear}: {settled('decimal (and thousands)')}")
+    return sign
+
+
 # ---- what the columns are called
 
 
@@ -339,7 +353,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
         _check_above(lines, layout)
         stated = layout.fitted(dialect.names)
         return (_named(stated, []) if stated else None), []
-    names_in = [layout.names(line.text) for line in lines]
+    names_in = [layout.words(line.text) for line in lines]
     likely = [n for n, names in enumerate(names_in) if _time(names) is not None]
     if dialect.skip is not None:
         likely = [n for n, line in enumerate(lines) if names_in[n] or not layout.is_comment(line.text)][:1]
@@ -347,12 +361,21 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     if place is None:
         return None, []
     if not (names := names_in[place]):
-        count = f"line {lines[place].number} names {len(layout.words(lines[place].text))}"
+        count = f"line {lines[place].number} does not name as many"
         raise TableError(
             f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names, skip or separator')}"
         )
-    units = _units_below(lines[place + 1 :], layout, _time(names))
-    return _named(names, units), list(_titles(lines[:place], names, layout))
+    units: list[str] = []
+    for line in lines[place + 1 :]:
+        fields = layout.units(line.text, _time(names))
+        if fields and not units:
+            units = fields
+        elif layout.is_comment(line.text):
+            layout.check_comment(line)
+        else:
+            problem = "is not one line of units, nor a row of numbers"
+            raise TableError(f"line {line.number}, below the names, {problem}: {settled('names')}")
+    return _named(names, units), list(_titles(lines[:place], layout, _time(names)))
 
 
 def _last_names(lines: Sequence[_Line], names_in: Sequence[list[str]], layout: _Layout) -> int | None:
@@ -360,53 +383,34 @@ def _last_names(lines: Sequence[_Line], names_in: Sequence[list[str]], layout: _
     _check_above(lines, layout)
     if not lines:
         return None
-    last, names = len(lines) - 1, names_in[-1]
-    if layout.is_comment(lines[last].text) and (not names or any(map(NUMBER.fullmatch, names))):
-        layout.check_comment(lines[last])
+    last, names = lines[-1], names_in[-1]
+    if layout.is_comment(last.text) and (not names or any(map(NUMBER.fullmatch, names))):
+        layout.check_comment(last)
         # One that begins with the time names the columns, but not all.
-        return last if not names and _time(layout.words(lines[last].text)[:1]) == 0 else None
-    return last - 1 if last and _are_units(names) and names_in[last - 1] else last
+        return len(lines) - 1 if re.match(r"(?i)[ #%!]*time\b", last.text) else None
+    return len(lines) - 1 - (len(lines) > 1 and _are_units(names) and bool(names_in[-2]))
 
 
 def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
     """Reject what begins like a row and is none: it is passed over as no title."""
     for line in lines:
-        is_number = [bool(NUMBER.fullmatch(field)) for field in _split(line.text, layout.separator)]
+        is_number = [bool(NUMBER.fullmatch(field)) for field in layout.fields(line.text)]
         like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
-        if is_number[:1] == [True] and like_row:
+        if is_number[0] and like_row:
             keys = settled(f"skip = {line.number} (a title), or decimal, thousands")
             raise TableError(f"line {line.number} begins like a row of numbers, but is none: {keys}")
 
 
-def _units_below(lines: Sequence[_Line], layout: _Layout, time: int | None) -> list[str]:
-    """Return the units in the one line below the names that is no remark; empty without such a line."""
-    units: list[str] = []
-    for line in lines:
-        fields = layout.units(line.text, time)
-        if not fields and layout.is_comment(line.text) and not layout.is_heading(line.text):
-            layout.check_comment(line)
-            continue
-        if units or not fields:
-            problem = "holds units again" if fields else "is neither units nor a row of numbers"
-            raise TableError(f"line {line.number}, below the names, {problem}: {settled('names')}")
-        units = fields
-    return units
-
-
-def _titles(lines: Sequence[_Line], names: Sequence[str], layout: _Layout) -> Iterator[str]:
+def _titles(lines: Sequence[_Line], layout: _Layout, time: int | None) -> Iterator[str]:
     """Yield which lines above the names could be names too; reject what is likely to belong to them."""
-    stated = any(_ANGLES.search(line.text) for line in lines)
     for line in lines:
-        comment = layout.is_comment(line.text)
-        fields = layout.fitted(layout.words(line.text))
-        written = [n for n, entry in enumerate(fields) if entry]
-        whole = not comment and layout.separator != _SPACES and {*range(1, len(fields))} <= {*written}
-        belongs = whole and (len(fields) > 2 or not all(names[n] for n in written))
-        if fields and (belongs or layout.units(line.text, _time(names))):
+        fields = [] if layout.is_comment(line.text) else layout.words(line.text)
+        belongs = layout.separator != _SPACES and len(fields) > 2 and all(fields[1:])
+        if belongs or layout.units(line.text, time):
             may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
             raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
-        states_units = not stated and re.search(r"(?i)\b(units?|degrees|radians)\b", line.text)
-        if states_units or (len(written) > 1 and not comment):
+        states_units = re.search(r"(?i)\bunits?\b|degrees|radians", line.text)
+        if states_units or sum(map(bool, fields)) > 1:
             yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 
@@ -454,93 +458,3 @@ def _are_units(fields: Sequence[str]) -> bool:
     written = [entry for entry in fields if entry and not NUMBER.fullmatch(entry)]
     units = (parse_unit(entry) is not None or _bare(entry) != entry for entry in filter(None, fields))
     return bool(written) and all(units)
-
-
-# ---- the rows of numbers
-
-
-def _check_comments(text: str, offset: int, layout: _Layout) -> None:
-    """Reject a comment below the first row that may be a row, or that is another heading."""
-    if not any(sign in text for sign in layout.comments):
-        return
-    for match in re.finditer(r"(?m)^[ \t]*[#%!].*", text[offset:]):
-        line = _Line(text.count("\n", 0, offset + match.start()) + 1, match[0])
-        layout.check_comment(line)
-        if layout.is_heading(line.text):
-            problem = f"a comment or another heading: {line.text.strip()[:60]!r}"
-            raise TableError(f"line {line.number} may be {problem}: {settled('comment')}")
-
-
-def _rows(body: str, layout: _Layout) -> str:
-    """Return the rows, as many lines, without comments.
-
-    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
-    """
-    separator = layout.separator
-    if any(sign in body for sign in layout.comments):
-        signs = "|".join(map(re.escape, layout.comments))
-        body = re.sub(rf"(?m)^[ \t]*(?:{signs}).*", "", body)
-        body = _without_comments(body, separator, layout.comments)
-    if separator != _SPACES:
-        if f" {separator}" in body or " \n" in body:
-            body = re.sub(
-                rf" +(?=[{re.escape(separator)}\n])", "", body
-            )  # pandas rounds what ends with a space
-        if f"\n{separator}" in body:  # a spreadsheet's empty rows
-            body = re.sub(rf"(?m)^{re.escape(separator)}+$", "", body)
-    return body
-
-
-def _decimal_sign(body: str, separator: str, dialect: Dialect) -> str:
-    """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
-    decimal = dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or "")
-    if decimal or (separator == "," and '"' not in body):
-        return decimal or "."
-    edge = r" \t\n" if separator == _SPACES else rf"{re.escape(separator)}\n"
-    quote = '"' if separator == "," else '"?'
-    before, end = rf"(?:\A|[{edge}])[ \t]*{quote}", rf"{quote}[ \t]*(?=[{edge}]|\Z)"
-    seen = {}
-    for sign in ".,":
-        number = rf"{before}([+-]?(?=[.,]?\d)[\d.,]*[{sign}][\d.,]*{_EXPONENT}){end}"
-        if sign in body and (match := re.search(number, body)):
-            seen[sign] = match[1]
-    if not seen or (separator == "," and "," not in seen):
-        return "."
-    sign, *others = seen
-    one = rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
-    clear = rf"{before}(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}{end}){one}{end}"
-    if others or not re.search(clear, body):
-        numbers = " and ".join(map(repr, dict.fromkeys(seen.values())))
-        not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
-        raise TableError(f"{not_clear}: {settled('decimal (and thousands)')}")
-    return sign
-
-
-def _frame(body: str, lines: Sequence[int], separator: str, decimal: str, count: int) -> pd.DataFrame:
-    """Return the rows, in these lines of the file, as pandas reads them; text in columns that hold any."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
-            frame = pd.read_csv(
-                BytesIO(body.encode()),
-                sep=separator,
-                decimal=decimal,
-                header=None,
-                names=range(count),
-                index_col=False,
-                skipinitialspace=True,
-                keep_default_na=False,
-                na_values=[""],
-                low_memory=False,  # the type of a column follows from all of it
-            )
-    except (ValueError, pd.errors.ParserWarning):
-        frame = pd.DataFrame()
-    if len(frame) == len(lines) and not (separator == _SPACES and frame[count - 1].isna().any()):
-        return frame
-    rows = (line for line in body.split("\n") if line.strip(" \t"))
-    for n, line in zip(lines, rows, strict=True):
-        fields = len(_split(line, separator))
-        if fields > count or (separator == _SPACES and fields < count) or line.count('"') % 2:
-            rule = f"line {n} must hold {count} fields, as line {lines[0]}, and close quotation marks"
-            raise TableError(f"{rule}: {settled('separator')}")
-    raise TableError(f"cannot be read as rows of {count} fields: {settled('separator')}")

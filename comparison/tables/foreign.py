@@ -3,7 +3,6 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
-import csv
 import difflib
 import io
 import re
@@ -39,18 +38,16 @@ from comparison.tables.mapping import (
     Mapping,
     Quantity,
     Rule,
-    Stated,
     check_rates,
-    is_prose,
     own_channel,
-    parse_unit,
-    same_dimension,
 )
 from comparison.tables.table import Table, TableError
+from comparison.tables.units import parse_unit, same_dimension
 
 # ---- files, whose first bytes tell what they are, not their ending
 
 _HEAD = 1024  # bytes in which text has no zero byte
+_LARGEST_TEXT = 400_000_000  # bytes: read line by line it takes twenty times as much memory
 _REFUSED = {
     b"MATLAB 7.3 MAT-file": "is of MATLAB's version 7.3 (HDF5): save it with the option -v7",
     b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007, or one with a password: save its sheet as .csv",
@@ -97,43 +94,34 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
         return Source(path, *_vectors(path))
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise TableError(_BINARY)
+    check_size(path, _LARGEST_TEXT)
     return parse_text(path, decoded(path.read_bytes()), dialect)
 
 
 def _sheet(path: Path) -> str:
     """Return the one sheet of a workbook that holds a table as text: of a formula its stored value counts."""
-    sheets = _sheets(path)
-    holding = [name for name, rows in sheets.items() if any(sum(map(_is_number, row)) > 1 for row in rows)]
+    try:
+        with ZipFile(path) as file:
+            unpacked = sum(part.file_size for part in file.infolist())
+        asked: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
+            small = unpacked <= table_files.LARGEST
+            sheets = pd.read_excel(path, sheet_name=None, **asked) if small else {}
+    except ImportError as error:
+        extra = "pip install 'sixbar-crossval[excel]'"
+        raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
+    # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
+    except Exception as error:
+        raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
+    if unpacked > table_files.LARGEST:
+        raise TableError(f"holds more than {table_files.LARGEST} bytes once it is unpacked")
+    holding = [name for name, sheet in sheets.items() if (sheet.map(_is_number).sum(axis=1) > 1).any()]
     if not holding:
         raise TableError("no sheet contains a row of two or more numbers")
     if len(holding) > 1:
         raise TableError(f"sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
-    text = io.StringIO()
-    lines = csv.writer(text, delimiter="\t", lineterminator="\n")
-    lines.writerows(map(_written, row) for row in sheets[holding[0]])
-    return text.getvalue()
-
-
-def _sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    try:
-        from openpyxl import load_workbook
-    except ImportError as error:
-        extra = "pip install 'sixbar-crossval[excel]'"
-        raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
-    try:
-        with ZipFile(path) as file:
-            unpacked = sum(part.file_size for part in file.infolist())
-        if unpacked <= table_files.LARGEST:
-            with path.open("rb") as file, warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
-                book = load_workbook(file, read_only=True, data_only=True)
-                for sheet in book.worksheets:
-                    sheet.reset_dimensions()  # some programs state wrong ones
-                return {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}
-    # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
-    except Exception as error:
-        raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
-    raise TableError(f"holds more than {table_files.LARGEST} bytes once it is unpacked")
+    return str(sheets[holding[0]].map(_written).to_csv(sep="\t", header=False, index=False))
 
 
 def _is_number(cell: object) -> bool:
@@ -142,9 +130,8 @@ def _is_number(cell: object) -> bool:
 
 def _written(cell: object) -> str:
     """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
-    if isinstance(cell, str) and NUMBER.fullmatch(cell.strip()):
-        return f"'{cell}"
-    return "" if cell is None else re.sub(r"[\r\n\0]+", " ", str(cell))
+    text = re.sub(r"[\r\n\0]+", " ", str(cell))
+    return f"'{text}" if isinstance(cell, str) and NUMBER.fullmatch(text.strip()) else text
 
 
 def _vectors(path: Path) -> tuple[list[Column], list[str]]:
@@ -213,9 +200,8 @@ def read_tables(
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned = [_by_rules(source, side, mapping) for source, side in zip(sources, sides, strict=True)]
     _add_shared(assigned, mapping, compare)
-    completed = list(_complete(assigned, compare))
     known = _definitions(assigned, mapping)
-    warnings = [*_assumptions(sources, known), *completed]
+    warnings = [*_assumptions(sources, known)]
     for each in assigned:
         if each.left_out and only is None:
             reason = "not compared, since the mapping leaves it out"
@@ -315,40 +301,17 @@ def _add_shared(assigned: Sequence[_Assigned], mapping: Mapping, compare: list[s
                 del columns[name]
 
 
-def _complete(assigned: Sequence[_Assigned], compare: list[str] | None) -> Iterator[str]:
-    """Give tables of ours what their scenes prescribe, where another table has it; say so."""
-    wanted = {name for each in assigned for name in each.columns if compare is None or name in compare}
-    for each in assigned:
-        prescribed = _prescribed(each.source.record, each.columns[TIME][0].numbers)
-        lacking = wanted - each.columns.keys()
-        added = {column.name: (column, _NONE) for column in prescribed if column.name in lacking}
-        each.columns.update(added)
-        if added:
-            yield f"{each.source.path.name}: as its scene prescribes: {', '.join(added)}"
-
-
-def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
-    """Return crank angle and speed (rad, rad/s) of our table: its scene prescribes what no model writes."""
-    scene: Any = (record or {}).get("scene")
-    try:
-        start = np.radians(float(scene["mechanism"]["crank_angle_deg"]))
-        omega = float(scene["drive"]["speed_rpm"]) * np.pi / 30.0
-    except (KeyError, TypeError, ValueError, OverflowError):  # of another program's record
-        return []
-    speed = np.full(time.shape, omega)
-    return [Column("crank_angle", "rad", start + omega * time), Column("crank_speed", "rad/s", speed)]
-
-
 def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
     defined = {}
     for name in dict.fromkeys(name for each in assigned for name in each.columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         if name not in channels():
-            owning = [
-                (each.source.path.name, *each.columns[name]) for each in assigned if name in each.columns
+            owning = [each for each in assigned if name in each.columns]
+            stated = [
+                (each.source.path.name, _unit(*each.columns[name]), each.columns[name][0].numbers)
+                for each in owning
             ]
-            stated = [Stated(table, _unit(column, rule), column.numbers) for table, column, rule in owning]
             defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)
@@ -362,19 +325,10 @@ def _unit(column: Column, rule: Rule) -> str | None:
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterator[str]:
     bare = ", ".join(name for name, channel in known.items() if not channel.unit)
-    stating = {source.angles: source.path for source in sources}
-    if bare and {"deg", "rad"} <= stating.keys():
-        files = f"{stating['deg']} states degrees for all angles, {stating['rad']} radians"
-        raise TableError(f"{files}: state the units of {bare} in a mapping (--mapping)")
     for source in sources:
         yield from (f"{source.path.name}: {note}" for note in source.notes)
         if source.nameless:
             yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
-        for column in source.columns:
-            if column.name in known and column.unit is not None and is_prose(column.unit):
-                yield f"{source.path.name}: {column.unit!r} beside {column.name} is not a unit"
-        if bare and source.angles == "deg":
-            yield f"{source.path.name}: its header states degrees for all angles, which are not converted"
     if bare:
         yield f"no unit is stated for {bare}: compared as numbers"
 

@@ -1,15 +1,10 @@
-"""What columns of other programs are: their units, and the mapping file with channel, unit and sign of each.
-
-It also defines channels of one's own.
-"""
+"""The mapping file: channel, unit and sign of other programs' columns, and channels of one's own."""
 
 import math
-import re
 import tomllib
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
@@ -20,100 +15,7 @@ from comparison.scene.schema import Positive, Real, Section, integer
 from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
-
-# ---- units of other programs in multiples of SI: exact factors, and a rule for products and powers
-#
-# An angle has its own dimension. A units library would read ``Nm`` as a number times a metre and
-# ``newton-mm`` as a difference, and take ``T``, ``t`` and ``a`` for units.
-
-# Exponents of kg, m, s and rad; names -> SI units per unit, of the inch system exact by definition.
-_TABLE: list[tuple[tuple[int, ...], dict[str, Fraction | str]]] = [
-    ((0, 0, 0, 0), {"1 -": "1"}),
-    (
-        (0, 1, 0, 0),
-        {"m meter meters metre metres": "1", "in inch inches": "0.0254", "ft foot feet": "0.3048"},
-    ),
-    ((0, 1, 0, 0), {"mm millimeter millimeters millimetre millimetres": "1e-3"}),
-    ((0, 1, 0, 0), {"cm centimeter centimetre": "1e-2", "um µm μm micrometer micrometre": "1e-6"}),
-    ((0, 0, 1, 0), {"s sec second seconds": "1", "min minute minutes": "60", "h hr hour hours": "3600"}),
-    ((0, 0, 1, 0), {"ms msec millisecond milliseconds": "1e-3", "us µs μs microsecond microseconds": "1e-6"}),
-    ((0, 0, 1, 0), {"ns nanosecond nanoseconds": "1e-9"}),
-    ((0, 0, -1, 0), {"Hz hertz": "1"}),
-    ((0, 0, 0, 1), {"rad radian radians": "1", "deg degree degrees °": Fraction(math.pi) / 180}),
-    ((0, 0, 0, 1), {"rev turn turns": Fraction(2 * math.pi)}),
-    ((0, 0, -1, 1), {"rpm": Fraction(2 * math.pi) / 60}),
-    ((1, 0, 0, 0), {"kg kilogram": "1", "g gram": "1e-3", "lbm": "0.45359237"}),
-    ((1, 1, -2, 0), {"N newton newtons": "1", "mN": "1e-3", "kN kilonewton": "1e3"}),
-    ((1, 1, -2, 0), {"lbf pound_force": "4.4482216152605"}),
-    ((1, 2, -2, 0), {"J joule joules Nm": "1", "mJ Nmm": "1e-3", "kJ kNm": "1e3"}),
-    ((1, 2, -3, 0), {"W watt": "1", "kW": "1e3"}),
-    ((1, -1, -2, 0), {"Pa pascal": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"}),
-]
-_FACTOR = re.compile(r"(?P<name>[^\W\d]+|°|1(?!\d))(?:(?:\^|\*\*)?\(?(?P<exponent>[+-]?\d)\)?)?")
-# A hyphen joins two names, but after a power sign it is the sign of the number.
-_BETWEEN = re.compile(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])")
-_SUPERSCRIPT = {"⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3"}
-
-
-class Unit(NamedTuple):
-    """Unit: its multiple of SI, exact but for angles, and the exponents of kg, m, s and rad."""
-
-    factor: Fraction
-    powers: tuple[int, ...]
-
-    def times(self, other: "Unit", exponent: int = 1) -> "Unit":
-        """Return the product with a power of another unit."""
-        powers = tuple(p + exponent * q for p, q in zip(self.powers, other.powers, strict=True))
-        return Unit(self.factor * other.factor**exponent, powers)
-
-    def convert(self, values: Array, to: "Unit") -> Array:
-        """Return values in another unit of the same dimension, unchanged if it is the same one."""
-        ratio = self.factor / to.factor
-        if ratio == 1:
-            return values
-        # An integer fraction divides: 12.5 mm is exactly the double 0.0125.
-        return values / float(ratio.denominator) if ratio.numerator == 1 else values * float(ratio)
-
-
-_NAMED = {
-    name: Unit(Fraction(factor), powers)
-    for powers, units in _TABLE
-    for names, factor in units.items()
-    for name in names.split()
-}
-
-
-def parse_unit(text: str) -> Unit | None:
-    """Return the unit that a text such as ``mm/s^2``, ``newton-mm`` or ``deg/sec**2`` denotes, None if none.
-
-    A space, ``*``, ``·``, ``.`` or ``-`` separates factors; what follows a ``/`` divides.
-    """
-    text = text.strip()
-    for sign, plain in _SUPERSCRIPT.items():
-        text = text.replace(sign, plain)
-    if text in _NAMED:
-        return _NAMED[text]
-    unit = _NAMED["1"]
-    for n, part in enumerate(text.replace("**", "^").split("/")):
-        factors = list(filter(None, _BETWEEN.split((part.strip("() ") if n else part).strip())))
-        for match in map(_FACTOR.fullmatch, factors):
-            name = match["name"] if match else ""
-            # DEG, but not MM, which may be megametres.
-            known = _NAMED.get(name) or (_NAMED.get(name.lower()) if len(name) > 2 else None)
-            if match is None or known is None:
-                return None
-            unit = unit.times(known, int(match["exponent"] or 1) * (-1 if n else 1))
-        if not factors:
-            return None
-    return unit
-
-
-def same_dimension(one: Unit | None, other: Unit | None) -> bool:
-    """Return whether two units are known, and measure the same."""
-    return one is not None and other is not None and one.powers == other.powers
-
-
-# ---- the mapping file
+from comparison.tables.units import parse_unit, same_dimension
 
 TIME = "time"
 # Of the largest value: a channel that varies by less varies by the rounding of its numbers.
@@ -229,12 +131,8 @@ def _faults(mapping: Mapping) -> Iterator[str]:
         yield "names no column"
 
 
-class Stated(NamedTuple):
-    """What one table says of a channel; its unit is None if nothing."""
-
-    table: str
-    unit: str | None
-    values: Array
+Stated = tuple[str, str | None, Array]
+"""What a table says of a channel: its name, the unit (None without one), the numbers."""
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
@@ -246,7 +144,7 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: s
         if known is None or not same_dimension(known, parse_unit("rad")):
             raise TableError(f"{file}: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
         turn /= float(known.factor)
-    finite = (each.values[np.isfinite(each.values)] for each in stated)
+    finite = (values[np.isfinite(values)] for _, _, values in stated)
     largest = float(np.abs(np.concatenate([[0.0], *finite])).max())
     return Channel(
         name=name,
@@ -271,13 +169,8 @@ def check_rates(defined: dict[str, Channel], file: str) -> None:
             raise TableError(f"{file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
 
 
-def is_prose(unit: str) -> bool:
-    """Return whether what stands in brackets beside a name is no unit, not even one that is not known."""
-    return " " in unit and parse_unit(unit) is None
-
-
 def _common_unit(name: str, stated: Sequence[Stated]) -> str:
-    units = {None if s.unit is None or is_prose(s.unit) else s.unit: s.table for s in stated}
+    units = {unit: table for table, unit, _ in stated}
     (first, table), *others = units.items() or [(None, "")]
     for other, beside in others[:1]:
         if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):

@@ -105,16 +105,13 @@ def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
 
 def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
-    if isinstance(value, str) and value.endswith(_OWN):
-        return value
-    if isinstance(value, dict):
-        return "structure"
+    if isinstance(value, dict) or (isinstance(value, str) and value.endswith(_OWN)):
+        return "structure" if isinstance(value, dict) else value
     value = np.asarray(value)
     if value.dtype.kind not in "fiu":
         return _KINDS.get(value.dtype.kind, "objects or cells")
-    if value.ndim == 1:
-        return ""
-    return "single number" if value.ndim == 0 else f"matrix of {' x '.join(map(str, value.shape))}"
+    shape = " x ".join(map(str, value.shape))
+    return "" if value.ndim == 1 else f"matrix of {shape}" if shape else "single number"
 
 
 if __name__ == "__main__":

@@ -25,9 +25,7 @@ _PARTS = {"columns": dict, "events": dict, "extrema": dict, "provenance": dict, 
 _PULSES = {"row": "iu", "time": "f", "force": "f"}
 _KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
 _LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
-_DEEPEST = 50
 _LARGEST = 1e30  # no quantity is larger in its unit; its square does not overflow, nor it in single precision
-_LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
@@ -176,23 +174,19 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
     if len(events):
         yield from _event_faults(events, time[0], time[-1], 0.5 * float(np.median(steps)))
-    if table.pulses is not None:
-        yield from (f"its {fault}" for fault in pulse_faults(table.pulses))
-        yield from (f"its pulses: {fault}" for fault in _faults_beside(events, table.pulses))
-    yield from (f"its {fault}" for fault in cycle_faults(table.cycle_extrema or {}))
+    for name in ("pulses", "cycle_extrema"):
+        yield from (f"its {fault}" for fault in _array_faults(name, getattr(table, name) or {}))
+    row = (table.pulses or {"row": np.empty(0)})["row"]
+    for n in _first((row < 0) | (row >= len(events))):
+        yield f"its pulses: row {row[n]} is none of {len(events)} events"
 
 
 def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
-    values = _numbers(column)
-    bad = ~np.isfinite(values)
-    if column.dtype.kind not in "fiu":
-        row = int(bad.argmax()) if bad.size else 0
-        text = str(column.iloc[row]) if len(column) else ""
-        yield f"{channel} is not a number in data row {row + 1}: {text!r}"
+    bad = ~(np.abs(_numbers(column)) <= _LARGEST)
+    bad = bad if bad.any() else np.full(bad.size, column.dtype.kind not in "fiu")
     for n in _first(bad):
-        yield f"{channel} is {values[n]} in data row {n + 1} ({bad.sum()} such rows)"
-    for n in _first(np.abs(values) > _LARGEST):
-        yield f"{channel} = {values[n]:g} in data row {n + 1} must be at most {_LARGEST:g} in size"
+        rule = f"must be a number of at most {_LARGEST:g} in size ({bad.sum()} such rows)"
+        yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 
 def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
@@ -202,28 +196,15 @@ def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float)
         yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
-        for n in _first(~np.isfinite(values)):
-            yield f"{name} of contact {n + 1} is not a number: {events[name].iloc[n]}"
-        for n in _first((values < 0.0) & (name in _MEASURES)):
-            yield f"{name} = {values[n]:g} of contact {n + 1} must be >= 0"
+        for n in _first(~np.isfinite(values) | ((values < 0.0) & (name in _MEASURES))):
+            rule = "must be a number" + " >= 0" * (name in _MEASURES)
+            yield f"{name} of contact {n + 1} {rule}, not {events[name].tolist()[n]!r}"
     start, end = columns["start"], columns["end"]
     for n in _first(end < start):
         yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
     for n in _first((start < begin - slack) | (end > stop + slack)):
         own, times = spans(float(start[n]), float(end[n]), begin, stop)
         yield f"contact {n + 1}, {own}, is outside the times of the table, {times}"
-
-
-def _faults_beside(events: pd.DataFrame, pulses: Columns) -> Iterator[str]:
-    """Yield what is wrong with sound pulses beside these events."""
-    row, time = pulses["row"], pulses["time"]
-    start, end = _numbers(events["start"]), _numbers(events["end"])
-    for n in _first((row < 0) | (row >= start.size)):
-        yield f"row {row[n]} is none of {start.size} events"
-    start, end = start[row], end[row]
-    slack = _LONGER * (end - start)
-    for n in _first((time < start - slack) | (time > end + slack)):
-        yield f"{time[n]!s} s is outside contact {row[n] + 1}, {start[n]!s} to {end[n]!s} s"
 
 
 def _numbers(column: pd.Series) -> Array:
@@ -248,44 +229,29 @@ def result_faults(result: Any) -> Iterator[str]:
         part = getattr(result, name, None)
         if not isinstance(part, kind):
             yield f"result: {name} must be a {kind.__name__}, not {type(part).__name__}"
-    for name, faults in (("pulses", pulse_faults), ("cycle_extrema", cycle_faults)):
-        part = getattr(result, name, None)
-        if part is not None and not isinstance(part, dict):
-            yield f"result: {name} must be a dict or None, not {type(part).__name__}"
-        yield from faults(part) if part else ()
-    record = {**result.provenance, "extrema": result.extrema}
-    for fault in record_faults(record):
+    for name in ("pulses", "cycle_extrema"):
+        yield from (f"result: {fault}" for fault in _array_faults(name, getattr(result, name, None) or {}))
+    for fault in record_faults({**result.provenance, "extrema": result.extrema}):
         yield f"extrema or provenance: {fault}"
-    try:
-        json_text(record)
-    except (TypeError, ValueError) as error:
-        yield f"extrema or provenance: {error}"
 
 
-def cycle_faults(columns: Mapping[str, Any]) -> Iterator[str]:
-    """Yield why these are no columns of real numbers of one length."""
-    return _column_faults("cycle_extrema", columns, dict.fromkeys(columns, "f"))
-
-
-def pulse_faults(pulses: Mapping[str, Any]) -> Iterator[str]:
-    """Yield why these are no columns of pulses."""
-    yield from _column_faults("pulses", pulses, _PULSES)
-    for name in ("time", "force"):
-        for n in _first(~np.isfinite(pulses[name])):
-            yield f"pulses: {name} is {pulses[name][n]} in sample {n + 1}"
-    step = np.diff(pulses["row"].astype(np.int64))
-    for n in _first((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0))):
-        yield f"pulses: not sorted by row and time at sample {n + 2}"
-
-
-def _column_faults(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> Iterator[str]:
-    for name, kind in kinds.items():
-        column = columns.get(name)
+def _array_faults(name: str, part: Any) -> Iterator[str]:
+    """Yield why pulses or cycle_extrema are no columns of numbers, and pulses not sorted."""
+    if not isinstance(part, dict):
+        yield f"{name} must be a dict or None, not {type(part).__name__}"
+    for key, kind in (_PULSES if name == "pulses" and part else dict.fromkeys(part, "f")).items():
+        column = part.get(key)
         if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in kind:
             what = "real numbers" if kind == "f" else "integers"
-            yield f"{part}: {name} must be an array of {what}, shape (n,)"
-    if len({columns[name].size for name in kinds}) > 1:
-        yield f"{part}: columns differ in length"
+            yield f"{name}: {key} must be an array of {what}, shape (n,)"
+    if len({column.size for column in part.values()}) > 1:
+        yield f"{name}: columns differ in length"
+    if name == "pulses" and part:
+        for n in _first(~np.isfinite(part["time"] + part["force"])):
+            yield f"pulses: time or force is not finite in sample {n + 1}"
+        step = np.diff(part["row"].astype(np.int64))
+        for n in _first((step < 0) | ((step == 0) & (np.diff(part["time"]) <= 0.0))):
+            yield f"pulses: not sorted by row and time at sample {n + 2}"
 
 
 def record_faults(record: object) -> Iterator[str]:
@@ -296,8 +262,6 @@ def record_faults(record: object) -> Iterator[str]:
     if not isinstance(record, Mapping):
         yield "must contain one JSON object"
         return
-    if _is_deeper(record, _DEEPEST):
-        yield "is nested too deeply"
     for name in ("settings", "counters", "constraints", "versions", "extrema"):
         if record.get(name) is not None and not isinstance(record[name], Mapping):
             yield f"{name} must be an object"
@@ -309,6 +273,10 @@ def record_faults(record: object) -> Iterator[str]:
     scene = record.get("scene")
     if isinstance(scene, Mapping) and not isinstance(scene.get("solver", {}), Mapping):
         yield "scene.solver must be an object"
+    try:
+        json_text(record)
+    except (TypeError, ValueError, RecursionError) as error:
+        yield str(error)
 
 
 def _is_number(value: object) -> bool:
@@ -316,29 +284,17 @@ def _is_number(value: object) -> bool:
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
-def _is_deeper(value: object, left: int) -> bool:
-    if not isinstance(value, Mapping | list | tuple):
-        return False
-    parts = list(value.values()) if isinstance(value, Mapping) else value
-    return left == 0 or any(_is_deeper(part, left - 1) for part in parts)
-
-
 def thinned(pulses: Columns) -> Columns:
     """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
 
     All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
     """
-    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
-    begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
-    counts = np.diff(begun, append=row.size)
-    parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))
-    count = np.repeat(counts, counts)
-    place = np.arange(row.size) - np.repeat(begun, counts)
-    part = place * np.repeat(parts, counts) // count
+    frame = pd.DataFrame(pulses).astype({"row": np.int64, "time": np.float64, "force": np.float64})
+    contacts = frame.groupby("row")["force"]
+    place, count = contacts.cumcount().to_numpy(), contacts.transform("size").to_numpy(dtype=np.int64)
+    parts = np.where(count <= _KEPT, count, np.where(count < _LONG, _KEPT // 2, 3 * _KEPT))
     kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
-    edges = np.flatnonzero((place == 0) | (np.diff(part, prepend=-1) != 0))
-    number = np.repeat(np.arange(edges.size), np.diff(edges, append=row.size))
-    for extreme in (np.minimum, np.maximum):
-        reached = np.flatnonzero(force == extreme.reduceat(force, edges)[number])
-        kept[reached[np.flatnonzero(np.diff(number[reached], prepend=-1))]] = True
-    return {"row": row[kept], "time": pulses["time"][kept].astype(np.float64), "force": force[kept]}
+    in_parts = frame.groupby([frame["row"].to_numpy(), place * parts // count])["force"]
+    for extreme in (in_parts.idxmin(), in_parts.idxmax()):
+        kept[extreme.to_numpy()] = True
+    return {str(name): column.to_numpy()[kept] for name, column in frame.items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 from comparison.formatting import quantity
 from comparison.tables.channels import CONTACTS, PIN
-from comparison.tables.mapping import parse_unit
+from comparison.tables.units import parse_unit
 from comparison.verdict.results import Cause, SceneComparison
 
 _DIGITS = 7  # of a number that is known to more

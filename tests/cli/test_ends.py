@@ -40,24 +40,18 @@ ONE_SPAN = {  # of equal motions: the times of both tables
     "finer": (TIME, FINE),
     "uneven": (UNEVEN, TIME),
     "a solver that stops behind its end": (TIME, np.append(TIME[:-1], 1.0015)),
-    "a solver that starts late": (np.append(0.0009, TIME[1:]), np.linspace(0, 1, 201)),
-    "late": (1e6 + TIME, 1e6 + TIME + 2e-10),
 }
 OTHER_SPANS = {  # the times of both tables, of which one has rows alone
     "last row": (TIME[:-1], TIME),
     "first row": (TIME[1:], TIME),
     "1 kHz that stops at 3 of 4 s": (spans(1000, 3.0), spans(1)),
-    "1 kHz that stops at 3.9 of 4 s": (spans(1000, 3.9), spans(1)),
     "1 kHz that begins at 1 of 4 s": (spans(1000, 4.0, 1.0), spans(1)),
-    "two thirds": (np.linspace(0, 0.985, 198), TIME),
     "coarse that stops within its step": (spans(1, 3.0), spans(1000, 3.5)),
     "a row behind the end": (TIME, np.append(TIME, 1.0005)),
     "a row before the start": (TIME, np.append(-1e-6, TIME)),
     "half a step": (TIME, TIME[:-1] + STEP / 2),
-    "uneven": (UNEVEN[:-1], UNEVEN),
     "dense at its end": (np.append(TIME[:50], 0.5 + np.arange(26) * 1e-3), np.linspace(0, 0.53, 54)),
     "counted from an epoch": (TIME, 1.7e9 + TIME),
-    "milliseconds": (TIME, 1000 * TIME),
 }
 
 
@@ -94,7 +88,6 @@ def test_a_row_that_one_table_has_alone_at_an_end_is_refused(case, sixbar):
     ("time", "other", "missing"),
     [
         (np.delete(TIME, [1, 2]), TIME, "between 0 and 0.03 s: 2 rows are missing"),
-        (np.delete(TIME, [98, 99]), TIME, "between 0.97 and 1 s: 2 rows are missing"),
         (np.append(spans(1000, 3.0), 4.0), spans(1), "between 3 and 4 s: 999 rows are missing"),
     ],
 )
@@ -114,13 +107,6 @@ def test_the_common_time_is_that_of_the_compared_rows(sixbar):
     # A hole where they are not compared is none.
     sixbar.write("hole.csv", text(np.append(spans(100, 5.0), spans(100, 9.0, 8.0))))
     assert "compared from 0 to 4 s" in sixbar("compare", "hole.csv", "b.csv", "--common-time", code=3).err
-
-
-def test_the_fixture_refuses_the_same(assert_agree, tmp_path):
-    (tmp_path / "a.csv").write_text(text(TIME[:-1]))
-    (tmp_path / "b.csv").write_text(text(TIME, -1))
-    with pytest.raises(AssertionError, match="truncated"):
-        assert_agree(tmp_path / "a.csv", tmp_path / "b.csv", tolerance=1e-3)
 
 
 @pytest.mark.parametrize("ended", ["a", "b", "ideal", "finer"])
@@ -166,8 +152,6 @@ def events(time, at, after=99.0, written="{!r}"):
     ("first", "second", "alone"),
     [
         (events(TIME, [0.5]), events(TIME, []), "a has two rows at 0.5 s"),
-        (events(TIME, [0.3, 0.5, 0.7]), events(TIME, [0.3, 0.7]), "a has two rows at 0.5 s"),
-        (events(TIME, [0.3]), events(TIME, [0.7]), "a has two rows at 0.3 s"),
         (events(TIME, [1.0]), events(TIME, []), "a has two rows at 1 s"),
         (events(TIME, [0.0]), events(TIME, []), "a has two rows at 0 s"),
         (events(FINE, [0.5]), events(TIME, []), "a has two rows at 0.5 s"),
@@ -190,9 +174,7 @@ def test_an_event_of_one_table_alone_is_refused(first, second, alone, sixbar):
     ("first", "second", "verdict"),
     [
         (events(TIME, [0.5]), events(TIME, [0.5], after=98.0), "differ"),
-        (events(TIME, [0.0, 1.0]), events(TIME, [0.0, 1.0]), "agree"),
         (events(TIME, [1.0]), events(TIME, [1.0], after=98.0), "differ"),
-        (events(FINE, [0.5]), events(TIME, [0.5]), "agree"),
         (events(FINE, [0.5]), events(TIME, [0.5], after=98.0), "differ"),
         # Three digits leave the two rows of the jump at one time.
         (events(TIME, [0.5], written="{:.3f}"), events(TIME, [0.5]), "agree"),
@@ -207,12 +189,7 @@ def test_both_rows_of_an_event_are_compared(first, second, verdict, sixbar):
 FEW_DIGITS = {
     "neighbours": ("".join(f"{t:.1f},{t}\n" for t in TIME), "most rows have the time before: too few digits"),
     "an event of three rows": ("0,1\n1,2\n1,9\n1,3\n2,4\n3,5\n", "time 1.0 s has more than two rows"),
-    "out of order": (
-        "0,1\n1.01,2\n1.00,3\n2,4\n",
-        "time does not increase in data row 3: 1.01 s, then 1.0 s",
-    ),
-    "not a number": ("0,1\nnan,2\n2,4\n", "nan"),
-    "backwards": ("2,1\n1,2\n0,3\n", "time does not increase"),
+    "out of order": ("0,1\n1.01,2\n1.00,3\n2,4\n", "time does not increase in data row 3: 1.01 s, then"),
 }
 
 
@@ -231,21 +208,13 @@ OTHERS = ROWS.replace("1,2", "1,9")
 CONTACTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.5,1,1,1,1,1e-6\n"
 FOLDERS = {  # files besides run.csv of either folder, the exit code, and what is said
     "events of no table": ({"press.events.csv": ROWS}, {"press.events.csv": OTHERS}, 1, "press.events"),
-    "pulses of no table": ({"press.pulses.csv": ROWS}, {"press.pulses.csv": OTHERS}, 1, "press.pulses"),
     "another program's pulses": ({"run.pulses.csv": ROWS}, {"run.pulses.csv": OTHERS}, 1, "run.pulses"),
     "extrema of no table": ({"x.extrema.csv": ROWS}, {}, 2, "b has no table of this name"),
     "contacts of no table": ({"x.events.csv": CONTACTS}, {"x.events.csv": CONTACTS}, 2, "a/x.events.csv: "),
     "only the second has it": ({}, {"x.events.csv": ROWS}, 0, "a has none of their names: x.events.csv"),
-    "a folder": ({"sub/other.csv": ROWS}, {}, 0, "a: not compared, since they are no tables: sub/"),
     "two folders": ({}, {"s/o.csv": ROWS, "t/": ""}, 0, "b: not compared, since they are no tables: s/, t/"),
-    "JSON of no table": (
-        {"config.json": "{}"},
-        {},
-        0,
-        "a: not compared, since they are no tables: config.json",
-    ),
+    "JSON of no table": ({"config.json": "{}"}, {}, 0, "since they are no tables: config.json"),
     "a link to nothing": ({"link.csv": None}, {}, 0, "a: not compared, since they are no tables: link.csv"),
-    "text": ({"notes.md": "# Notes"}, {"notes.md": "# Notes"}, 2, "notes"),
     "hidden": ({".hidden.csv": ROWS}, {".DS_Store": "\0"}, 0, ""),
     "its own": ({"run.events.csv": CONTACTS, "run.json": "{}"}, {}, 0, ""),
     "two of one name": ({"run.txt": ROWS}, {}, 2, "run.csv and run.txt"),
@@ -272,23 +241,13 @@ def test_nothing_of_a_folder_is_passed_over_in_silence(case, sixbar):
 BESIDE = {  # a file beside run.csv, and what is said
     "a list": ("run.json", "[1, 2, 3]", "run.json"),
     "no JSON": ("run.json", "{not json", "run.json"),
-    "a number": ("run.json", "5", "run.json"),
-    "empty": ("run.json", "", "run.json"),
     "nested": ("run.json", "[" * 10_000 + "]" * 10_000, "run.json"),
     "binary": ("run.json", b"\xff\xfe\0\1", "run.json"),
     "settings of another kind": ("run.json", '{"settings": [1]}', "run.json"),
     "a scene of another kind": ("run.json", '{"scene": {"camera": [0, 0, 1]}}', ""),
-    "a scene that is text": ("run.json", '{"scene": "kitchen", "model": 3}', ""),
-    "huge numbers": (
-        "run.json",
-        '{"scene": {"mechanism": {"crank_angle_deg": 1%s}, "drive": {"speed_rpm": 1}}}' % ("0" * 400),
-        "",
-    ),
     "keys of its own": ("run.json", '{"a": 1}', ""),
     "events of another program": ("run.events.csv", "time,event\n0.5,touch\n", "run.events.csv"),
-    "events without names": ("run.events.csv", "0.5,1\n", "run.events.csv"),
     "events that are binary": ("run.events.csv", b"\x89PNG\0\xff", "run.events.csv"),
-    "no events": ("run.events.csv", "", "run.events.csv"),
     "damaged contacts": ("run.events.csv", CONTACTS + "ll,1,2,3,4,5,6,7\n", "run.events.csv"),
     "contacts": ("run.events.csv", CONTACTS, ""),
 }
@@ -309,7 +268,7 @@ def test_another_programs_files_beside_a_table_are_named_and_not_read(case, sixb
 def test_contacts_with_a_fault_are_refused(sixbar):
     no_depth = CONTACTS.replace(",largest_depth", "").replace(",1e-6", "")
     for contacts, piece in (
-        (CONTACTS.replace("0.5", "x"), "start of contact 1 is not a number"),
+        (CONTACTS.replace("0.5", "x"), "start of contact 1 must be a number"),
         (no_depth, "no column largest_depth"),
     ):
         sixbar.write("run.csv", ROWS)

@@ -1,4 +1,4 @@
-"""``sixbar compare --suggest-mapping``: what it writes is right, says how sure it is, and can be used."""
+"""``sixbar compare --suggest-mapping``: what it writes is right, says what it rests on, and can be used."""
 
 import tomllib
 
@@ -50,31 +50,17 @@ def written(make):
     return sixbar
 
 
-@pytest.mark.parametrize(("first", "sureness"), [("ours.mat", "likely"), ("ours.csv", "sure")])
-def test_tables_of_matlab_and_adams_are_compared_as_the_models_own(first, sureness, written):
+@pytest.mark.parametrize(("first", "rules"), [("ours.mat", 14), ("ours.csv", 7)])
+def test_tables_of_matlab_and_adams_are_compared_as_the_models_own(first, rules, written):
     """By the mapping as it is written: the same verdicts, differences, peaks and instants."""
-    sixbar, out = written, f"{sureness}.toml"
+    sixbar, out = written, f"{rules}.toml"
     said = sixbar("compare", "--suggest-mapping", first, "other.tab", "--out", out, "--json").err
     assert said.splitlines()[-1] == out
-    guessed = [guess["sureness"] for guess in sixbar.numbers]
-    # 7 columns of each foreign table; two models differ in angular velocity by more than is sure.
-    assert len(guessed) == (14 if first.endswith("mat") else 7)
-    assert {sureness} <= set(guessed) <= {sureness, "likely"}
-    channels = ",".join(MATLAB)
-    sixbar(
-        "compare",
-        "ours.csv",
-        "other.csv",
-        "--channels",
-        channels,
-        "--tolerance",
-        "0.01",
-        "--json",
-        code=1,
-    )
+    assert len(sixbar.numbers) == rules  # 7 columns of each foreign table
+    options = ["--tolerance", "0.01", "--json"]
+    sixbar("compare", "ours.csv", "other.csv", "--channels", ",".join(MATLAB), *options, code=1)
     expected = sixbar.numbers["channels"]
-    command = ["compare", first, "other.tab", "--mapping", out, "--tolerance", "0.01", "--json"]
-    warned = sixbar(*command, code=1).err
+    warned = sixbar("compare", first, "other.tab", "--mapping", out, *options, code=1).err
     assert ".press.MEA_7" in warned  # it is not compared, and that is said
     converted = sixbar.numbers["channels"]
     assert list(converted) == list(expected) == list(MATLAB)
@@ -83,8 +69,6 @@ def test_tables_of_matlab_and_adams_are_compared_as_the_models_own(first, surene
         assert channel["verdict"] == own["verdict"]
         # A conversion rounds at 2e-16 of sizes up to 0.6 m and 8 rad/s; the smallest RMS is 1e-7 of them.
         assert [channel[key] for key in NUMBERS] == pytest.approx([own[key] for key in NUMBERS], rel=1e-7)
-        for key in ("peak_difference", "peak_time_difference"):
-            assert channel["information"][key] == pytest.approx(own["information"][key], rel=1e-7, abs=1e-15)
 
 
 TIME = np.arange(801) * 1e-3
@@ -107,59 +91,38 @@ def ours(sixbar):
     return sixbar.table("ours.csv", time=TIME, **MOTION)
 
 
-@pytest.mark.parametrize("other_sampling", [1, 4])
 @pytest.mark.parametrize("head", UNITS)
-@pytest.mark.parametrize("order", ["ours first", "ours second"])
-def test_units_follow_from_the_data_whichever_table_is_known(head, other_sampling, order, sixbar):
+@pytest.mark.parametrize("order", [1, -1])
+def test_units_follow_from_the_data_whichever_table_is_known(head, order, sixbar):
     names, factors = UNITS[head]
-    columns = [np.asarray(c)[::other_sampling] for c in (TIME, *MOTION.values())]
+    columns = (np.asarray(column)[::4] for column in (TIME, *MOTION.values()))
     scaled = [column * factor for column, factor in zip(columns, factors, strict=True)]
     sixbar.table("b.csv", **dict(zip(names.split(","), scaled, strict=True)))
-    files = [ours(sixbar), "b.csv"][:: 1 if order == "ours first" else -1]
+    files = [ours(sixbar), "b.csv"][::order]
     sixbar("compare", "--suggest-mapping", *files, "--out", "m.toml")
     sixbar("compare", *files, "--mapping", "m.toml", "--tolerance", "1e-9", "--absolute", "--json")
     assert list(sixbar.numbers["channels"]) == list(MOTION)
 
 
-def test_what_is_doubtful_is_a_comment_until_it_is_edited(sixbar):
-    """To the left and from the guide: unit and sign follow from the data, the offset is written by hand."""
-    columns = {"TIME": TIME, ".X": -(MOTION["slider_x"] + 0.55) * 1e3, ".q2": MOTION["slider_y"] * 1e3}
-    adams(sixbar, "adams.tab", columns)
-    ended = sixbar("compare", "--suggest-mapping", ours(sixbar), "adams.tab")
-    assert ended.lines[-1] == "adams.mapping.toml"
-    assert any(line.startswith("doubtful") and ".X is slider_x (mm)" in line for line in ended.lines)
-    written = rules(sixbar, "adams.mapping.toml")
-    assert (written["compare"], list(written["b"])) == (["slider_y"], ["TIME", ".q2"])
-    command = ["compare", "ours.csv", "adams.tab", "--mapping", "adams.mapping.toml", "--tolerance", "1e-6"]
-    sixbar(*command, "--json")
-    assert list(sixbar.numbers["channels"]) == ["slider_y"]
-    text = sixbar.text("adams.mapping.toml")
-    for line in ('"slider_x",', '[b.".X"]', 'channel = "slider_x"', 'unit = "mm"', "sign = -1"):
-        text = text.replace(f"# {line}", line, 1)
-    sixbar.write("adams.mapping.toml", text.replace("sign = -1", "sign = -1\noffset = -550.0", 1))
-    sixbar(*command, "--json")
-    assert list(sixbar.numbers["channels"]) == ["slider_x", "slider_y"]
-    sixbar.refused("compare --suggest-mapping ours.csv adams.tab", "adams.mapping.toml", "not overwritten")
-
-
-rng = np.random.default_rng(7)
 OPEN = {
-    "another motion": {"q1": np.sin(31 * TIME), "q2": rng.normal(size=801)},
+    "another motion": {"q1": np.sin(31 * TIME), "q2": np.cos(900 * TIME)},
     "a constant": {"force_1": 0 * TIME + 3, "q2": 0 * TIME},
     "a name that the data contradict": {"q1": TIME, "slider.x": np.cos(20 * TIME)},
+    "an offset": {"X": -(MOTION["slider_x"] + 0.55) * 1e3},
 }
 
 
 @pytest.mark.parametrize("case", OPEN)
-def test_what_the_evidence_does_not_show_is_not_assigned(case, sixbar):
+def test_what_the_data_do_not_show_is_listed(case, sixbar):
     adams(sixbar, "b.tab", {"TIME": TIME * 1e3, **OPEN[case]})
-    sixbar("compare", "--suggest-mapping", ours(sixbar), "b.tab", "--json")
-    assert "sure" not in {guess["sureness"] for guess in sixbar.numbers if guess["channel"] != "time"}
+    ended = sixbar("compare", "--suggest-mapping", ours(sixbar), "b.tab")
+    assert ended.lines[-1] == "b.mapping.toml"
     written = rules(sixbar, "b.mapping.toml")
-    assert "compare" not in written
-    assert set(written.get("b", {})) <= {"TIME"}
-    # Every column stands in the file: in a rule, in one that is commented out, or in the list of the others.
-    assert all(name in sixbar.text("b.mapping.toml") for name in (*OPEN[case], *MOTION))
+    assert ("compare" not in written, set(written["b"])) == (True, {"TIME"})
+    left = sixbar.text("b.mapping.toml").partition("# Not assigned")[2]
+    assert all(name in left for name in (*OPEN[case], *MOTION))
+    assert "(slider_x?)" in left
+    sixbar.refused("compare --suggest-mapping ours.csv b.tab", "b.mapping.toml", "not overwritten")
 
 
 @pytest.mark.parametrize("names", ["t,x,y,phi t,px,py,phi_2", "time,x,y,q time,x,y,q", "t,a,b,c t,d,e,f"])
@@ -169,11 +132,9 @@ def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
         data = dict(zip(own.split(","), (TIME, *MOTION.values()), strict=True))
         data[own.split(",")[-1]] = data[own.split(",")[-1]] * (1 + change)
         sixbar.table(name, **data)
-    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
-    assert {guess["sureness"] for guess in sixbar.numbers if guess["channel"] != "time"} == {"likely"}
-    sixbar(
-        "compare", "a.csv", "b.csv", "--mapping", "b.mapping.toml", "--tolerance", "1e-4", "--json", code=1
-    )
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv")
+    command = "compare a.csv b.csv --mapping b.mapping.toml --tolerance 1e-4 --json"
+    sixbar(*command.split(), code=1)
     channels = sixbar.numbers["channels"]
     assert [channel["verdict"] for channel in channels.values()] == ["agree", "agree", "differ"]
     assert list(channels) == names.split()[0].split(",")[1:]
@@ -185,26 +146,7 @@ def test_a_name_of_the_press_without_a_unit_is_in_si(sixbar):
     sixbar.table("b.csv", t=TIME, slider_y=MOTION["slider_y"])
     sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
     guess = next(guess for guess in sixbar.numbers if guess["column"] == "y")
-    assert (guess["channel"], guess["unit"], guess["sureness"]) == ("slider_y", "mm", "sure")
-
-
-def test_a_table_over_the_crank_angle_has_no_time(sixbar):
-    """Names and the units that are stated decide; the comparison is by the angle."""
-    named = {
-        "Crank.Angle [deg]": np.degrees(15 * TIME),
-        "X [mm]": MOTION["slider_x"] * 1e3,
-        "Y": MOTION["slider_y"],
-    }
-    sixbar.table("b.csv", **named)
-    sixbar.table("a.csv", time=TIME, crank_angle=15 * TIME, crank_speed=0 * TIME + 15, **MOTION)
-    sixbar.write("a.json", "{}")
-    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
-    expected = {
-        "Crank.Angle": ("crank_angle", "likely"),
-        "X": ("slider_x", "likely"),
-        "Y": ("slider_y", "doubtful"),
-    }
-    assert {guess["column"]: (guess["channel"], guess["sureness"]) for guess in sixbar.numbers} == expected
+    assert (guess["channel"], guess["unit"]) == ("slider_y", "mm")
 
 
 def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
@@ -217,15 +159,3 @@ def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
     command = "compare a.csv b.csv --mapping b.mapping.toml --tolerance 1e-9 --json"
     sixbar(*command.split())
     assert list(sixbar.numbers["channels"]) == ["p"]
-
-
-def test_what_is_left_over_is_named(sixbar):
-    """Columns that resemble none, columns of text, and other contents of a file."""
-    y = np.asarray(MOTION["slider_y"])
-    savemat(
-        sixbar.folder / "b.mat", {"t": TIME, "y": y, "noise": np.cos(900 * TIME), "mass": 2.0, "m": np.eye(3)}
-    )
-    ended = sixbar("compare", "--suggest-mapping", ours(sixbar), "b.mat", "--out", "m.toml")
-    left = sixbar.text("m.toml").partition('# Not assigned of "b":')[2].replace("#", "").strip()
-    assert left == "noise; mass (single number); m (matrix of 3 x 3)"
-    assert "b: not assigned: noise, mass (single number), m (matrix of 3 x 3)" in ended.lines

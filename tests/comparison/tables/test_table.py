@@ -1,10 +1,10 @@
 """Tables, contacts, pulses and results that cannot be meant are refused; by what a difference is measured."""
 
 import os
-import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.tables.channels import channels, expected
 from comparison.tables.table import Table, TableError, check, thinned
@@ -65,7 +64,7 @@ def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, ma
     wanted, span = expected(scene.data), (0.0, scene.duration)
     check(make_table(), wanted, span)
     for changed, rule in (
-        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17 \(1 such rows\)"),
+        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17, .* \(1 such rows\)"),
         (at("slider_vy", 16, -np.inf), "slider_vy is -inf in"),
         (lambda f: f.drop(columns=["slider_ax", "corner_ul_gap"]), r"slider_ax is missing \(and 1 more\)"),
         (lambda f: f.assign(crank_torque=0.0), "channel crank_torque is unexpected"),
@@ -74,10 +73,9 @@ def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, ma
         (lambda f: f.iloc[:-1], r"truncated: it spans .* and must span 0 to 0\.8 s"),
         (lambda f: f.iloc[1:], r"truncated: it spans .* and must span 0 to 0\.8 s"),
         (lambda f: f.iloc[:1], "1 data rows; at least 2"),
-        (lambda f: f.assign(slider_x=f.time > 9), "slider_x is not a number in data row 1: 'False'"),
-        (lambda f: f.assign(slider_x="oops"), "slider_x is not a number in data row 1: 'oops'"),
-        (lambda f: f.assign(time=f.time * 1e32), r"time = \S+e\+30 in data row \d+ must be at most 1e\+30"),
-        (lambda f: f.assign(slider_x=-1.1e30), r"slider_x = -1.1e\+30 in data row 1 must be at most 1e\+30"),
+        (lambda f: f.assign(slider_x=f.time > 9), "slider_x is False in data row 1, and must be a number"),
+        (lambda f: f.assign(slider_x="oops"), "slider_x is 'oops' in data row 1, and must be a number"),
+        (lambda f: f.assign(slider_x=-1.1e30), r"slider_x is -1.1e\+30 in data row 1, .* at most 1e\+30"),
     ):
         refused(rule, Table(changed(make_table().frame)), wanted, span)
 
@@ -89,34 +87,18 @@ def test_contacts_of_a_run_are_accepted_and_what_cannot_be_meant_is_refused():
     for bad, rule in (
         ({"corner": "top"}, "contact at 'top', which is none of ll, lr, ul, ur, pin"),
         ({"end": 0.05}, "contact 2 ends at 0.05 s, before its start at 0.1 s"),
-        *(({name: -1e-9}, f"{name} = -1e-09 of contact 2 must be >= 0") for name in MEASURES),
+        *(({name: -1e-9}, f"{name} of contact 2 must be a number >= 0, not -1e-09") for name in MEASURES),
         ({"start": 5.0, "end": 6.0}, "contact 2, 5 to 6 s, is outside the times of the table, -0.5 to 1.5 s"),
         ({"end": 1.6}, "contact 2, 0.1 to 1.6 s, is outside"),
         ({"start": -0.6}, "contact 2, -0.6 to 0.2 s, is outside"),
-        ({"impulse": np.inf}, "impulse of contact 2 is not a number: inf"),
+        ({"impulse": np.inf}, "impulse of contact 2 must be a number >= 0, not inf"),
     ):
         refused(rule, table(bad), ["slider_x"])
     whole = table({})
     truths = replace(whole, events=whole.events.assign(impulse=True))
-    refused("impulse of contact 1 is not a number: True", truths, ["slider_x"])
+    refused("impulse of contact 1 must be a number >= 0, not True", truths, ["slider_x"])
     lacking = replace(whole, events=whole.events.drop(columns=["impulse", "end"]))
     refused(r"its events have no column end \(and 1 more\)", lacking, ["slider_x"])
-
-
-def test_a_table_holds_the_numbers_of_a_result_and_survives_pickling():
-    # A model's mapping is a record as well, whatever its numbers are of.
-    extrema = {"slider_x": {"min": np.float64(0.0)}}
-    made = result(2, extrema=extrema, cycle_extrema={"slider_x_min": np.zeros(2)})
-    whole = Table.from_result(made)
-    for each in (whole, pickle.loads(pickle.dumps(whole))):  # noqa: S301
-        assert (each.names, each.channels) == (["time", "slider_x"], ["slider_x"])
-        pd.testing.assert_frame_equal(each.frame, pd.DataFrame(made.columns))
-        pd.testing.assert_frame_equal(each.events, pd.DataFrame(made.events))
-        assert each.provenance == {"model": "mine", "status": "success", "remedy": ""}
-        assert (each.extrema, list(each.cycle_extrema)) == (made.extrema, ["slider_x_min"])
-    check(whole, ["slider_x"])
-    assert whole.only(["slider_y"]).names == ["time"]
-    assert Table.from_result(result()).events is None
 
 
 @pytest.mark.parametrize(
@@ -133,7 +115,7 @@ def test_a_table_holds_the_numbers_of_a_result_and_survives_pickling():
         ({"cycle_extrema": {"a": np.zeros(2), "b": np.zeros(3)}}, "columns differ in length"),
         ({"pulses": pulses(3) | {"row": np.zeros(3)}}, "row must be an array of integers, shape (n,)"),
         ({"pulses": pulses(3) | {"force": np.zeros((3, 1))}}, "force must be an array of real numbers"),
-        ({"pulses": pulses(3) | {"force": np.array([0, np.nan, 0])}}, "force is nan in sample 2"),
+        ({"pulses": pulses(3) | {"force": np.array([0, np.nan, 0])}}, "force is not finite in sample 2"),
         ({"pulses": pulses(3) | {"row": np.array([0, 1, 0])}}, "not sorted by row and time at sample 3"),
         ({"pulses": pulses(3) | {"time": np.array([1.0, 1.1, 1.1])}}, "not sorted by row and time at"),
     ],
@@ -158,35 +140,23 @@ def test_a_run_imports_nothing_heavy_that_it_does_not_need(tmp_path):
     assert (tmp_path / "a.csv").is_file()
 
 
-@pytest.mark.parametrize("counts", [(32, 1, 2, 20), (33,), (399, 5, 399), (400,), (50_000, 30, 301, 400, 33)])
-def test_thinning_keeps_ends_and_extrema_of_equal_parts_and_of_a_long_contact_the_impact(counts):
-    given = pulses(*counts)
-    columns = thinned(given)
-    kept = np.searchsorted(given["time"], columns["time"])
-    for name, column in columns.items():
-        np.testing.assert_array_equal(column, given[name][kept])
-    for number, count in enumerate(counts):
-        own = np.flatnonzero(given["row"] == number)
-        force, places = given["force"][own], kept[columns["row"] == number] - own[0]
-        assert {0, count - 1, int(force.argmin()), int(force.argmax())} <= set(places.tolist())
-        if count <= 32:
-            assert places.size == count
-            continue
-        parts, first = (16, 1) if count < 400 else (96, 32)
-        assert places.size <= 2 * parts + first + 1
-        assert set(range(first)) <= set(places.tolist())
-        of_part = np.arange(count) * parts // count
-        for part in range(parts):
-            every, held = force[of_part == part], force[places[of_part[places] == part]]
-            assert (held.min(), held.max()) == (every.min(), every.max())
-    assert thinned(pulses(320) | {"force": np.ones(320)})["row"].size == 17  # of equal ones one
+@pytest.mark.parametrize(
+    ("count", "parts", "first"), [(32, 32, 1), (33, 16, 1), (399, 16, 1), (5000, 96, 32)]
+)
+def test_thinning_keeps_ends_and_extrema_of_equal_parts_and_of_a_long_contact_the_impact(count, parts, first):
+    given = pulses(3, count)
+    kept = set(np.searchsorted(given["time"], thinned(given)["time"]))
+    edges = 3 + np.ceil(np.arange(parts + 1) * count / parts).astype(int)
+    force, wanted = given["force"], {0, 1, 2, count + 2, *range(3, 3 + first)}
+    for start, end in pairwise(edges):
+        wanted |= {start + int(force[start:end].argmin()), start + int(force[start:end].argmax())}
+    assert kept == wanted
 
 
-def test_a_table_has_the_thinned_pulses_of_a_result_and_none_outside_its_contacts():
+def test_a_table_has_the_thinned_pulses_of_a_result_and_none_without_a_contact():
     long = Table.from_result(result(3, pulses=pulses(20, 50, 1)))
     check(long, ["slider_x"])
-    for name, column in thinned(pulses(20, 50, 1)).items():
-        np.testing.assert_array_equal(long.pulses[name], column)
+    np.testing.assert_array_equal(long.pulses["time"], thinned(pulses(20, 50, 1))["time"])
     assert long.only(["slider_x"]).pulses is None
     for none in (None, {}, {name: column[:0] for name, column in pulses(3).items()}):
         assert Table.from_result(result(1, pulses=none)).pulses is None
@@ -194,8 +164,6 @@ def test_a_table_has_the_thinned_pulses_of_a_result_and_none_outside_its_contact
     for changed, rule in (
         ({"row": np.array([0, 0, 1])}, "row 1 is none of 1 events"),
         ({"row": np.array([-1, 0, 0])}, "row -1 is none of 1 events"),
-        ({"time": np.array([0.9, 1.1, 1.2])}, r"0\.9 s is outside contact 1, 1\.0 to 1\.5 s"),
-        ({"time": np.array([1.0, 1.1, 1.6])}, r"1\.6 s is outside contact 1, 1\.0 to 1\.5 s"),
     ):
         odd = Table.from_result(result(1, pulses=pulses(3) | changed))
         refused(f"its pulses: {rule}", odd, ["slider_x"])
@@ -223,19 +191,3 @@ def test_a_difference_is_measured_by_the_clearance_that_moves_it_else_by_the_ran
     assert (scales["slider_ay"], scales["journal_x"], scales["journal_y"]) == (7.0, C_PIN, C_PIN)
     scene["clearance"] = dict.fromkeys(scene["clearance"], 0.0)
     assert channels()["slider_y"].scale_value(scene, 7.0) == 7.0
-
-
-def test_a_shift_of_the_crank_pin_moves_the_slider_by_up_to_three_times_as_much():
-    """The reach behind the scale: a shift along the crank lengthens it, one across turns it."""
-
-    def y(changes):
-        values = {"drive.cycles": 1.0, "output.groups": []} | changes
-        return run_one(load_scene("ideal", values), "reference").values("slider_y")
-
-    crank = load_scene("ideal").data["mechanism"]
-    length, angle = crank["crank"]["length"], crank["crank_angle_deg"]
-    shift = 1e-6  # m: curvature adds shift / length = 2e-5 of the result
-    along = (y({"mechanism.crank.length": length + shift}) - y({})) / shift
-    across = (y({"mechanism.crank_angle_deg": angle + np.degrees(shift / length)}) - y({})) / shift
-    # 5.67e-4 m of 2e-4 m with three digits; samples every 0.36 degrees miss the top by less than 1e-5 of it.
-    assert np.hypot(along, across).max() == pytest.approx(2.83, abs=0.01)

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import Mapping, parse_unit
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
+from comparison.tables.units import parse_unit
 
 NAMES = [
     "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
@@ -34,7 +35,7 @@ TITLES = [
 COMMENTS = ["# run 7", "#", "# made by hand", "# 1 2 3", '# "', "  # it's", "#0,1", "# s mm", "#time x"]
 ENTRIES = [
     "nan", "NaN", "-nan", "1.#QNAN", "-1.#IND", "1.#INF", "nan(ind)", "", "false", "N/A", "***", "−5", "1 5",
-    "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000",
+    "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000", "1-101",
     "#", "#5", "%5", "!", "\x1a",
 ]  # fmt: skip
 """What stands in a table instead of a number."""

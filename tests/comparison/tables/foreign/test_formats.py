@@ -1,7 +1,6 @@
 """Files of other programs: numbers arrive bit for bit, what is ambiguous or damaged is one line."""
 
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -104,23 +103,9 @@ def test_what_is_no_vector_is_refused_or_listed():
     refused("a.mat: 'file (objects or cells)' is not a channel", MAT)
 
 
-def test_vectors_of_two_lengths_and_a_file_that_takes_too_long_are_refused(monkeypatch):
+def test_a_broken_file_is_one_line():
     savemat(MAT, COLUMNS | {"slider_x": np.zeros(5)})
     refused("a.mat: time holds 11 numbers and slider_x 5", MAT)
-    monkeypatch.setattr("comparison.tables.foreign._LONGEST", 1e-3)  # s: the process has not begun
-    refused("a.mat: cannot be read within 0.001 s", MAT)
-
-
-def test_a_file_is_read_in_a_bounded_memory(monkeypatch):
-    """It is compressed, and may be small: here no more than the libraries have taken when they are loaded."""
-    pytest.importorskip("resource")
-    savemat(MAT, {"time": np.zeros(2 * 10**6, np.int8)}, do_compression=True)
-    refused("a.mat: time 0.0 s is repeated in data row 2", MAT)  # it is read
-    monkeypatch.setattr("comparison.tables.table_files.LARGEST", MAT.stat().st_size)
-    refused("a.mat: is not a readable .mat file", MAT)
-
-
-def test_a_broken_file_is_one_line():
     savemat("good.mat", COLUMNS)
     whole = Path("good.mat").read_bytes()
     # The last three end scipy's parser by a wrong address.
@@ -243,24 +228,25 @@ def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row(head):
     same(read_pair(path)[0], EXACT_COLUMNS)
 
 
-def test_columns_without_names_are_numbered_and_may_begin_anywhere():
-    table, _, warnings = read_pair(workbook([], *([None, None, *row] for row in ROWS)))
-    assert list(table.frame) == ["time", "#2", "#3"]
-    assert "columns without names" in warnings[0]
-
-
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
         ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in line 5: 'late'"),
         ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in line 5"),
         ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
-        ([["time", "slider_y"], *ROWS], "the rows hold 3 numbers, but line 1 names 2: state names"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
     ],
 )  # fmt: skip
 def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
     refused(f"run.xlsx: |{rule}", workbook(*rows))
+
+
+def test_a_damaged_workbook_and_two_sheets_are_one_line():
+    path = workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]})
+    refused("run.xlsx: sheets 'Table' and 'Run 2' hold numbers: save one per file", path)
+    for share in (0.1, 0.5, 0.9):
+        content = path.read_bytes()
+        refused("is not a readable .xlsx workbook", put("b.xlsx", content[: int(share * len(content))]))
 
 
 def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
@@ -272,20 +258,3 @@ def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
     same(table, EXACT_COLUMNS)
     assert "contact of the corner" in warnings[0]
     assert np.isnan(read_pair(workbook(NAMES, [0.0, None, 1.0], *ROWS[1:]))[0].values("slider_y")[0])
-
-
-def test_a_workbook_that_cannot_be_read_says_why(monkeypatch):
-    whole = workbook(NAMES, *ROWS).read_bytes()
-    for share in (0.1, 0.5, 0.9):
-        damaged = put("damaged.xlsx", whole[: int(share * len(whole))])
-        refused("damaged.xlsx: is not a readable .xlsx workbook", damaged)
-    refused(
-        "run.xlsx: sheets 'Table' and 'Run 2' hold numbers: save one per file",
-        workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]}),
-    )
-    path = put("run.xlsx", whole)
-    with monkeypatch.context() as patch:  # it is small only while packed
-        patch.setattr("comparison.tables.table_files.LARGEST", len(whole))
-        refused(f"run.xlsx: holds more than {len(whole)} bytes once it is unpacked", path)
-    monkeypatch.setitem(sys.modules, "openpyxl", None)  # its import fails
-    refused("sixbar-crossval[excel]|to read it, or save its sheet as CSV", path)
