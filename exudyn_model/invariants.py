@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, SHARED
 from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.laws import SWITCHING, Law
 from exudyn_model.parameters import Parameters
 from exudyn_model.tables import LOAD, PIN, Contacts
 
@@ -80,7 +80,7 @@ class Watch:
         self._keep("start-gap", row, times[at], away)
 
     def take_slider(
-        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
     ) -> None:
         """Take states of a slider.
 
@@ -97,16 +97,16 @@ class Watch:
             Normal force and friction of each corner, N.
         memory : ndarray, shape (4, 3, n)
             Impact speed, start and name of each corner.
-        law : ndarray
+        law : Law
         """
         x, angle, vx, vy, omega = motion
         cosine, sine = np.cos(angle), np.sin(angle)
-        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], bool(law[SHARED])
+        wall, shared = law.half_width + law.clearance, bool(law.shared)
         gaps, rates, slips = np.empty((3, CORNER_COUNT, len(times)))
         for number in range(CORNER_COUNT):
             side, end = ACROSS[number], ALONG[number]
-            arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
-            arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
+            arm_x = side * law.half_width * cosine - end * law.half_length * sine
+            arm_y = side * law.half_width * sine + end * law.half_length * cosine
             gaps[number] = wall - side * (x + arm_x)
             rates[number], slips[number] = -side * (vx - omega * arm_y), vy + omega * arm_x
         powers, closed = forces[:, 1] * slips, memory[:, SPEED] > 0.0
@@ -124,7 +124,7 @@ class Watch:
             self._take_starts(first + number, times, gaps, rates, corner, at)
 
     def take_journal(
-        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
     ) -> None:
         """Take states of a journal.
 
@@ -139,16 +139,16 @@ class Watch:
             Normal force on the bearing's body along e and friction on the journal across it, N.
         memory : ndarray, shape (3, n)
             Impact speed, start and name of the contact.
-        law : ndarray
+        law : Law
         """
         ex, ey, vx, vy, w1, w2 = motion
         distance = np.sqrt(ex * ex + ey * ey)
         with np.errstate(invalid="ignore"):
             nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
         # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
-        of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
-        slip = of_journal - w2 * law[BEARING_RADIUS]
-        gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+        of_journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
+        slip = of_journal - w2 * law.bearing_radius
+        gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
         closed = memory[SPEED] > 0.0
         self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
         at = np.flatnonzero((memory[SPEED, 1:] > 0.0) & (memory[START, 1:] != memory[START, :-1])) + 1
@@ -285,7 +285,7 @@ def observed(
         Observed(f"constraint-{name}", value, time, "a constraint")
         for name, (value, time) in constraints.items()
     ]
-    switches = parameters.guide is not None and parameters.guide.law == "paper-switching"
+    switches = parameters.guide is not None and parameters.guide.number == SWITCHING
     if parameters.integration.energy and not switches:
         worst.append(_energy(columns, extrema))
     return worst

@@ -23,6 +23,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 from platformdirs import user_cache_path
 
 P = ParamSpec("P")
@@ -158,3 +159,17 @@ def machine_code(function: Callable[..., R], *examples: Any) -> Callable[..., R]
     types = tuple(numba.typeof(example) for example in examples)
     compiled: Callable[..., R] = cast(Any, function).compile(types)
     return compiled
+
+
+def record(values: Any) -> NDArray[Any]:
+    """Return the numbers of a NamedTuple, which may contain others, as an array of one record of that shape.
+
+    A kernel reads ``record(values)[0].name`` as Python reads ``values.name``. A NamedTuple itself would be
+    passed number by number, which takes as long as a smaller kernel runs.
+    """
+    return np.array([values], dtype=_layout(values))
+
+
+def _layout(values: Any) -> np.dtype[Any]:
+    pairs = zip(values._fields, values, strict=True)
+    return np.dtype([(name, _layout(of) if isinstance(of, tuple) else np.float64) for name, of in pairs])

@@ -17,7 +17,6 @@ from exudyn_model.invariants import bounds, judge, observed
 from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
-from exudyn_model.pushes import pushes
 from exudyn_model.tables import (
     ACCELERATIONS,
     JOURNAL,
@@ -29,6 +28,7 @@ from exudyn_model.tables import (
     whole,
 )
 from exudyn_model.tree.solver import run_tree
+from exudyn_model.workpiece import pushes
 
 
 @dataclass(frozen=True)

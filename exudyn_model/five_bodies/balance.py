@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY
 from exudyn_model.five_bodies.system import System
 
 Array = NDArray[np.float64]

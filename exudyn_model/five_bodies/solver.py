@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
-from exudyn_model.five_bodies.parts import JournalPart
+from exudyn_model.five_bodies.journal_contact import JournalPart
 from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
