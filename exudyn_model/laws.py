@@ -7,8 +7,8 @@ Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` 
 - "hertz-corners": each corner follows Eqs. 9-11 independently.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
   K_s (d1 + d2) / 2 without damping, in the centroid of the penetrated trapezoid, as the two forces in the
-  corners that have this resultant. The force jumps at the switch, and with it what is stored: the audit of
-  the energy shows what the jumps bring in.
+  corners that have this resultant. The force jumps at the switch, and so does the stored energy: the audit
+  of the energy shows the gain by the jumps.
 - "foundation": Eqs. 7-8 also where a part of the side alone is inside, an elastic layer along it. It stores
   K_s (d1^2 + d1 d2 + d2^2) / 6, and K_s d1^3 / (6 (d1 - d2)) where d2 < 0 < d1, continuous there up to second
   derivatives. The forces in the corners are statically equivalent to the layer's pressure: the corner that is
@@ -29,7 +29,7 @@ HERTZ, SWITCHING, FOUNDATION, IMPACT = range(len(LAWS))
 
 
 class Law(NamedTuple):
-    """Contact of a point after Eqs. 9-13, and what a side of the slider or a journal adds."""
+    """Contact of a point after Eqs. 9-13, with the constants of a side of the slider or of a journal."""
 
     number: float  # In ``LAWS``; a journal has the first one in place of those of a side
     clearance: float  # m

@@ -1,9 +1,9 @@
-"""Memory of the contacts: what the damping of Eq. 11 refers to, and what the table of contacts says.
+"""Memory of the contacts: impact speeds, for the damping of Eq. 11, and times, for the table of contacts.
 
 One record a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal.
-It is updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step
-does is ever kept. Where a side has one contact (``Law.shared``), the touch stands in the record of its lower
-corner, whatever corner it is named after.
+It is updated with accepted states alone, never with trial states of an iteration or of a rejected step. Where
+a side has one contact (``Law.shared``), the touch stands in the record of its lower corner, whatever corner
+it is named after.
 """
 
 from typing import Any, cast

@@ -1,13 +1,12 @@
 """Numbers of a scene in SI units, derived here from the printed ones; formulation and settings of the solver.
 
 Derived here and nowhere else: angular speed and period, the stiffnesses of Eqs. 8 and 10, the factor of the
-damping of Eq. 11, and what the solver does where the scene does not say.
+damping of Eq. 11, and the solver's settings that the scene leaves open.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, LAWS, SWITCHING, Law
@@ -90,14 +89,14 @@ class Load:
 class Integration:
     """Time integration and output."""
 
-    formulation: str  # "full": five bodies; "tree": what the drive leaves free
+    formulation: str  # "full": five bodies; "tree": the coordinates that the drive leaves free
     method: str  # "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree"
     step: float  # Step in a contact, "tree": largest step, s
     # Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
     # rad/s
     tolerance: float
     samples_per_cycle: int  # Samples in one crank cycle
-    # Groups of channels asked for
+    # Requested groups of channels
     accelerations: bool
     corners: bool
     joints: bool
@@ -147,7 +146,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
     Raises
     ------
     ValueError
-        In one line, for what this model does not simulate.
+        In one line, where this model does not simulate the scene.
     """
     _require_supported(scene)
     mechanism, joints, initial = scene["mechanism"], scene["joints"], scene["initial"]
@@ -280,45 +279,20 @@ def _load(scene: Mapping[str, Any]) -> Load | None:
 
 
 def _require_supported(scene: Mapping[str, Any]) -> None:
-    """Raise a ValueError of one line for what this model does not simulate."""
-    choices = [
-        ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
-        ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
-        ("contact.law", scene["contact"]["law"], LAWS),
-        *(
-            ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
-            for group in scene["output"]["groups"]
-        ),
-    ]
-    for key, value, known in choices:
-        if value not in known:
-            usable = " or ".join(repr(name) for name in known)
-            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
-    if scene["drive"]["speed_rpm"] == 0:
-        raise ValueError(f"drive.speed_rpm = {scene['drive']['speed_rpm']} must not be zero")
-    cycles, samples = scene["drive"]["cycles"], scene["output"]["samples_per_cycle"]
-    for key, value in (
-        ("drive.cycles", cycles),
-        ("output.samples_per_cycle", samples),
-        ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
-        ("contact.damping_depth", scene["contact"]["damping_depth"]),
-        ("load.depth", scene["load"]["depth"]),
-        ("load.exponent", scene["load"]["exponent"]),
+    """Raise a ValueError of one line for a choice that this model does not simulate.
+
+    The rules of a scene, such as a positive ``drive.cycles``, are those of ``comparison.scene``.
+    """
+    for key, values, known in (
+        ("joints.slider", [scene["joints"]["slider"]], ("clearance", "ideal")),
+        ("joints.crank_pin", [scene["joints"]["crank_pin"]], ("ideal", "clearance")),
+        ("contact.law", [scene["contact"]["law"]], LAWS),
+        ("output.groups", scene["output"]["groups"], ("accelerations", "corners", "joints", "energy")),
     ):
-        if not value > 0:
-            raise ValueError(f"{key} = {value} must be positive")
-    if round(cycles * samples) < 1:
-        raise ValueError(f"drive.cycles = {cycles} must last at least one sample: {samples} samples a cycle")
-    rows, force = [list(row) for row in scene["load"]["table"]], scene["load"]["force"]
-    if rows and force:
-        raise ValueError(f"load.table takes the place of load.force = {force}: one of both must be left out")
-    if rows and (rows[0] != [0, 0] or any(after[0] <= before[0] for before, after in pairwise(rows))):
-        raise ValueError(f"load.table = {rows} must begin with [0, 0] and have rising depths")
-    slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
-    if not fast > slow:
-        raise ValueError(
-            f"friction.transition_speed = {fast} must be greater than friction.static_speed = {slow}"
-        )
+        for value in values:
+            if value not in known:
+                usable = " or ".join(repr(name) for name in known)
+                raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
 # Usual settings of each formulation (see `Integration`), and the methods that integrate it
@@ -332,16 +306,16 @@ _METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return formulation, method, step and tolerance of ``[solver.exudyn]``, defaults filled in.
 
-    "auto", the same as leaving a key out: the formulation "tree" wherever that gives what is asked for and no
-    implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2" where
-    the groups "joints" or "energy" are asked for. These need the constraints' multipliers, and those of
+    "auto", the same as leaving a key out: the formulation "tree" wherever that gives the requested channels
+    and no implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2"
+    for the groups "joints" and "energy". These need the constraints' multipliers, and those of
     "generalized-alpha", whose constraints are at position level, carry the Newton iteration's error divided
     by the square of the step: they are not given out.
 
     Raises
     ------
     ValueError
-        In one line, for what does not fit together.
+        In one line, where keys do not fit together.
     """
     given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     formulation = given.pop("formulation", "auto")
@@ -373,7 +347,4 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
             "nothing free; use 'full'"
         )
-    for key in ("step", "tolerance"):
-        if not chosen[key] > 0:
-            raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")
     return chosen

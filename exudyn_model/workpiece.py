@@ -1,7 +1,7 @@
 """Load of a workpiece: a force that pushes the slider's centre up, by its height alone.
 
 With h = surface - y the force is P(h), 0 for h <= 0: P1 (h / h1)^q, or linear between the rows of a table and
-that of its last row beyond it. What is stored is its integral over h from 0.
+that of its last row beyond it. The stored energy is its integral over h from 0.
 """
 
 from typing import Any

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.kernels import kernel
+from exudyn_model.kernels import kernel, machine_code
 from exudyn_model.laws import FOUNDATION, Law
 from exudyn_model.memory import Memory
 
@@ -139,8 +139,8 @@ def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law:
     """Return how many ticks a contact lets the next step take after one that ends at ``time`` (s).
 
     A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
-    friction (Eq. 13). Inside a contact also what resolves the oscillation of the normal force: one by
-    ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on the contact; the
+    friction (Eq. 13). Inside a contact also the step that resolves the oscillation of the normal force: one
+    by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on the contact; the
     error of a step is that of N'' times the square of its length.
     """
     acceleration, slip_rate, closed = 0.0, 0.0, contact.closed > 0.0
@@ -199,3 +199,68 @@ def zero_within(contact: Memory, gap: float, rate: float, step: float) -> float:
     fraction = -slope0 / (b + np.sqrt(b * b - a * slope0))
     least = distance0 + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
     return fraction if least <= 0.0 else NEVER
+
+
+class Part:
+    """A contact of a linkage: its force for Exudyn, and its update in accepted states.
+
+    Parameters
+    ----------
+    bodies : tuple of int
+        Bodies on which it acts.
+    rows : slice
+        Of the memory of all contacts.
+    law : Law
+    arrays : NamedTuple
+        Arrays that its kernels read and fill; their ``load``, shape (3 bodies,), is that on the bodies'
+        coordinates in the last accepted state (N, N m).
+    kernels : tuple of callable
+        For the force in a trial state, an accepted state, and the first change in a step.
+
+    Attributes
+    ----------
+    force : callable
+        Exudyn's ``forceUserFunction`` on the nodes of the bodies.
+    """
+
+    def __init__(
+        self,
+        bodies: tuple[int, ...],
+        rows: slice,
+        law: Law,
+        arrays: Any,
+        kernels: tuple[Callable[..., Any], Callable[..., float], Callable[..., float]],
+    ) -> None:
+        self.bodies, self.rows, self.law, self.load = bodies, rows, law, arrays.load
+        self._arrays = arrays
+        self._q, self._v = vectors = np.zeros((2, PER_BODY))
+        force, follow, change = kernels
+        numbers = (0.0,) * (PER_BODY * len(bodies))
+        self._force = machine_code(force, numbers, numbers, arrays)
+        self._follow = machine_code(follow, 0.0, *vectors, 0.0, rows.start, arrays)
+        self._change = machine_code(change, *vectors, arrays)
+        self.force = self._user_function()
+
+    def _user_function(self) -> ForceUserFunction:
+        force: Callable[..., tuple[float, ...]] = self._force
+        arrays = self._arrays
+
+        def user_function(
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            # Exudyn passes lists, which numba would copy element by element: tuples are 7 us faster a call
+            return force(tuple(q), tuple(v), arrays)
+
+        return user_function
+
+    def attach(self, q: Array, v: Array) -> None:
+        """Take the states to come from these vectors of all bodies, shape (3 n,)."""
+        self._q, self._v = q, v
+
+    def follow(self, time: float, longest: float) -> float:
+        """Take the accepted state at ``time`` (s); return how many ticks the next step may take at most."""
+        return self._follow(time, self._q, self._v, longest, self.rows.start, self._arrays)
+
+    def change(self) -> float:
+        """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
+        return self._change(self._q, self._v, self._arrays)

@@ -16,7 +16,7 @@ from exudyn_model.five_bodies.contact import (
     ANGLE,
     BEFORE,
     PER_BODY,
-    ForceUserFunction,
+    Part,
     Triple,
     X,
     Y,
@@ -34,6 +34,7 @@ from exudyn_model.laws import Law, friction_in_regime, slip_regime
 Array = NDArray[np.float64]
 # Of the journal's body, then of the bearing's
 Pair = tuple[Triple, Triple]
+Six = tuple[float, float, float, float, float, float]
 
 
 class Bearing(NamedTuple):
@@ -45,7 +46,7 @@ class Bearing(NamedTuple):
     second: float
     second_x: float
     second_y: float
-    # What the first body's coordinates count from, less what the second's do, m
+    # Origin of the first body's coordinates less that of the second's, m
     apart_x: float
     apart_y: float
     law: Law
@@ -106,16 +107,19 @@ def of_bodies(values: Array, bearing: Bearing) -> Pair:
 
 
 @entry
-def journal_force(q: Pair, v: Pair, arrays: JournalArrays) -> tuple[float, float, float, float, float, float]:
-    """Return force and moment on the journal's body, then on the bearing's (N, N m)."""
-    bearing, contact = arrays.bearing[0], arrays.contacts[0]
-    motion = journal_in_bearing(q, v, bearing)
+def journal_force(q: Six, v: Six, arrays: JournalArrays) -> Six:
+    """Return force and moment on the journal's body, then on the bearing's (N, N m).
+
+    ``q`` and ``v`` are of the journal's body, then of the bearing's.
+    """
+    bearing, contact, own = arrays.bearing[0], arrays.contacts[0], (q[:3], q[3:])
+    motion = journal_in_bearing(own, (v[:3], v[3:]), bearing)
     speed = speed_in_step(contact, motion.gap, motion.rate, arrays.step[0], bearing.law)
     if speed == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     normal, _, _ = journal_forces(motion, speed, bearing.law)
     friction = friction_in_regime(normal, motion.slip, contact.regime, bearing.law)
-    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q, bearing)
+    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, own, bearing)
     return -gx, -gy, moment1, gx, gy, moment2
 
 
@@ -164,40 +168,18 @@ def journal_change(q: Array, v: Array, arrays: JournalArrays) -> float:
     return zero_within(arrays.contacts[0], motion.gap, motion.rate, arrays.step[0].length)
 
 
-class JournalPart:
-    """A journal in its bearing: parameters, attributes and methods as of ``slider_contact.SliderPart``."""
+class JournalPart(Part):
+    """A journal in its bearing; ``row`` is that of its memory among all ``contacts``."""
 
     def __init__(self, bearing: Bearing, row: int, contacts: NDArray[Any], step: NDArray[Any]) -> None:
-        self.bodies, self.rows = (int(bearing.first), int(bearing.second)), slice(row, row + 1)
-        self.bearing, self.law, self.load = bearing, bearing.law, np.zeros(2 * PER_BODY)
-        self._q, self._v = np.zeros((2, PER_BODY))
-        self._arrays = JournalArrays(
-            step, record(bearing), contacts[self.rows], np.zeros(1, BEFORE), self.load
-        )
-        vectors = self._q, self._v
-        self.force = self._user_function()
-        self._change = machine_code(journal_change, *vectors, self._arrays)
-        self._settle = machine_code(settle, *vectors, self._arrays)
-        self._follow = machine_code(follow_journal, 0.0, *vectors, 0.0, row, self._arrays)
-
-    def _user_function(self) -> ForceUserFunction:
-        arrays, pair = self._arrays, ((0.0,) * PER_BODY,) * 2
-        force = machine_code(journal_force, pair, pair, arrays)
-
-        def user_function(
-            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
-        ) -> tuple[float, ...]:
-            (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
-            return force(((x1, y1, angle1), (x2, y2, angle2)), ((vx1, vy1, w1), (vx2, vy2, w2)), arrays)
-
-        return user_function
-
-    def attach(self, q: Array, v: Array) -> None:
-        """Take the states to come from these vectors of all bodies, shape (3 n,)."""
-        self._q, self._v = q, v
+        rows, load = slice(row, row + 1), np.zeros(2 * PER_BODY)
+        arrays = JournalArrays(step, record(bearing), contacts[rows], np.zeros(1, BEFORE), load)
+        self.bearing, bodies = bearing, (int(bearing.first), int(bearing.second))
+        super().__init__(bodies, rows, bearing.law, arrays, (journal_force, follow_journal, journal_change))
+        self._settle = machine_code(settle, self._q, self._v, arrays)
 
     def start(self) -> None:
-        """Begin what is in contact at t = 0."""
+        """Begin a contact that is closed at t = 0."""
         contact = self._arrays.contacts
         motion = cast(Any, journal_motion).py_func(*self._eccentricity(self._q, self._v), self.law)
         if motion.gap < 0.0:
@@ -206,14 +188,6 @@ class JournalPart:
                 self.rows.start,
             )
         contact["regime"] = cast(Any, slip_regime).py_func(motion.slip, self.law)
-
-    def follow(self, time: float, longest: float) -> float:
-        """Take the accepted state at ``time`` (s): see :func:`follow_journal`."""
-        return self._follow(time, self._q, self._v, longest, self.rows.start, self._arrays)
-
-    def change(self) -> float:
-        """Return the fraction of the step after which the contact begins or ends; more than 1: none."""
-        return self._change(self._q, self._v, self._arrays)
 
     def settled(self) -> bool:
         """Whether the friction's piece fits the state that Newton's method has come to."""

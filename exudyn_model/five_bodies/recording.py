@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Memory = dict[str, Array]
 
 CONSTRAINTS = ("position", "velocity")
-# Of the memory of a contact, what the table of contacts knows it by
+# Fields of a memory by which the table knows a contact
 _KNOWN_BY = ("impact_speed", "start", "name")
 # States that are observed at once: as many as the processor's cache holds
 _ROOM = 2048
@@ -111,9 +111,9 @@ class BodiesRecorder(Recorder):
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
         choice = self._choice
-        time, wanted = choice.time, choice.allowed
+        time, longest = choice.time, choice.allowed
         for part in self._model.parts:
-            wanted = part.follow(time, wanted)
+            longest = part.follow(time, longest)
         stamp = self._stamp
         stamp[0], stamp[1] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
@@ -121,7 +121,7 @@ class BodiesRecorder(Recorder):
         self.accepted += 1
         if self._count == _ROOM:
             self.observe()
-        return wanted
+        return longest
 
     def observe(self) -> None:
         """Observe the states that wait for it; the last one remains, as the first of those to come.
@@ -213,7 +213,7 @@ class BodiesRecorder(Recorder):
         Return the energies (J), shape (7 or 8, n), in the order of ``tables.energies``: drive, gravity,
         damping and friction count from t = 0, kinetic and contact energy are those stored now, and so is that
         of a workpiece, which ``pressed`` holds where there is one. The residual is the work of motor and
-        gravity less the increase of what is stored, less what is dissipated.
+        gravity less the increase of the stored energies, less the dissipated ones.
         """
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
@@ -277,17 +277,17 @@ class BodiesRecorder(Recorder):
         corners' forces.
         """
         last = int(ticks[-1] // self._settings.per_sample)
-        wanted = np.arange(self._sample_count, last + 1) * self._settings.per_sample
-        at = np.searchsorted(ticks, wanted)
+        instants = np.arange(self._sample_count, last + 1) * self._settings.per_sample
+        at = np.searchsorted(ticks, instants)
         samples = values[:, at]
-        between = np.flatnonzero(ticks[at] != wanted)
+        between = np.flatnonzero(ticks[at] != instants)
         if len(between):
-            samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
+            samples[:, between] = self._interpolate(times, values, at[between], instants[between])
         self.take_samples(samples)
 
-    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
+    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], instants: NDArray[Any]) -> Array:
         before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
-        s = (wanted * self._choice.size - times[at - 1]) / step
+        s = (instants * self._choice.size - times[at - 1]) / step
         r = 1.0 - s
         samples: Array = r * before + s * after
         rates = slice(MOTION.start + TO_RATE, MOTION.stop + TO_RATE)

@@ -122,7 +122,7 @@ def _newton_tolerance(parameters: Parameters, step: float) -> float:
 
 
 def _weight(parameters: Parameters) -> float:
-    """Return what the joints bear, N.
+    """Return the load of the joints, N.
 
     The weight of all bodies, at gravity and the acceleration of the crank's tip together, and the largest
     force of a workpiece on an ideal slider.

@@ -11,7 +11,7 @@ from exudyn_model.five_bodies.contact import (
     BEFORE,
     NEVER,
     PER_BODY,
-    ForceUserFunction,
+    Part,
     Triple,
     X,
     Y,
@@ -23,7 +23,7 @@ from exudyn_model.five_bodies.contact import (
     zero_within,
 )
 from exudyn_model.invariants import Watch
-from exudyn_model.kernels import entry, kernel, machine_code, record
+from exudyn_model.kernels import entry, kernel, record
 from exudyn_model.laws import CornerMotion, Law, SideForces, side_forces
 from exudyn_model.memory import ROUNDED, Memory, start_side
 
@@ -194,75 +194,27 @@ def slider_change(q: Array, v: Array, arrays: SliderArrays) -> float:
     return earliest
 
 
-class SliderPart:
-    """A slider in its guide.
-
-    Parameters
-    ----------
-    body : int
-    first : int
-        Row of its first corner among all contacts.
-    law : Law
-    contacts : ndarray, shape (n,)
-        Memory of all contacts.
-    step : ndarray, shape (1,), of ``contact.STEP``
-
-    Attributes
-    ----------
-    bodies : tuple of int
-        On which it acts.
-    rows : slice
-        Of the memory of all contacts.
-    force : callable
-        Exudyn's ``forceUserFunction`` on their nodes.
-    load : ndarray, shape (3,)
-        On the bodies' coordinates in the last accepted state (N, N m).
-    """
+class SliderPart(Part):
+    """A slider in its guide; ``first`` is the row of its first corner in the memory of all ``contacts``."""
 
     def __init__(self, body: int, first: int, law: Law, contacts: NDArray[Any], step: NDArray[Any]) -> None:
-        self.bodies, self.rows, self.law = (body,), slice(first, first + CORNER_COUNT), law
-        self.load = np.zeros(PER_BODY)
+        rows, last = slice(first, first + CORNER_COUNT), np.zeros(CORNER_COUNT, BEFORE)
+        arrays = SliderArrays(step, record(law), contacts[rows], last, np.zeros(PER_BODY))
         self._own = slice(PER_BODY * body, PER_BODY * body + PER_BODY)
-        self._q, self._v = np.zeros((2, PER_BODY))
-        last = np.zeros(CORNER_COUNT, BEFORE)
-        self._arrays = SliderArrays(step, record(law), contacts[self.rows], last, self.load)
-        vectors = self._q, self._v
-        self.force = self._user_function()
-        self._change = machine_code(slider_change, *vectors, self._arrays)
-        self._follow = machine_code(follow_slider, 0.0, *vectors, 0.0, first, self._arrays)
-
-    def _user_function(self) -> ForceUserFunction:
-        arrays = self._arrays
-        force = machine_code(slider_force, (0.0,) * PER_BODY, (0.0,) * PER_BODY, arrays)
-
-        def user_function(
-            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
-        ) -> tuple[float, ...]:
-            # Exudyn passes lists, which numba would copy element by element: tuples are 7 us faster a call
-            return force(tuple(q), tuple(v), arrays)
-
-        return user_function
+        super().__init__((body,), rows, law, arrays, (slider_force, follow_slider, slider_change))
 
     def attach(self, q: Array, v: Array) -> None:
         """Take the states to come from these vectors of all bodies, shape (3 n,)."""
-        self._q, self._v = q[self._own], v[self._own]
+        super().attach(q[self._own], v[self._own])
 
     def start(self) -> None:
-        """Begin what is in contact at t = 0."""
+        """Begin the contacts that are closed at t = 0."""
         x, angle, vx, vy, omega = self._in_guide(self._q, self._v)
         motion = cast(Any, corner_motion).py_func  # not compiled for four calls
         corners = [motion(k, x, angle, vx, vy, omega, self.law) for k in range(CORNER_COUNT)]
         for side in range(UPPER):
             start_side(side, corners[side], corners[side + UPPER], self._arrays.contacts, self.law)
         self._arrays.contacts["name"] += self.rows.start
-
-    def follow(self, time: float, longest: float) -> float:
-        """Take the accepted state at ``time`` (s): see :func:`follow_slider`."""
-        return self._follow(time, self._q, self._v, longest, self.rows.start, self._arrays)
-
-    def change(self) -> float:
-        """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
-        return self._change(self._q, self._v, self._arrays)
 
     def watch(self, watch: Watch, times: Array, q: Array, v: Array, forces: Array, memory: Array) -> None:
         """Watch states of all bodies, shape (3 n, states), with forces and memory of its rows."""

@@ -24,7 +24,7 @@ from exudyn_model.five_bodies.system import Model
 # Ticks of the longest step. From 32 to 40 the error of x against the tree's over half a cycle changes by less
 # than 1 % (150, 300 and 600 rpm): it is that of the contacts
 LONGEST = 40
-# With constraints at velocity level, where joints drift by what steps in flight add up to
+# With constraints at velocity level, where joints drift by the sum of steps in flight
 LONGEST_INDEX2 = 8
 # Before the first contact there is no other error: with 32 ticks the smallest change of mass or gravity that
 # a comparison detects is 18 times as large. First flights are short

@@ -158,7 +158,7 @@ class System:
 
     @cached_property
     def reference(self) -> Array:
-        """What coordinates count from, shape (3 n,): of a slider its guide, for all digits of gaps."""
+        """Origins of the coordinates, shape (3 n,): of a slider its guide, for all digits of gaps."""
         reference = np.zeros((len(self.bodies), PER_BODY))
         for slider in self.sliders:
             reference[slider.body, :ANGLE] = slider.point
@@ -199,7 +199,7 @@ def press(parameters: Parameters, state: InitialState) -> System:
 
 @dataclass(frozen=True)
 class Model:
-    """A system assembled in Exudyn, with what its contact forces read."""
+    """A system assembled in Exudyn, with the arrays that its contact forces read."""
 
     mbs: Any
     container: Any  # Owner of ``mbs``; held so that it outlives it

@@ -50,7 +50,7 @@ _LISTS = cast(Any, exu)
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree assembled in Exudyn, with what its forces read."""
+    """A tree assembled in Exudyn, with the arrays that its forces read."""
 
     mbs: Any
     container: Any  # Owner of ``mbs``; held so that it outlives it

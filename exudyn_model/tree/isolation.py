@@ -1,6 +1,6 @@
-"""Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
+"""Zeros of a distance in a step of a tree: isolated for certain, so that the step ends there.
 
-Likewise where the force of a workpiece has a kink, which may be too short-lived for the error control to see.
+Likewise the kinks of a workpiece's force, which may be too short-lived for the error control to see.
 
 Over a step the distance of a contact (``motion``) is the quintic Hermite polynomial through both ends. A
 polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is negative,
@@ -13,44 +13,15 @@ References
    379-419, sections 5 and 6.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import Law
 from exudyn_model.memory import ROUNDED
-from exudyn_model.tree.motion import CONTACTS, HEIGHT_ROW, PIN_ROW, Press
 
 Array = NDArray[np.float64]
-
-
-class Room(NamedTuple):
-    """Arrays that the judgement of steps fills.
-
-    Attributes
-    ----------
-    least : float
-        Shortest step that ends where a contact begins or ends, s.
-    ends : ndarray, shape (2,), of ``motion.END``
-        Of the step.
-    distances : ndarray, shape (2, 6), of ``motion.DISTANCE``
-        At both ends.
-    values : ndarray, shape (1,), of ``motion.VALUES``
-        At the end.
-    work : ndarray, shape (2, 6)
-    steps : ndarray, shape (n,), of ``steps.STEP``
-        Accepted steps.
-    """
-
-    least: float
-    ends: NDArray[Any]
-    distances: NDArray[Any]
-    values: NDArray[Any]
-    work: Array
-    steps: NDArray[Any]
 
 
 # In place of a fraction of a step, where there is none
@@ -125,7 +96,7 @@ def first_change(coefficients: Array, inner: Array) -> float:
             passed = True
         else:
             width *= 0.5
-    # Newton's method, safeguarded by bisection; what is at the wall at the start has to separate before
+    # Newton's method, safeguarded by bisection; a distance of zero at the start has to grow before
     low, separated, fraction = 0.0, coefficients[0] > ROUNDED, 0.5 * high
     for _ in range(200):
         part(coefficients, fraction, 1.0, inner)
@@ -152,71 +123,6 @@ def first_change(coefficients: Array, inner: Array) -> float:
 
 
 @kernel
-def close(row: int, contacts: Any, time: float, law: Law) -> None:
-    """Close a contact at its wall at ``time`` (s); begin it, if it is not yet that of its side.
-
-    The present speed, floored, is frozen as impact speed.
-    """
-    contacts[row].closed = 1.0
-    # A contact of a side is remembered with the lower corner
-    own = contacts[row % UPPER if law.shared > 0.0 else row]
-    if own.impact_speed == 0.0:
-        own.impact_speed = max(-contacts[row].rate, law.speed_floor)
-        own.start, own.name = time, row
-
-
-@kernel
-def separate(row: int, contacts: Any, time: float, law: Law) -> None:
-    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner."""
-    contacts[row].closed, contacts[row].end = 0.0, time
-    if law.shared > 0.0:
-        other = contacts[(row + UPPER) % CORNER_COUNT]
-        if other.closed > 0.0:
-            return
-        row, time = row % UPPER, max(time, other.end)
-    contacts[row].impact_speed, contacts[row].end = 0.0, time
-
-
-@kernel
-def accepted_fraction(press: Press, workpiece: NDArray[Any], contacts: Any, room: Room) -> float:
-    """Return the fraction of a step up to the first contact that begins or ends; 1: it can be accepted.
-
-    Or up to the first kink of a workpiece's force. Where a side has one contact also up to where a corner
-    goes into its wall, or out of it, while the other one of its side is inside.
-
-    A contact that touches sooner than ``room.least`` after the start touches *at* the start: its impact speed
-    is frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
-    kink, across which no interpolation is accurate.
-    """
-    first, start, work = 1.0, room.ends[0].time, room.work
-    step = room.ends[1].time - start
-    for row in range(0 if press.has_guide else CORNER_COUNT, CONTACTS if press.has_journal else CORNER_COUNT):
-        contact, before, after = contacts[row], room.distances[0, row], room.distances[1, row]
-        closed = contact.closed > 0.0
-        if bernstein(before, after, -1.0 if closed else 1.0, step, work[0]) >= ROUNDED:
-            continue
-        if work[0, 0] < -ROUNDED and closed:
-            work[0, 0] = 0.0  # what touches within `least` is frozen before it does
-        fraction = 0.0 if work[0, 0] < -ROUNDED else first_change(work[0], work[1])
-        if np.isnan(fraction):
-            fraction = 0.5
-        elif fraction != NEVER and fraction * step < room.least:
-            if closed:
-                # It separates at once. What comes back is another contact: the step must end before
-                fraction = 1.0 if after.value > ROUNDED else 0.5
-            else:
-                # Exudyn calls back before it judges a step's error: the end of one far too long is arbitrary,
-                # and only the start shows what is at the wall
-                fraction = 0.5
-                if before.value <= ROUNDED - 2.0 * room.least * before.rate:
-                    contact.rate = before.rate
-                    close(row, contacts, start, press.journal if row == PIN_ROW else press.guide)
-        first = min(first, fraction)
-    height = room.distances[:, HEIGHT_ROW]
-    return min(first, kink_fraction(height[0], height[1], step, workpiece, work))
-
-
-@kernel
 def kink_fraction(before: Any, after: Any, step: float, workpiece: NDArray[Any], work: Array) -> float:
     """Return the fraction of a step up to where it has passed a kink of a workpiece's force; 1: none.
 
@@ -240,23 +146,3 @@ def kink_fraction(before: Any, after: Any, step: float, workpiece: NDArray[Any],
         fraction = first_change(work[0], work[1])
         first = min(first, 0.5 if np.isnan(fraction) else fraction)
     return first
-
-
-@kernel
-def switch(row: int, contacts: Any, room: Room, law: Law) -> bool:
-    """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
-
-    Return whether there is one.
-    """
-    contact, before, after, switched = contacts[row], room.distances[0, row], room.distances[1, row], False
-    # What has just touched may still be open by round-off, but it approaches
-    if contact.closed > 0.0 and (after.value > ROUNDED or (after.value >= -ROUNDED and after.rate > 0.0)):
-        # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
-        at = 1 if after.value < -before.value else 0
-        separate(row, contacts, room.ends[at].time, law)
-        switched = True
-    contact.rate = after.rate
-    if contact.closed == 0.0 and after.value <= ROUNDED and after.rate < 0.0:
-        close(row, contacts, room.ends[1].time, law)
-        switched = True
-    return switched

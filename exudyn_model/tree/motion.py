@@ -68,7 +68,7 @@ class Press(NamedTuple):
 
 
 class State(NamedTuple):
-    """Angles (rad) of rod 2, rocker, rod 4 and slider, and their rates (rad/s); what is not free keeps 0."""
+    """Angles (rad) of rod 2, rocker, rod 4 and slider, and their rates (rad/s); 0 where they are not free."""
 
     theta2: float
     theta3: float
@@ -225,7 +225,7 @@ def chain_accelerations(state: State, loads: Loads, press: Press) -> tuple[float
     inertia2 = rod2.inertia + m2 * centre2**2
     inertia4 = press.carried_inertia
     between23, between34 = -m2 * to_b * centre2 * cos23, length3 * first4 * cos34
-    # What is accelerated towards the centres of rotation, by n . u of the other angle; weights; forces
+    # Centripetal accelerations, by n . u of the other angle; weights; forces
     moment3 = (
         m2 * to_b * centre2 * sin23 * square2
         + length3 * first4 * sin34 * square4
@@ -279,7 +279,7 @@ def complete(
         tip = driven_tip(time, mechanism)
         loads = contact_loads(time, state, tip, press, workpiece, contacts, values)
         alpha4 = rod4_moment(state.theta4, tip, loads, press) / press.carried_inertia
-    # Of C, what its rocker's angular acceleration adds; 0 behind an ideal pin
+    # With the acceleration of C by that of its rocker; 0 behind an ideal pin
     arm_x, arm_y = tip.x - mechanism.pivot_x, tip.y - mechanism.pivot_y
     along_x, along_y, w4 = loads.along_x, loads.along_y, state.w4
     ax = tip.ax - alpha3 * arm_y - alpha4 * along_y - w4 * w4 * along_x
@@ -337,7 +337,7 @@ def interpolate(start: Any, end: Any, fraction: float, here: Any) -> None:
     blend = square * fraction * (10.0 + fraction * (6.0 * fraction - 15.0))
     for k in range(len(start.angle)):
         v0, v1 = start.rate[k], end.rate[k]
-        # Cubic polynomial of the rate, by rates and second derivatives; what its integral leaves of the rise
+        # Cubic polynomial of the rate, by rates and second derivatives; the rise beyond its integral
         slope0, slope1 = step * start.second[k], step * end.second[k]
         c2, c3 = 3.0 * (v1 - v0) - 2.0 * slope0 - slope1, 2.0 * (v0 - v1) + slope0 + slope1
         missing = end.angle[k] - start.angle[k] - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)

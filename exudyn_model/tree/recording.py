@@ -16,9 +16,8 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.run import Recorder
 from exudyn_model.tables import ACCELERATIONS, CONTACT, JOURNAL, PER_CONTACT, PIN, STATE, corner_channels
 from exudyn_model.tree.building import Tree
-from exudyn_model.tree.isolation import Room
 from exudyn_model.tree.motion import CONTACTS, DISTANCE, END, HEIGHT_ROW, PIN_ROW, VALUES, WIDTH
-from exudyn_model.tree.steps import STEP, judge, observe
+from exudyn_model.tree.steps import STEP, Room, judge, observe
 
 Array = NDArray[np.float64]
 
@@ -31,7 +30,7 @@ _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
 _SMOOTH = np.array([*range(CONTACT), len(CHANNELS) - 2, len(CHANNELS) - 1])
 # A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
 _FEW = 20
-# Of the memory of a contact, what the table of contacts knows it by
+# Fields of a memory by which the table knows a contact
 _KNOWN_BY = ("impact_speed", "start", "name")
 # Steps that are observed at once: as many as the processor's cache holds
 _ROOM = 2048
@@ -85,7 +84,7 @@ class TreeRecorder(Recorder):
 
     def begin(self, q: Array, v: Array) -> None:
         """Take the initial state (see :meth:`judge`): a corner inside its wall is in contact from t = 0."""
-        for _ in range(2):  # distances first; then the accelerations with what they say is in contact
+        for _ in range(2):  # distances first; then accelerations, with the contacts that follow
             self._judge(0.0, q, v, -1, *self._fixed)
             self._start_contacts()
 
@@ -130,7 +129,7 @@ class TreeRecorder(Recorder):
     def observe(self, last: bool = False) -> None:
         """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
         count, self._count = self._count, 0
-        if last:  # also what begins in the last state
+        if last:  # also a contact that begins in the last state
             contacts = self._tree.contacts
             for row in np.flatnonzero(contacts["impact_speed"]):
                 contact = np.array([contacts[name][row] for name in _KNOWN_BY])
@@ -150,10 +149,10 @@ class TreeRecorder(Recorder):
         self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
         number = min(int(until / self._interval * (1 + 1e-15)), self._last_sample)
-        wanted = np.arange(self._sample_count, number + 1) * self._interval
-        wanted = wanted[wanted <= until]
-        at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
-        self.take_samples(self._values(at, (wanted - starts[at]) / (ends - starts)[at]))
+        instants = np.arange(self._sample_count, number + 1) * self._interval
+        instants = instants[instants <= until]
+        at = np.clip(np.searchsorted(starts, instants, side="right") - 1, 0, count - 1)
+        self.take_samples(self._values(at, (instants - starts[at]) / (ends - starts)[at]))
 
     def _observe_start(self) -> None:
         """Observe a run without a step: its initial state alone."""
@@ -211,12 +210,12 @@ class TreeRecorder(Recorder):
             impulse = steps * (normal @ _SIMPSON)
             own = memory[row, 3], impulse, _largest(normal), _largest(depth)
             self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
-            noted = np.zeros((count, points), dtype=bool)
-            noted[:, -1] = closed
-            noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
-            noted[:, 0] = closed & (begun == starts)
+            chosen = np.zeros((count, points), dtype=bool)
+            chosen[:, -1] = closed
+            chosen[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
+            chosen[:, 0] = closed & (begun == starts)
             times = starts[:, None] + _POINTS * steps[:, None]
-            self.contacts.note(row, times[noted], normal[noted])
+            self.contacts.note(row, times[chosen], normal[chosen])
 
     def _watch(self, times: Array, values: Array, memory: Array) -> None:
         press, forces = self._tree.press, _contacts(values)[:, 1:]

@@ -248,7 +248,7 @@ def test_forces_of_the_journal_agree(law):
         assert abs(material_slip - computed.slip) <= direction * 3.0
         arrays.contacts["impact_speed"] = speed
         arrays.contacts["regime"] = slip_regime.py_func(material_slip, constants)
-        force = np.array(journal_force((q1, q2), (v1, v2), arrays))
+        force = np.array(journal_force((*q1, *q2), (*v1, *v2), arrays))
         bound, size, page = 0.0, 0.0, 0j
         if depth > 0.0:
             slope, damping, size = press.steepness(c.Kj, depth, computed.rate, speed)
