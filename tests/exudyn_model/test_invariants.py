@@ -24,11 +24,8 @@ APPLIES = {"tree": CONTACT, "full": FIXED_STEPS, "index 2": FIXED_STEPS | {"ener
 
 
 def broken(result):
-    return {
-        name
-        for name, computed in result.provenance["invariants"].items()
-        if computed["value"] > computed["bound"]
-    }
+    invariants = result.provenance["invariants"]
+    return {name for name, computed in invariants.items() if computed["value"] > computed["bound"]}
 
 
 @pytest.mark.parametrize("formulation", USUAL)
