@@ -3,23 +3,23 @@
 Written without knowledge of ``reference_model``; the two share only the scene's numbers. Equation, figure and
 table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equations stand in ``docs/model.md``.
 
-| equations | what | where |
+| equations | content | module |
 |---|---|---|
 | Fig. 4, Tables 1, 2 | a scene's numbers, and the solver's settings | `parameters` |
 | Eq. 16, rows 1-8; t = 0 | driven four-bar in closed form, initial state | `linkage` |
 | Eqs. 1-6 | corners, walls, gaps | `corners` |
 | Eqs. 7-13 | the laws of a side of the slider, modified Coulomb friction | `laws` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
-| - | load of a workpiece, its forces in a turn of the crank | `workpiece`, `pushes` |
-| - | memory of the contacts: impact speeds, and what their table says | `memory` |
+| - | load of a workpiece, its forces in a turn of the crank | `workpiece` |
+| - | memory of the contacts: impact speeds, times | `memory` |
 | Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
-| Eqs. 14-21, reduced | what the drive leaves free, explicit | `tree` |
+| Eqs. 14-21, reduced | coordinates that the drive leaves free, explicit | `tree` |
 | - | channels, extrema by cycle, contacts and their pulses | `tables` |
-| - | what no correct run can show | `invariants` |
+| - | invariants of every correct run | `invariants` |
 
-The way of a run: `simulation` > `solver` of one formulation > its `recording`, which keeps what its kernels
-fill of each accepted state. Kernels read plain arrays (`columns`); `kernels` compiles them and keeps their
-machine code for this version of the package.
+A run passes from `simulation` to the `solver` of one formulation, whose kernels fill the arrays that its
+`recording` observes. Kernels read records of named numbers; `kernels` compiles them and stores their machine
+code for this version of the package.
 """
 
 from exudyn_model.simulation import Result, simulate

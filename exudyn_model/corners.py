@@ -5,11 +5,9 @@ each sees the infinite wall on its own side.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from exudyn_model.columns import CLEARANCE, HALF_LENGTH, HALF_WIDTH
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import CornerMotion, SideForces
+from exudyn_model.laws import CornerMotion, Law, SideForces
 
 CORNERS = ("ll", "lr", "ul", "ur")
 """Lower/upper along the guide (y), left/right across it (x); the rows of the contacts."""
@@ -24,15 +22,15 @@ ALONG = (-1.0, -1.0, 1.0, 1.0)
 
 @kernel
 def corner_motion(
-    number: int, x: float, angle: float, vx: float, vy: float, omega: float, law: NDArray[np.float64]
+    number: int, x: float, angle: float, vx: float, vy: float, omega: float, law: Law
 ) -> CornerMotion:
     """Return the motion of one of ``CORNERS`` from that of the slider in the guide's frame (m, rad, s)."""
     outward = ACROSS[number]
-    sx, sy = outward * law[HALF_WIDTH], ALONG[number] * law[HALF_LENGTH]
+    sx, sy = outward * law.half_width, ALONG[number] * law.half_length
     cosine, sine = np.cos(angle), np.sin(angle)
     rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
     # Not as a difference of distances from the centre line, which are a hundred times the clearance
-    gap = law[CLEARANCE] - outward * (x - sine * sy) + 2.0 * law[HALF_WIDTH] * np.sin(0.5 * angle) ** 2
+    gap = law.clearance - outward * (x - sine * sy) + 2.0 * law.half_width * np.sin(0.5 * angle) ** 2
     return CornerMotion(gap, -outward * (vx - omega * ry), vy + omega * rx, rx, ry)
 
 

@@ -1,4 +1,4 @@
-"""What no correct run can show: it is watched, has bounds with their reasons, and is judged.
+"""Invariants that every correct run keeps: watched in each state, bounded with reasons, and judged.
 
 Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
 so that a fault in the formulas that the run was computed with does not conceal itself. Judged are also the
@@ -7,14 +7,13 @@ table of contacts, the audit of the energy, and the constraints (``five_bodies.b
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, SHARED
 from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.laws import SWITCHING, Law
 from exudyn_model.parameters import Parameters
 from exudyn_model.tables import LOAD, PIN, Contacts
 
@@ -59,7 +58,7 @@ class Watch:
         power: Array,
         closed: Array,
     ) -> None:
-        """Take the states of one contact: what holds in each of them."""
+        """Take the states of one contact: the invariants of each of them."""
         self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
         self._keep("pull", row, times, -force)
         self._keep("driving-friction", row, times, power)
@@ -80,7 +79,7 @@ class Watch:
         self._keep("start-gap", row, times[at], away)
 
     def take_slider(
-        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
     ) -> None:
         """Take states of a slider.
 
@@ -97,16 +96,16 @@ class Watch:
             Normal force and friction of each corner, N.
         memory : ndarray, shape (4, 3, n)
             Impact speed, start and name of each corner.
-        law : ndarray
+        law : Law
         """
         x, angle, vx, vy, omega = motion
         cosine, sine = np.cos(angle), np.sin(angle)
-        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], bool(law[SHARED])
+        wall, shared = law.half_width + law.clearance, bool(law.shared)
         gaps, rates, slips = np.empty((3, CORNER_COUNT, len(times)))
         for number in range(CORNER_COUNT):
             side, end = ACROSS[number], ALONG[number]
-            arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
-            arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
+            arm_x = side * law.half_width * cosine - end * law.half_length * sine
+            arm_y = side * law.half_width * sine + end * law.half_length * cosine
             gaps[number] = wall - side * (x + arm_x)
             rates[number], slips[number] = -side * (vx - omega * arm_y), vy + omega * arm_x
         powers, closed = forces[:, 1] * slips, memory[:, SPEED] > 0.0
@@ -124,7 +123,7 @@ class Watch:
             self._take_starts(first + number, times, gaps, rates, corner, at)
 
     def take_journal(
-        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
     ) -> None:
         """Take states of a journal.
 
@@ -139,33 +138,23 @@ class Watch:
             Normal force on the bearing's body along e and friction on the journal across it, N.
         memory : ndarray, shape (3, n)
             Impact speed, start and name of the contact.
-        law : ndarray
+        law : Law
         """
         ex, ey, vx, vy, w1, w2 = motion
         distance = np.sqrt(ex * ex + ey * ey)
         with np.errstate(invalid="ignore"):
             nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
         # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
-        of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
-        slip = of_journal - w2 * law[BEARING_RADIUS]
-        gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+        of_journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
+        slip = of_journal - w2 * law.bearing_radius
+        gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
         closed = memory[SPEED] > 0.0
         self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
         at = np.flatnonzero((memory[SPEED, 1:] > 0.0) & (memory[START, 1:] != memory[START, :-1])) + 1
         self._take_starts(row, times, gap[None], rate[None], 0, at)
 
 
-@dataclass(frozen=True)
-class Observed:
-    """The worst of one kind in a run: its value, when (s) and where."""
-
-    name: str
-    value: float
-    time: float
-    place: str = ""
-
-
-# Unit of each invariant, and what it says when it is violated
+# Unit of each invariant, and the sentence of its violation
 _KINDS = {
     "open-depth": ("m", "{place} is inside its wall outside a contact"),
     "pull": ("N", "the wall pulls {place}"),
@@ -183,27 +172,67 @@ _KINDS = {
 _RELATIVE_END = 1e-12
 
 
-def bounds(
+def judge(
     parameters: Parameters,
     watch: Watch,
+    contacts: Contacts,
     events: Mapping[str, NDArray[Any]],
-    step: float,
-    longest: float,
-    tolerance: float,
-) -> dict[str, float]:
-    """Return the bound of each invariant that a run has to keep.
+    columns: Mapping[str, Array],
+    extrema: Mapping[str, Mapping[str, float]],
+    constraints: Mapping[str, tuple[float, float]],
+    settings: Mapping[str, float],
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Compare the worst of a run with the bounds that it has to keep.
 
     Parameters
     ----------
     parameters : Parameters
     watch : Watch
-    events : mapping
-        The table of contacts.
-    step, longest : float
-        That in a contact and the longest one in flight, s; 0 for a tree.
-    tolerance : float
-        Of the Newton iteration; 0 for a tree.
+    contacts : Contacts
+    events, columns, extrema : mapping
+        Of ``simulation.Result``.
+    constraints : mapping
+        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
+    settings : mapping
+        Of five bodies "step_used" and "longest_step" (s), and "newton_tolerance".
+
+    Returns
+    -------
+    invariants : dict
+        Name to "value", "bound", "unit" and "time_s", for each that has a bound.
+    broken : str
+        The worst violation in one line; empty if there is none.
     """
+    worst = {
+        name: (value, time, _place(contacts.names[row]) if contacts.names else "")
+        for name, (value, time, row) in watch.worst.items()
+    }
+    worst["overlap"] = _overlap(contacts, events)
+    worst |= {f"constraint-{name}": (*most, "a constraint") for name, most in constraints.items()}
+    switches = parameters.guide is not None and parameters.guide.number == SWITCHING
+    if parameters.integration.energy and not switches:
+        worst["energy"] = _energy(columns, extrema)
+    invariants: dict[str, dict[str, Any]] = {}
+    largest, broken = 1.0, ""
+    for name, limit in _bounds(parameters, watch, events, settings).items():
+        if name not in worst:
+            continue
+        (value, time, place), (unit, sentence) = worst[name], _KINDS[name]
+        invariants[name] = {"value": value, "bound": limit, "unit": unit, "time_s": time}
+        excess = value / limit if limit > 0.0 else math.inf
+        if value > limit and excess > largest:
+            largest, measure = excess, "" if unit == "1" else f" {unit}"
+            broken = (
+                f"{name}: {sentence.format(place=place)} by {value:.3g}{measure} at "
+                f"{time:.9g} s, bound {limit:.3g}{measure}"
+            )
+    return invariants, broken
+
+
+def _bounds(
+    parameters: Parameters, watch: Watch, events: Mapping[str, NDArray[Any]], settings: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the bound of each invariant of a formulation."""
     fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
     limits = {
         # The law is clipped at 0: a product and a sum are rounded
@@ -213,15 +242,16 @@ def bounds(
         # A contact ends before the next one begins, both times rounded
         "overlap": 64 * math.ulp(parameters.duration),
     }
-    if step == 0.0:
+    if "step_used" not in settings:
         return limits | {
-            # Touches are located until the gap is less than 2e-15 m; what is left is round-off
+            # Touches are located until the gap is less than 2e-15 m; the rest is round-off
             "open-depth": 1e-11,
             "start-gap": 1e-11,
-            # What is located approaches, but for a contact that has just ended and is pressed back, by some
+            # A located corner approaches. One whose contact has just ended may be pressed back, by some
             # 1e4 m/s^2, before it is 2e-15 m away: the root of twice their product
             "leaving-start": 1e-5,
         }
+    step, longest, tolerance = (settings[name] for name in ("step_used", "longest_step", "newton_tolerance"))
     # Positions are rounded to some 1e-15 m, and a rate to that over the step
     omega, rounded_speed = parameters.mechanism.omega, 1e-13 / step
     squared = (omega * longest) ** 2
@@ -229,7 +259,7 @@ def bounds(
         # A corner that touches inside a step is no deeper at its end, where its contact begins
         "open-depth": fastest * step,
         "start-gap": fastest * step,
-        # A gap that falls below 0 in a step approaches at its start or at its end, but for the Newton
+        # A gap that falls below 0 in a step approaches at its start or at its end, to the Newton
         # iteration's error in positions over the step
         "leaving-start": rounded_speed,
     }
@@ -255,49 +285,13 @@ def bounds(
     }
 
 
-def observed(
-    parameters: Parameters,
-    watch: Watch,
-    contacts: Contacts,
-    events: Mapping[str, NDArray[Any]],
-    columns: Mapping[str, NDArray[np.float64]],
-    extrema: Mapping[str, Mapping[str, float]],
-    constraints: Mapping[str, tuple[float, float]],
-) -> list[Observed]:
-    """Return the worst of a run by each way of looking at it.
-
-    Parameters
-    ----------
-    parameters : Parameters
-    watch : Watch
-    contacts : Contacts
-    events, columns, extrema : mapping
-        Of ``simulation.Result``.
-    constraints : mapping
-        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
-    """
-    worst = [
-        Observed(name, value, time, _place(contacts.names[row]) if contacts.names else "")
-        for name, (value, time, row) in watch.worst.items()
-    ]
-    worst.append(_overlap(contacts, events))
-    worst += [
-        Observed(f"constraint-{name}", value, time, "a constraint")
-        for name, (value, time) in constraints.items()
-    ]
-    switches = parameters.guide is not None and parameters.guide.law == "paper-switching"
-    if parameters.integration.energy and not switches:
-        worst.append(_energy(columns, extrema))
-    return worst
-
-
 def _place(name: str) -> str:
     return "the crank pin" if name == PIN else f"corner {name}"
 
 
-def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed:
+def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> tuple[float, float, str]:
     """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
-    worst = Observed("overlap", 0.0, 0.0)
+    worst = 0.0, 0.0, ""
     for number, name in enumerate(contacts.names):
         chosen = np.isin(events["corner"], contacts.names_of_one(number))
         start, end = events["start"][chosen], events["end"][chosen]
@@ -305,47 +299,20 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed
             continue
         overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
         row = int(np.argmax(overlaps))
-        if overlaps[row] > worst.value:
-            worst = Observed("overlap", float(overlaps[row]), float(start[row + 1]), _place(name))
+        worst = max(
+            worst, (float(overlaps[row]), float(start[row + 1]), _place(name)), key=lambda one: one[0]
+        )
     return worst
 
 
 def _energy(
-    columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]
-) -> Observed:
-    """Return the largest residual, over what was dissipated and the largest energies of motion and load."""
+    columns: Mapping[str, Array], extrema: Mapping[str, Mapping[str, float]]
+) -> tuple[float, float, str]:
+    """Return the largest residual over the sum of dissipation and the largest energies of motion and load."""
     residual = extrema["energy_residual"]
     side = "max" if residual["max"] > -residual["min"] else "min"
     base = extrema["energy_kinetic"]["max"]
     if LOAD in extrema:
         base += extrema[LOAD]["max"]
     base += max(float(columns["energy_damping"][-1] + columns["energy_friction"][-1]), 0.0)
-    return Observed("energy", abs(residual[side]) / base, residual[f"time_of_{side}"])
-
-
-def judge(seen: list[Observed], limits: Mapping[str, float]) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare what was observed with the bounds.
-
-    Returns
-    -------
-    invariants : dict
-        Name to "value", "bound", "unit" and "time_s", for each that has a bound.
-    broken : str
-        The worst violation in one line; empty if there is none.
-    """
-    invariants: dict[str, dict[str, Any]] = {}
-    worst, broken = 1.0, ""
-    for name, limit in limits.items():
-        of_this = [one for one in seen if one.name == name]
-        if not of_this:
-            continue
-        one, (unit, sentence) = max(of_this, key=lambda one: one.value), _KINDS[name]
-        invariants[name] = {"value": one.value, "bound": limit, "unit": unit, "time_s": one.time}
-        excess = one.value / limit if limit > 0.0 else math.inf
-        if one.value > limit and excess > worst:
-            worst, measure = excess, "" if unit == "1" else f" {unit}"
-            broken = (
-                f"{name}: {sentence.format(place=one.place)} by {one.value:.3g}{measure} at "
-                f"{one.time:.9g} s, bound {limit:.3g}{measure}"
-            )
-    return invariants, broken
+    return abs(residual[side]) / base, residual[f"time_of_{side}"], ""

@@ -9,11 +9,9 @@ surface, its centre + R_b n, on both bodies.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, EXPONENT, STIFFNESS
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import damped, friction_force
+from exudyn_model.laws import Law, damped, friction_force
 
 
 class JournalMotion(NamedTuple):
@@ -32,42 +30,35 @@ class JournalMotion(NamedTuple):
 
 @kernel
 def journal_motion(
-    ex: float, ey: float, vx: float, vy: float, w1: float, w2: float, law: NDArray[np.float64]
+    ex: float, ey: float, vx: float, vy: float, w1: float, w2: float, law: Law
 ) -> JournalMotion:
     """Return the motion from e (m), its rate (m/s), and the angular speeds of journal and bearing (rad/s)."""
     distance = np.hypot(ex, ey)
     # Centred to the last digit there is no direction, and no contact that would need it
     nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-    gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
-    slip = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance) - w2 * law[BEARING_RADIUS]
+    gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
+    slip = nx * vy - ny * vx + w1 * (law.bearing_radius - distance) - w2 * law.bearing_radius
     return JournalMotion(gap, rate, slip, nx, ny, distance)
 
 
 @kernel
-def journal_forces(
-    motion: JournalMotion, impact_speed: float, law: NDArray[np.float64]
-) -> tuple[float, float, float]:
+def journal_forces(motion: JournalMotion, impact_speed: float, law: Law) -> tuple[float, float, float]:
     """Return normal force, its elastic part, and friction on the journal along t (N); 0 if it is open."""
     if motion.gap >= 0.0 or impact_speed == 0.0:
         return 0.0, 0.0, 0.0
-    elastic = law[STIFFNESS] * (-motion.gap) ** law[EXPONENT]
+    elastic = law.stiffness * (-motion.gap) ** law.exponent
     normal = damped(elastic, -motion.gap, -motion.rate, impact_speed, law)
     return normal, elastic, friction_force(normal, motion.slip, law)
 
 
 @kernel
 def bearing_load(
-    normal: float,
-    friction: float,
-    motion: JournalMotion,
-    arm_x: float,
-    arm_y: float,
-    law: NDArray[np.float64],
+    normal: float, friction: float, motion: JournalMotion, arm_x: float, arm_y: float, law: Law
 ) -> tuple[float, float, float]:
     """Return the force G on the bearing's body (N) and its moment (N m).
 
     The moment is about the point from which (``arm_x``, ``arm_y``), m, leads to the bearing's centre.
     """
     gx, gy = normal * motion.nx + friction * motion.ny, normal * motion.ny - friction * motion.nx
-    px, py = arm_x + law[BEARING_RADIUS] * motion.nx, arm_y + law[BEARING_RADIUS] * motion.ny
+    px, py = arm_x + law.bearing_radius * motion.nx, arm_y + law.bearing_radius * motion.ny
     return gx, gy, px * gy - py * gx

@@ -2,9 +2,9 @@
 
 numba's own cache looks only at the file of the function it loads: a caller compiled before an edit of a
 *called* module would go on with the old callee. The folder is therefore named by a hash of all sources of the
-package and of the versions that shape the machine code. numba would also run, or fail at, what a power
-failure left of a file: a checksum of each file is noted after a run (`seal`), and what does not agree with it
-is removed before the next process loads it. To lose a file costs its compilation, nothing else.
+package and of the versions that shape the machine code. numba would also run, or fail at, a file
+that a power failure damaged: a checksum of each file is stored after a run (`seal`), and a file that does not
+agree with it is removed before the next process loads it. To lose a file costs its compilation, nothing else.
 """
 
 import hashlib
@@ -23,6 +23,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 from platformdirs import user_cache_path
 
 P = ParamSpec("P")
@@ -53,7 +54,7 @@ def _usual_folder() -> Path | None:
 
 
 def _temporary_folder() -> Path:
-    """Make a folder below the temporary one; refuse what is another user's, who could place code there."""
+    """Make a folder below the temporary one; refuse another user's, who could place code there."""
     user = os.getuid() if hasattr(os, "getuid") else 0
     path = Path(tempfile.gettempdir(), f"sixbar-crossval-{user}")
     path.mkdir(0o700, exist_ok=True)
@@ -91,7 +92,7 @@ def _folder() -> Path | None:
     """Return the folder of this version's kernels, or None where nothing can be stored.
 
     Below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder; if
-    that cannot be written, in a temporary folder of this user alone, with what the other one holds.
+    that cannot be written, in a temporary folder of this user alone, with the files of the other one.
     """
     name, folder = f"exudyn_model-{source_hash()}", None
     first = _usual_folder()
@@ -121,7 +122,7 @@ def seal() -> None:
     """Note the checksums of all kernels that are stored by now; to be called after a run."""
     if FOLDER is None:
         return
-    # numba leaves the index as it is where it compiles anew what has been removed
+    # numba leaves the index as it is where it compiles a removed file anew
     newest = max((file.stat().st_mtime_ns for file in FOLDER.glob("*/*.nb[ic]")), default=0)
     with suppress(OSError):
         if newest and not ((FOLDER / _SUMS).exists() and (FOLDER / _SUMS).stat().st_mtime_ns >= newest):
@@ -131,7 +132,7 @@ def seal() -> None:
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` with numba where a kernel calls it, without what Python needs to call it."""
+    """Compile with numba a function that only kernels call, without a wrapper for Python."""
     return cast(
         Callable[P, R],
         numba.njit(error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)(function),
@@ -139,7 +140,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile what Python calls; its machine code, with that of all that it calls, is kept on disk."""
+    """Compile a function that Python calls; its machine code, callees included, is stored on disk."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(FOLDER or "")
     try:
@@ -152,9 +153,23 @@ def entry(function: Callable[P, R]) -> Callable[P, R]:
 def machine_code(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
     """Return the machine code of an entry for arguments of the same types as ``examples``.
 
-    For what Exudyn calls in every step: an entry itself first dispatches on the types of its arguments, which
-    takes as long as the smaller ones run. This does not: what is not of these types is read wrongly.
+    For functions that Exudyn calls in every step: an entry first dispatches on the types of its arguments,
+    which takes as long as a small one runs. The machine code does not: other types are read wrongly.
     """
     types = tuple(numba.typeof(example) for example in examples)
     compiled: Callable[..., R] = cast(Any, function).compile(types)
     return compiled
+
+
+def record(values: Any) -> NDArray[Any]:
+    """Return the numbers of a NamedTuple, which may contain others, as an array of one record of that shape.
+
+    A kernel reads ``record(values)[0].name`` as Python reads ``values.name``. A NamedTuple itself would be
+    passed number by number, which takes as long as a smaller kernel runs.
+    """
+    return np.array([values], dtype=_layout(values))
+
+
+def _layout(values: Any) -> np.dtype[Any]:
+    pairs = zip(values._fields, values, strict=True)
+    return np.dtype([(name, _layout(of) if isinstance(of, tuple) else np.float64) for name, of in pairs])

@@ -2,14 +2,13 @@
 
 Of a side depths and rates of both corners go in, forces and energies come out.
 
-Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` or of :func:`damped`, and
-``REMEMBERED_BY_SIDE`` names those where it is the side that remembers its touch:
+Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` or of :func:`damped`:
 
 - "hertz-corners": each corner follows Eqs. 9-11 independently.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
   K_s (d1 + d2) / 2 without damping, in the centroid of the penetrated trapezoid, as the two forces in the
-  corners that have this resultant. The force jumps at the switch, and with it what is stored: the audit of
-  the energy shows what the jumps bring in.
+  corners that have this resultant. The force jumps at the switch, and so does the stored energy: the audit
+  of the energy shows the gain by the jumps.
 - "foundation": Eqs. 7-8 also where a part of the side alone is inside, an elastic layer along it. It stores
   K_s (d1^2 + d1 d2 + d2^2) / 6, and K_s d1^3 / (6 (d1 - d2)) where d2 < 0 < d1, continuous there up to second
   derivatives. The forces in the corners are statically equivalent to the layer's pressure: the corner that is
@@ -22,24 +21,39 @@ Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from exudyn_model.columns import (
-    DAMPING,
-    DAMPING_DEPTH,
-    EXPONENT,
-    FRICTION_COEFFICIENT,
-    LAW,
-    SIDE_STIFFNESS,
-    STATIC_SPEED,
-    STIFFNESS,
-    TRANSITION_SPEED,
-)
 from exudyn_model.kernels import kernel
 
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
-_, SWITCHING, FOUNDATION, IMPACT = range(len(LAWS))
-REMEMBERED_BY_SIDE = ("foundation",)
+HERTZ, SWITCHING, FOUNDATION, IMPACT = range(len(LAWS))
+
+
+class Law(NamedTuple):
+    """Contact of a point after Eqs. 9-13, with the constants of a side of the slider or of a journal."""
+
+    number: float  # In ``LAWS``; a journal has the first one in place of those of a side
+    clearance: float  # m
+    stiffness: float  # K of Eq. 10, N/m^1.5 (used as it is with any exponent)
+    exponent: float  # n of Eq. 9
+    damping: float  # C of Eq. 11; of "adams-impact" c_max, N s/m
+    speed_floor: float  # Least speed of impact that is used, m/s
+    friction: float  # c_f of Eq. 12
+    # v0 and v1 of Eq. 13, m/s
+    static_speed: float
+    transition_speed: float
+    damping_depth: float = 0.0  # d_max of "adams-impact", m
+    shared: float = 0.0  # 1: a side has one contact of both corners, not each corner its own
+    side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
+    # Of a slider, m
+    half_width: float = 0.0
+    half_length: float = 0.0
+    bearing_radius: float = 0.0  # Of the crank pin's bearing, m
+    # Of five bodies alone: mass of the body that the contact carries, kg; the axis across the guide, rad, and
+    # the unit vector along it
+    mass: float = 0.0
+    direction: float = 0.0
+    across_x: float = 1.0
+    across_y: float = 0.0
 
 
 class CornerMotion(NamedTuple):
@@ -55,7 +69,7 @@ class CornerMotion(NamedTuple):
 
 
 class SideForces(NamedTuple):
-    """What a side does at a moment."""
+    """Forces of a side at a moment, its energy and powers."""
 
     # Normal forces in the corners, at least 0, N
     lower: float
@@ -67,51 +81,49 @@ class SideForces(NamedTuple):
     # Dissipated powers, W
     damping: float
     friction: float
-    slip: float  # Where the friction of a side as a whole acts, m/s; else not a number
+    slip: float  # Of the point at which the friction of a side as a whole acts, m/s; else not a number
 
 
 @kernel
-def damped(
-    elastic: float, depth: float, depth_rate: float, impact_speed: float, law: NDArray[np.float64]
-) -> float:
+def damped(elastic: float, depth: float, depth_rate: float, impact_speed: float, law: Law) -> float:
     """Return an elastic force with its damping (N), at least 0: a surface cannot pull.
 
     Eq. 11: elastic (1 + C depth_rate / impact_speed), which does not depend on the depth (m) itself. The law
     "adams-impact" has no impact speed: elastic + c depth_rate, c from 0 to c_max at the depth d_max by a
     cubic step.
     """
-    if law[LAW] == IMPACT:
-        share = min(depth / law[DAMPING_DEPTH], 1.0)
-        force: float = elastic + law[DAMPING] * share * share * (3.0 - 2.0 * share) * depth_rate
+    if law.number == IMPACT:
+        share = min(depth / law.damping_depth, 1.0)
+        force: float = elastic + law.damping * share * share * (3.0 - 2.0 * share) * depth_rate
     else:
-        force = elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)
+        force = elastic * (1.0 + law.damping * depth_rate / impact_speed)
     return max(force, 0.0)
 
 
 @kernel
-def friction_force(normal: float, slip: float, law: NDArray[np.float64]) -> float:
+def friction_force(normal: float, slip: float, law: Law) -> float:
     """Eqs. 12, 13: friction (N) against the slip (m/s); zero below the static speed."""
-    ramp = (abs(slip) - law[STATIC_SPEED]) / (law[TRANSITION_SPEED] - law[STATIC_SPEED])
-    force: float = -law[FRICTION_COEFFICIENT] * min(max(ramp, 0.0), 1.0) * normal * np.sign(slip)
+    ramp = (abs(slip) - law.static_speed) / (law.transition_speed - law.static_speed)
+    force: float = -law.friction * min(max(ramp, 0.0), 1.0) * normal * np.sign(slip)
     return force
 
 
 @kernel
-def slip_regime(slip: float, law: NDArray[np.float64]) -> float:
+def slip_regime(slip: float, law: Law) -> float:
     """Return the straight piece of Eq. 13: 0 none, 1 rising, 2 full friction; with the slip's sign."""
-    piece = 2.0 if abs(slip) >= law[TRANSITION_SPEED] else 1.0 if abs(slip) >= law[STATIC_SPEED] else 0.0
+    piece = 2.0 if abs(slip) >= law.transition_speed else 1.0 if abs(slip) >= law.static_speed else 0.0
     return piece if slip >= 0.0 else -piece
 
 
 @kernel
-def friction_in_regime(normal: float, slip: float, regime: float, law: NDArray[np.float64]) -> float:
+def friction_in_regime(normal: float, slip: float, regime: float, law: Law) -> float:
     """Extend one piece of :func:`friction_force` (N), named as by :func:`slip_regime`, to any slip."""
     if regime == 0.0:
         return 0.0
     sign, ramp = np.sign(regime), 1.0
     if abs(regime) == 1.0:
-        ramp = (sign * slip - law[STATIC_SPEED]) / (law[TRANSITION_SPEED] - law[STATIC_SPEED])
-    force: float = -law[FRICTION_COEFFICIENT] * ramp * normal * sign
+        ramp = (sign * slip - law.static_speed) / (law.transition_speed - law.static_speed)
+    force: float = -law.friction * ramp * normal * sign
     return force
 
 
@@ -138,7 +150,7 @@ def side_forces(
     upper: CornerMotion,
     lower_speed: float,
     upper_speed: float,
-    law: NDArray[np.float64],
+    law: Law,
 ) -> SideForces:
     """Return the forces of a side.
 
@@ -147,8 +159,8 @@ def side_forces(
     past it, where a corner in contact has a negative depth: a surface's force goes on smoothly.
     """
     d1, d2, r1, r2 = -lower.gap, -upper.gap, -lower.rate, -upper.rate
-    if law[LAW] == FOUNDATION:
-        f1, f2 = foundation_normals(d1, d2, law[SIDE_STIFFNESS])
+    if law.number == FOUNDATION:
+        f1, f2 = foundation_normals(d1, d2, law.side_stiffness)
         total = f1 + f2
         if lower_speed == 0.0 or not total > 0.0:
             return SideForces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan)
@@ -165,13 +177,13 @@ def side_forces(
             -friction * total * slip,
             slip,
         )
-    f1 = law[STIFFNESS] * d1 ** law[EXPONENT] if d1 > 0.0 and lower_speed > 0.0 else 0.0
-    f2 = law[STIFFNESS] * d2 ** law[EXPONENT] if d2 > 0.0 and upper_speed > 0.0 else 0.0
+    f1 = law.stiffness * d1**law.exponent if d1 > 0.0 and lower_speed > 0.0 else 0.0
+    f2 = law.stiffness * d2**law.exponent if d2 > 0.0 and upper_speed > 0.0 else 0.0
     n1 = damped(f1, d1, r1, lower_speed, law) if f1 > 0.0 else 0.0
     n2 = damped(f2, d2, r2, upper_speed, law) if f2 > 0.0 else 0.0
-    degree = law[EXPONENT] + 1.0
-    if law[LAW] == SWITCHING and lower_speed > 0.0 and upper_speed > 0.0:
-        sixth = law[SIDE_STIFFNESS] / 6.0
+    degree = law.exponent + 1.0
+    if law.number == SWITCHING and lower_speed > 0.0 and upper_speed > 0.0:
+        sixth = law.side_stiffness / 6.0
         n1 = f1 = max(sixth * (2.0 * d1 + d2), 0.0)
         n2 = f2 = max(sixth * (d1 + 2.0 * d2), 0.0)
         degree = 2.0

@@ -11,54 +11,8 @@ from exudyn_model.parameters import Mechanism, Parameters
 
 CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
 
-# Constants of linkage and drive for the kernels, SI units and rad
-(
-    CRANK_LENGTH,
-    ROD2_LENGTH,
-    ROD2_CENTROID,
-    ROD2_MASS,
-    ROD2_INERTIA,
-    ROCKER_TO_B,
-    ROCKER_LENGTH,
-    ROCKER_MASS,
-    ROCKER_INERTIA,
-    ROD4_LENGTH,
-    ROD4_MASS,
-    CARRIED_MOMENT,  # about C of rod 4 and of the slider as a point, of first and second order
-    CARRIED_INERTIA,
-    SLIDER_MASS,
-    SLIDER_INERTIA,
-    GRAVITY,
-    GUIDE_X,
-    PIVOT_X,
-    PIVOT_Y,
-    ROCKER_BRANCH,
-    SLIDER_BRANCH,
-    CRANK_ANGLE,
-    CRANK_SPEED,
-) = range(23)
-
 # Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
-
-
-def linkage_array(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Collect the constants above, shape (23,)."""
-    rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
-    carried_moment = rod4.mass * rod4.centroid + slider.mass * rod4.length
-    carried_inertia = rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2
-    return np.array(
-        [
-            mechanism.crank.length,
-            *(rod2.length, rod2.centroid, rod2.mass, rod2.inertia),
-            *(rocker.centroid, rocker.length, rocker.mass, rocker.inertia),
-            *(rod4.length, rod4.mass, carried_moment, carried_inertia),
-            *(slider.mass, slider.inertia),
-            *(mechanism.gravity, mechanism.guide_x, *mechanism.rocker_pivot),
-            *(mechanism.rocker_branch, mechanism.slider_branch, mechanism.crank_angle, mechanism.omega),
-        ],
-        dtype=np.float64,
-    )
 
 
 class TipMotion(NamedTuple):
@@ -73,19 +27,19 @@ class TipMotion(NamedTuple):
 
 
 @kernel
-def driven_tip(time: float, linkage: NDArray[np.float64]) -> TipMotion:
+def driven_tip(time: float, mechanism: Mechanism) -> TipMotion:
     """Return the motion of joint C behind an ideal crank pin at a time in s.
 
     The rocker's angle by the law of cosines in the triangle A, H, B; its angular velocity and acceleration
     from the constant length of rod 2, (B - A)^2, differentiated once and twice (Eq. 16, rows 1 to 8).
     """
-    w1 = linkage[CRANK_SPEED]
-    angle1 = linkage[CRANK_ANGLE] + w1 * time
-    ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
-    span_x, span_y = linkage[PIVOT_X] - ax, linkage[PIVOT_Y] - ay
-    squared, arm = span_x * span_x + span_y * span_y, linkage[ROCKER_TO_B]
-    cosine = (linkage[ROD2_LENGTH] ** 2 - squared - arm * arm) / (2.0 * arm * np.sqrt(squared))
-    angle3 = np.arctan2(span_y, span_x) + linkage[ROCKER_BRANCH] * np.arccos(cosine)
+    w1 = mechanism.omega
+    angle1 = mechanism.crank_angle + w1 * time
+    ax, ay = mechanism.crank.length * np.cos(angle1), mechanism.crank.length * np.sin(angle1)
+    span_x, span_y = mechanism.pivot_x - ax, mechanism.pivot_y - ay
+    squared, arm = span_x * span_x + span_y * span_y, mechanism.rocker.centroid
+    cosine = (mechanism.rod2.length**2 - squared - arm * arm) / (2.0 * arm * np.sqrt(squared))
+    angle3 = np.arctan2(span_y, span_x) + mechanism.rocker_branch * np.arccos(cosine)
     c3, s3 = np.cos(angle3), np.sin(angle3)
     # Rod 2 from A to B; B rotates about H with radius `arm`
     px, py = span_x + arm * c3, span_y + arm * s3
@@ -97,16 +51,16 @@ def driven_tip(time: float, linkage: NDArray[np.float64]) -> TipMotion:
     # p . (aB - aA) + (vB - vA)^2 = 0; A and B are accelerated towards their pivots, B also along its path
     towards_x, towards_y = w1 * w1 * ax - arm * w3 * w3 * c3, w1 * w1 * ay - arm * w3 * w3 * s3
     alpha3 = -(px * towards_x + py * towards_y + rate_x * rate_x + rate_y * rate_y) / across
-    return carried_tip(angle3, w3, alpha3, linkage)
+    return carried_tip(angle3, w3, alpha3, mechanism)
 
 
 @kernel
-def carried_tip(theta3: float, w3: float, alpha3: float, linkage: NDArray[np.float64]) -> TipMotion:
+def carried_tip(theta3: float, w3: float, alpha3: float, mechanism: Mechanism) -> TipMotion:
     """Return the motion of joint C from that of the rocker (rad, s)."""
-    x, y = linkage[ROCKER_LENGTH] * np.cos(theta3), linkage[ROCKER_LENGTH] * np.sin(theta3)
+    x, y = mechanism.rocker.length * np.cos(theta3), mechanism.rocker.length * np.sin(theta3)
     return TipMotion(
-        linkage[PIVOT_X] + x,
-        linkage[PIVOT_Y] + y,
+        mechanism.pivot_x + x,
+        mechanism.pivot_y + y,
         -w3 * y,
         w3 * x,
         -alpha3 * y - w3 * w3 * x,
@@ -115,15 +69,15 @@ def carried_tip(theta3: float, w3: float, alpha3: float, linkage: NDArray[np.flo
 
 
 @entry
-def driven_rod4(time: float, linkage: NDArray[np.float64]) -> tuple[TipMotion, float, float, float]:
+def driven_rod4(time: float, mechanism: Mechanism) -> tuple[TipMotion, float, float, float]:
     """Return the motion of joint C behind an ideal crank pin, and that of rod 4 behind an ideal slider.
 
     Its angle, angular velocity and acceleration (rad, s), with the slider on the guide's centre line, at a
     time in s.
     """
-    tip, length = driven_tip(time, linkage), linkage[ROD4_LENGTH]
-    cosine = (linkage[GUIDE_X] - tip.x) / length
-    angle = linkage[SLIDER_BRANCH] * np.arccos(cosine)
+    tip, length = driven_tip(time, mechanism), mechanism.rod4.length
+    cosine = (mechanism.guide_x - tip.x) / length
+    angle = mechanism.slider_branch * np.arccos(cosine)
     sine = np.sin(angle)
     rate = tip.vx / (length * sine)
     return tip, angle, rate, (tip.ax / length - cosine * rate * rate) / sine
@@ -168,7 +122,7 @@ def assemble(parameters: Parameters) -> InitialState:
     w3 = w1 * crank.length * (n[CRANK] @ u[ROD2]) / (rocker.centroid * across)
     w4 = (w3 * rocker.length * n[ROCKER, 0] - vx) / (rod4.length * u[ROD4, 1])
     # Arms of joints and centroids along the chain: from O over A, from H over C
-    pivot = np.array(mechanism.rocker_pivot)
+    pivot = np.array([mechanism.pivot_x, mechanism.pivot_y])
     places = [
         crank.centroid * u[CRANK],
         crank.length * u[CRANK] + rod2.centroid * u[ROD2],
@@ -191,8 +145,9 @@ def assemble(parameters: Parameters) -> InitialState:
 def _require_a_turn(mechanism: Mechanism, lines: NDArray[np.float64]) -> None:
     """Raise a ValueError unless the linkage closes over a turn with the slider on each of these lines."""
     positions = mechanism.crank_angle + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False)
-    pivot_x, pivot_y = mechanism.rocker_pivot
-    stretched = math.atan2(pivot_y, pivot_x) + np.array([0.0, math.pi])  # A nearest to H, and farthest
+    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array(
+        [0.0, math.pi]
+    )  # A nearest to H, and farthest
     angles = _close(mechanism, np.concatenate([positions, stretched]), lines)
     # Closer about the crank angles at which joint C is leftmost and rightmost
     c_x = np.cos(angles[1, 0, :_POSITIONS])
@@ -215,12 +170,12 @@ def _close(
     """
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
     tip_x, tip_y = crank.length * np.cos(crank_angles), crank.length * np.sin(crank_angles)
-    span_x, span_y = mechanism.rocker_pivot[0] - tip_x, mechanism.rocker_pivot[1] - tip_y
+    span_x, span_y = mechanism.pivot_x - tip_x, mechanism.pivot_y - tip_y
     squared, arm = span_x**2 + span_y**2, rocker.centroid
     with np.errstate(divide="ignore", invalid="ignore"):  # A in H: not closed either
         at_pivot = (rod2.length**2 - squared - arm**2) / (2 * arm * np.sqrt(squared))
         rocker_angle = np.arctan2(span_y, span_x) + mechanism.rocker_branch * np.arccos(at_pivot)
-        c_x = mechanism.rocker_pivot[0] + rocker.length * np.cos(rocker_angle)
+        c_x = mechanism.pivot_x + rocker.length * np.cos(rocker_angle)
         at_tip = (lines[:, None] - c_x) / rod4.length
         rod4_angle = mechanism.slider_branch * np.arccos(at_tip)
     # At exactly 1 the linkage is stretched: it closes, but its velocities are not determined

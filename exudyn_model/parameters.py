@@ -1,20 +1,18 @@
-"""What this model takes from a scene, in SI units: its own derivation from the printed numbers.
+"""Numbers of a scene in SI units, derived here from the printed ones; formulation and settings of the solver.
 
 Derived here and nowhere else: angular speed and period, the stiffnesses of Eqs. 8 and 10, the factor of the
-damping of Eq. 11, and what the solver does where the scene does not say.
+damping of Eq. 11, and the solver's settings that the scene leaves open.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
-from exudyn_model.laws import FOUNDATION, IMPACT, LAWS, SWITCHING
+from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, LAWS, SWITCHING, Law
 
 
-@dataclass(frozen=True)
-class Rod:
+class Rod(NamedTuple):
     """A rigid rod; its frame sits in the centroid, x along the rod, away from the first pin."""
 
     # Distances of the second pin and of the centroid from the first pin, m
@@ -30,8 +28,7 @@ class Rod:
         return self.length - self.centroid
 
 
-@dataclass(frozen=True)
-class Slider:
+class Slider(NamedTuple):
     """The slider, a rectangle about its centre: ``length`` along the guide, ``width`` across it, m."""
 
     mass: float
@@ -40,9 +37,8 @@ class Slider:
     width: float
 
 
-@dataclass(frozen=True)
-class Mechanism:
-    """The linkage of Fig. 4 and its drive."""
+class Mechanism(NamedTuple):
+    """The linkage of Fig. 4 and its drive; kernels read it as a record (``kernels.record``)."""
 
     # Bodies 1 to 4. Rod 2 is pinned to the centroid of the rocker.
     crank: Rod
@@ -50,14 +46,16 @@ class Mechanism:
     rocker: Rod
     rod4: Rod
     slider: Slider  # Body 5
-    rocker_pivot: tuple[float, float]  # Frame pivot H of the rocker, m; the crank's pivot is the origin
+    # Frame pivot H of the rocker, m; the crank's pivot is the origin
+    pivot_x: float
+    pivot_y: float
     # Centre line of the guide; from there the line of an ideal slider, m
     guide_x: float
     reference_offset: float
     crank_angle: float  # At t = 0, rad
     # +1 where joint B lies to the left of the line from the crank's tip to H; where rod 4 points up
-    rocker_branch: int
-    slider_branch: int
+    rocker_branch: float
+    slider_branch: float
     gravity: float  # Along -y, m/s^2
     omega: float  # Angular speed of the crank, counter-clockwise positive, rad/s
 
@@ -78,25 +76,6 @@ class Initial:
 
 
 @dataclass(frozen=True)
-class Contact:
-    """Contact of a point after Eqs. 9-13, and what a side of the slider or a journal adds."""
-
-    clearance: float  # m
-    stiffness: float  # K of Eq. 10, N/m^1.5 (used as it is with any exponent)
-    exponent: float  # n of Eq. 9
-    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11; of "adams-impact" c_max, N s/m
-    impact_speed_floor: float  # Least speed of impact that is used, m/s
-    friction: float  # c_f of Eq. 12
-    # v0 and v1 of Eq. 13, m/s
-    static_speed: float
-    transition_speed: float
-    law: str = LAWS[0]  # One of ``LAWS``; a journal has the first one in place of those of a side
-    damping_depth: float = 0.0  # d_max of "adams-impact", m
-    side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
-    journal_radius: float = 0.0  # Of the crank pin's journal, m
-
-
-@dataclass(frozen=True)
 class Load:
     """Workpiece that pushes the slider's centre up."""
 
@@ -110,14 +89,14 @@ class Load:
 class Integration:
     """Time integration and output."""
 
-    formulation: str  # "full": five bodies; "tree": what the drive leaves free
+    formulation: str  # "full": five bodies; "tree": the coordinates that the drive leaves free
     method: str  # "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree"
     step: float  # Step in a contact, "tree": largest step, s
     # Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
     # rad/s
     tolerance: float
     samples_per_cycle: int  # Samples in one crank cycle
-    # Groups of channels asked for
+    # Requested groups of channels
     accelerations: bool
     corners: bool
     joints: bool
@@ -128,22 +107,22 @@ class Integration:
 class Parameters:
     """Everything the model needs to know of a scene.
 
-    ``guide`` and ``journal`` are the contacts of slider and crank pin; None where the joint is ideal.
+    ``guide`` and ``journal`` are the laws of slider and crank pin; None where the joint is ideal.
     ``load`` is None where there is no workpiece.
     """
 
     mechanism: Mechanism
     initial: Initial
-    guide: Contact | None
-    journal: Contact | None
+    guide: Law | None
+    journal: Law | None
     load: Load | None
     integration: Integration
     cycles: float
 
     @property
-    def contacts(self) -> list[Contact]:
-        """Contacts of the joints that have clearance."""
-        return [contact for contact in (self.guide, self.journal) if contact is not None]
+    def contacts(self) -> list[Law]:
+        """Laws of the joints that have clearance."""
+        return [law for law in (self.guide, self.journal) if law is not None]
 
     @property
     def sample_interval(self) -> float:
@@ -167,7 +146,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
     Raises
     ------
     ValueError
-        In one line, for what this model does not simulate.
+        In one line, where this model does not simulate the scene.
     """
     _require_supported(scene)
     mechanism, joints, initial = scene["mechanism"], scene["joints"], scene["initial"]
@@ -180,12 +159,13 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         Mechanism(
             **{name: _rod(mechanism[name]) for name in ("crank", "rod2", "rocker", "rod4")},
             slider=Slider(*(float(slider[key]) for key in ("mass", "inertia", "length", "width"))),
-            rocker_pivot=(float(pivot_x), float(pivot_y)),
+            pivot_x=float(pivot_x),
+            pivot_y=float(pivot_y),
             guide_x=float(mechanism["guide_x"]),
             reference_offset=float(mechanism["reference_offset"]),
             crank_angle=math.radians(mechanism["crank_angle_deg"]),
-            rocker_branch=int(mechanism["rocker_branch"]),
-            slider_branch=int(mechanism["slider_branch"]),
+            rocker_branch=float(mechanism["rocker_branch"]),
+            slider_branch=float(mechanism["slider_branch"]),
             gravity=float(scene["environment"]["gravity"]),
             omega=speed * math.pi / 30,
         ),
@@ -230,49 +210,60 @@ DAMPING_FACTORS: Mapping[str, Callable[[float], float]] = {
 """C of docs/model.md, section 6, over the coefficient of restitution, by `contact.damping_model`."""
 
 
-def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[str, Any]:
-    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares.
+def _law(scene: Mapping[str, Any], law: str, radius: float, compliance: float, **geometry: float) -> Law:
+    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11.
 
     In the law "adams-impact" the scene's own stiffness and damping take their places.
     """
     contact, friction = scene["contact"], scene["friction"]
-    point = {
+    own = {
         "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
         "damping": DAMPING_FACTORS[contact["damping_model"]](contact["restitution"]),
     }
     if contact["law"] == LAWS[IMPACT]:
-        own = ("stiffness", "damping", "damping_depth")
-        point |= {key: float(contact[key]) for key in own if contact.get(key) is not None}
-    return point | {
-        "exponent": float(contact["exponent"]),
-        "impact_speed_floor": float(contact["impact_speed_floor"]),
-        "friction": float(friction["coefficient"]),
-        "static_speed": float(friction["static_speed"]),
-        "transition_speed": float(friction["transition_speed"]),
-    }
-
-
-def _guide(scene: Mapping[str, Any]) -> Contact:
-    slider = scene["mechanism"]["slider"]
-    compliance = _compliance(scene, "slider") + _compliance(scene, "guide")
-    return Contact(
-        clearance=float(scene["clearance"]["slider"]),
-        law=scene["contact"]["law"],
-        # Eq. 8 with a = T + L
-        side_stiffness=(slider["thickness"] + slider["length"]) / (0.475 * compliance),
-        **_point(scene, scene["contact"]["corner_radius"], compliance),
+        given = ("stiffness", "damping", "damping_depth")
+        own |= {key: float(contact[key]) for key in given if contact.get(key) is not None}
+    return Law(
+        number=float(LAWS.index(law)),
+        exponent=float(contact["exponent"]),
+        speed_floor=float(contact["impact_speed_floor"]),
+        friction=float(friction["coefficient"]),
+        static_speed=float(friction["static_speed"]),
+        transition_speed=float(friction["transition_speed"]),
+        shared=float(law == LAWS[FOUNDATION]),
+        **own,
+        **geometry,
     )
 
 
-def _journal(scene: Mapping[str, Any]) -> Contact:
+def _guide(scene: Mapping[str, Any]) -> Law:
+    slider, contact = scene["mechanism"]["slider"], scene["contact"]
+    compliance = _compliance(scene, "slider") + _compliance(scene, "guide")
+    return _law(
+        scene,
+        contact["law"],
+        contact["corner_radius"],
+        compliance,
+        clearance=float(scene["clearance"]["slider"]),
+        # Eq. 8 with a = T + L
+        side_stiffness=(slider["thickness"] + slider["length"]) / (0.475 * compliance),
+        half_width=slider["width"] / 2,
+        half_length=slider["length"] / 2,
+    )
+
+
+def _journal(scene: Mapping[str, Any]) -> Law:
     """Two conforming cylinders of the guide's material: their radius of Eq. 10 is R_j R_b / (R_b - R_j)."""
     clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
     law = scene["contact"]["law"]
-    return Contact(
+    of_a_side = (LAWS[SWITCHING], LAWS[FOUNDATION])
+    return _law(
+        scene,
+        LAWS[HERTZ] if law in of_a_side else law,
+        radius * (radius + clearance) / clearance,
+        2 * _compliance(scene, "guide"),
         clearance=clearance,
-        journal_radius=radius,
-        law=LAWS[0] if law in (LAWS[SWITCHING], LAWS[FOUNDATION]) else law,  # which are laws of a side
-        **_point(scene, radius * (radius + clearance) / clearance, 2 * _compliance(scene, "guide")),
+        bearing_radius=radius + clearance,
     )
 
 
@@ -288,45 +279,20 @@ def _load(scene: Mapping[str, Any]) -> Load | None:
 
 
 def _require_supported(scene: Mapping[str, Any]) -> None:
-    """Raise a ValueError of one line for what this model does not simulate."""
-    choices = [
-        ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
-        ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
-        ("contact.law", scene["contact"]["law"], LAWS),
-        *(
-            ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
-            for group in scene["output"]["groups"]
-        ),
-    ]
-    for key, value, known in choices:
-        if value not in known:
-            usable = " or ".join(repr(name) for name in known)
-            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
-    if scene["drive"]["speed_rpm"] == 0:
-        raise ValueError(f"drive.speed_rpm = {scene['drive']['speed_rpm']} must not be zero")
-    cycles, samples = scene["drive"]["cycles"], scene["output"]["samples_per_cycle"]
-    for key, value in (
-        ("drive.cycles", cycles),
-        ("output.samples_per_cycle", samples),
-        ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
-        ("contact.damping_depth", scene["contact"]["damping_depth"]),
-        ("load.depth", scene["load"]["depth"]),
-        ("load.exponent", scene["load"]["exponent"]),
+    """Raise a ValueError of one line for a choice that this model does not simulate.
+
+    The rules of a scene, such as a positive ``drive.cycles``, are those of ``comparison.scene``.
+    """
+    for key, values, known in (
+        ("joints.slider", [scene["joints"]["slider"]], ("clearance", "ideal")),
+        ("joints.crank_pin", [scene["joints"]["crank_pin"]], ("ideal", "clearance")),
+        ("contact.law", [scene["contact"]["law"]], LAWS),
+        ("output.groups", scene["output"]["groups"], ("accelerations", "corners", "joints", "energy")),
     ):
-        if not value > 0:
-            raise ValueError(f"{key} = {value} must be positive")
-    if round(cycles * samples) < 1:
-        raise ValueError(f"drive.cycles = {cycles} must last at least one sample: {samples} samples a cycle")
-    rows, force = [list(row) for row in scene["load"]["table"]], scene["load"]["force"]
-    if rows and force:
-        raise ValueError(f"load.table takes the place of load.force = {force}: one of both must be left out")
-    if rows and (rows[0] != [0, 0] or any(after[0] <= before[0] for before, after in pairwise(rows))):
-        raise ValueError(f"load.table = {rows} must begin with [0, 0] and have rising depths")
-    slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
-    if not fast > slow:
-        raise ValueError(
-            f"friction.transition_speed = {fast} must be greater than friction.static_speed = {slow}"
-        )
+        for value in values:
+            if value not in known:
+                usable = " or ".join(repr(name) for name in known)
+                raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
 # Usual settings of each formulation (see `Integration`), and the methods that integrate it
@@ -340,16 +306,16 @@ _METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return formulation, method, step and tolerance of ``[solver.exudyn]``, defaults filled in.
 
-    "auto", the same as leaving a key out: the formulation "tree" wherever that gives what is asked for and no
-    implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2" where
-    the groups "joints" or "energy" are asked for. These need the constraints' multipliers, and those of
+    "auto", the same as leaving a key out: the formulation "tree" wherever that gives the requested channels
+    and no implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2"
+    for the groups "joints" and "energy". These need the constraints' multipliers, and those of
     "generalized-alpha", whose constraints are at position level, carry the Newton iteration's error divided
     by the square of the step: they are not given out.
 
     Raises
     ------
     ValueError
-        In one line, for what does not fit together.
+        In one line, where keys do not fit together.
     """
     given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     formulation = given.pop("formulation", "auto")
@@ -381,7 +347,4 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
             "nothing free; use 'full'"
         )
-    for key in ("step", "tolerance"):
-        if not chosen[key] > 0:
-            raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")
     return chosen

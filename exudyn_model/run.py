@@ -1,4 +1,4 @@
-"""A run of any formulation: Exudyn's solver with what it calls, and results before they are judged."""
+"""A run of any formulation: Exudyn's solver with its user functions, and results before they are judged."""
 
 import time
 from collections.abc import Callable
@@ -29,7 +29,7 @@ class Outcome:
 
 
 class Recorder:
-    """What is kept of a run, filled by the recorder of its formulation.
+    """Results of a run, filled by the recorder of its formulation.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def state_vectors(mbs: Any) -> list[Array]:
 def quiet_settings(duration: float) -> Any:
     """Make ``exudyn.SimulationSettings`` of a run of ``duration`` (s) that prints and writes nothing."""
     values = exu.SimulationSettings()
-    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
+    # No folder `solution/`, no file, no sensor: `recording` reads Exudyn's memory
     values.solution.file.write = False
     values.solution.sensors.active = False
     values.timeIntegration.verboseMode = 0

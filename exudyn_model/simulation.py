@@ -13,22 +13,13 @@ from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
-from exudyn_model.invariants import bounds, judge, observed
+from exudyn_model.invariants import judge
 from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
-from exudyn_model.pushes import pushes
-from exudyn_model.tables import (
-    ACCELERATIONS,
-    JOURNAL,
-    REACTIONS,
-    STATE,
-    by_cycle,
-    corner_channels,
-    energies,
-    whole,
-)
+from exudyn_model.tables import ACCELERATIONS, JOURNAL, REACTIONS, STATE, corner_channels, energies, whole
 from exudyn_model.tree.solver import run_tree
+from exudyn_model.workpiece import pushes
 
 
 @dataclass(frozen=True)
@@ -51,7 +42,7 @@ class Result:
         The same in each cycle of the crank, such as "slider_ay_time_of_min", as arrays of one length; where
         cycles meet, in both.
     provenance : dict
-        Model, settings, versions, counters, wall time, status; only what JSON can hold.
+        Model, settings, versions, counters, wall time, status; all of it JSON.
     status : str
         "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, of a run that came to
         its end, "invariant-violated": see ``invariants``.
@@ -86,7 +77,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     Raises
     ------
     ValueError
-        In one line: what cannot be simulated or assembled.
+        In one line, where the scene cannot be simulated or assembled.
     """
     started = time.perf_counter()
     parameters, _ = _accepted(scene)
@@ -98,17 +89,16 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     recorder, outcome = run.recorder, run.outcome
     channels = _channels(parameters)
     events, columns = recorder.event_table(), recorder.columns(channels)
-    cycle_extrema = by_cycle(recorder.extrema, recorder.channels, channels)
+    cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
     extrema = whole(cycle_extrema, channels)
-    seen = observed(parameters, recorder.watch, recorder.contacts, events, columns, extrema, run.constraints)
-    step, longest, tolerance = (
-        run.settings.get(name, 0.0) for name in ("step_used", "longest_step", "newton_tolerance")
+    contacts, constraints = recorder.contacts, run.constraints
+    invariants, broken = judge(
+        parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
-    invariants, broken = judge(seen, bounds(parameters, recorder.watch, events, step, longest, tolerance))
     status, remedy = outcome.status, outcome.remedy
     if broken and status == "success":
         status = "invariant-violated"
-        remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
+        remedy = f"{broken}; lower solver.exudyn.{'step' if constraints else 'tolerance'}"
     provenance = {
         "model": "exudyn",
         "formulation": run.formulation,
@@ -126,9 +116,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         "invariants": invariants,
         "status": status,
     }
-    if run.constraints:
-        provenance["constraints"] = {name: value for name, (value, _) in run.constraints.items()} | {
-            f"{name}_time_s": time_s for name, (_, time_s) in run.constraints.items()
+    if constraints:
+        provenance["constraints"] = {name: value for name, (value, _) in constraints.items()} | {
+            f"{name}_time_s": time_s for name, (_, time_s) in constraints.items()
         }
     times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
     return Result(
@@ -139,7 +129,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         provenance=provenance,
         status=status,
         remedy=remedy,
-        pulses=recorder.contacts.pulses(events),
+        pulses=contacts.pulses(events),
     )
 
 

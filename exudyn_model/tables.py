@@ -1,4 +1,4 @@
-"""What is kept of a run: names of the channels, their extrema by crank cycle, contacts, and their pulses.
+"""Results of a run: names of the channels, their extrema by crank cycle, contacts, and their pulses.
 
 All is made of accepted states, many at a time, as arrays whose last axis is the state.
 """
@@ -70,7 +70,7 @@ class Extrema:
     def take(self, times: Array, values: Array) -> None:
         """Take states, shape (channels, n), at ascending times (s); where cycles meet, into both.
 
-        The last cycle takes in what is beyond it.
+        The last cycle takes in all later states.
         """
         slack, last = 1e-9 * self.period, len(self.values) - 1
         first = min(max(int((times[0] - slack) / self.period), 0), last)
@@ -91,6 +91,15 @@ class Extrema:
             outside = (cycles.astype(int) != cycle) | np.isinf(times)
             self._update(cycle, channels, times, values, outside)
 
+    def by_cycle(self, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:
+        """Return the extrema of named ones of all channels in each cycle that has begun, with times in s."""
+        begun = self.values[np.isfinite(self.values[:, 0, MIN])]
+        return {
+            f"{name}_{part}": begun[:, channels.index(name), column].copy()
+            for name in names
+            for column, part in enumerate(_PARTS)
+        }
+
     def _update(
         self,
         cycle: int,
@@ -104,9 +113,9 @@ class Extrema:
             (MIN, np.argmin, np.less, np.inf),
             (MAX, np.argmax, np.greater, -np.inf),
         ):
-            looked = values if outside is None else np.where(outside, worst, values)
-            at = find(looked, axis=1)
-            turning = looked[rows, at]
+            candidates = values if outside is None else np.where(outside, worst, values)
+            at = find(candidates, axis=1)
+            turning = candidates[rows, at]
             improved = better(turning, self.values[cycle, channels, part])
             where = channels[improved]
             self.values[cycle, where, part] = turning[improved]
@@ -127,9 +136,9 @@ class Contacts:
     def __init__(self, names: tuple[str, ...], shared: bool) -> None:
         self.names, self.shared = names, shared
         # By row and start: name's row, impact speed, end, impulse, peak and depth so far
-        self._found: dict[tuple[int, float], list[float]] = {}
+        self._contacts: dict[tuple[int, float], list[float]] = {}
         self._pulses: list[list[Array]] = [[] for _ in names]
-        self._noted = [0 for _ in names]
+        self._counts = [0 for _ in names]
 
     def take(
         self, row: int, memory: Array, ends: Array, impulses: Array, peaks: Array, depths: Array
@@ -158,7 +167,7 @@ class Contacts:
         )
         for at, end, impulse, peak, depth in zip(first, *parts, strict=True):
             new = [names[at], speeds[at], np.inf, 0.0, 0.0, 0.0]
-            contact = self._found.setdefault((row, starts[at]), new)
+            contact = self._contacts.setdefault((row, starts[at]), new)
             contact[2:] = (
                 min(contact[2], end),
                 contact[3] + impulse,
@@ -168,14 +177,14 @@ class Contacts:
 
     def note(self, row: int, times: Array, forces: Array) -> None:
         """Note the normal forces (N) of the contacts that a row remembers, at times in s."""
-        room = _NOTES - self._noted[row]
+        room = _NOTES - self._counts[row]
         if room > 0 and len(times):
             self._pulses[row].append(np.stack([times[:room], forces[:room]]))
-            self._noted[row] += min(len(times), room)
+            self._counts[row] += min(len(times), room)
 
     def table(self, now: float) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""
-        rows = sorted((start, *contact) for (_, start), contact in self._found.items())
+        rows = sorted((start, *contact) for (_, start), contact in self._contacts.items())
         start, name, speed, end, impulse, peak, depth = np.array(rows).reshape(-1, 7).T
         return {
             "corner": np.array(self.names, dtype=str)[name.astype(int)],
@@ -193,25 +202,25 @@ class Contacts:
         Of the corners. A contact that was going on when the room of its notes was full has no pulse.
         """
         pulses: list[Array] = [np.zeros((3, 0))]
-        for number, noted in enumerate(self._pulses):
+        for number, points in enumerate(self._pulses):
             rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
-            if not noted or not len(rows) or self.names[number].startswith(PIN):
+            if not points or not len(rows) or self.names[number].startswith(PIN):
                 continue
-            points = np.concatenate(noted, axis=1)
+            pulse = np.concatenate(points, axis=1)
             # The points of a step of a tree may be closer than times are rounded
-            time, force = points[:, np.append(True, np.diff(points[0]) > 0.0)]
+            time, force = pulse[:, np.append(True, np.diff(pulse[0]) > 0.0)]
             row = rows[np.searchsorted(table["start"][rows], time, side="right") - 1]
             # A tree may find in a step that a contact has ended at its start; a run may end with nan
-            kept = (time <= table["end"][row]) & np.isfinite(force)
-            if self._noted[number] == _NOTES:
-                kept &= row != row[-1]
-            pulses.append(np.stack([row[kept], time[kept], force[kept]]))
+            valid = (time <= table["end"][row]) & np.isfinite(force)
+            if self._counts[number] == _NOTES:
+                valid &= row != row[-1]
+            pulses.append(np.stack([row[valid], time[valid], force[valid]]))
         row, time, force = np.concatenate(pulses, axis=1)
         order = np.argsort(row, kind="stable")
         return {"row": row[order].astype(int), "time": time[order], "force": force[order]}
 
     def names_of_one(self, number: int) -> list[str]:
-        """Return the names in the table of what is one contact with that of a row: those of its side."""
+        """Return the names that the table gives to the contacts of a row: those of its side, if shared."""
         if self.shared and not self.names[number].startswith(PIN):
             upper = number % len(CORNERS) >= UPPER
             return [self.names[number], self.names[number - UPPER if upper else number + UPPER]]
@@ -235,22 +244,10 @@ def turning_points(
         return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
 
 
-def by_cycle(extrema: Extrema, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:
-    """Return least and greatest value of named channels in each cycle that has begun, with times in s."""
-    begun = extrema.values[np.isfinite(extrema.values[:, 0, MIN])]
-    return {
-        f"{name}_{part}": begun[:, channels.index(name), column].copy()
-        for name in names
-        for column, part in enumerate(_PARTS)
-    }
-
-
 def whole(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Return the extrema of named channels over the whole run, from those of its cycles."""
     extrema = {}
     for name in names:
-        low, high = int(np.argmin(by_cycle[f"{name}_min"])), int(np.argmax(by_cycle[f"{name}_max"]))
-        extrema[name] = {
-            part: float(by_cycle[f"{name}_{part}"][high if part.endswith("max") else low]) for part in _PARTS
-        }
+        at = {"min": int(np.argmin(by_cycle[f"{name}_min"])), "max": int(np.argmax(by_cycle[f"{name}_max"]))}
+        extrema[name] = {part: float(by_cycle[f"{name}_{part}"][at[part[-3:]]]) for part in _PARTS}
     return extrema

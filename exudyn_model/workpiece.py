@@ -1,58 +1,91 @@
 """Load of a workpiece: a force that pushes the slider's centre up, by its height alone.
 
 With h = surface - y the force is P(h), 0 for h <= 0: P1 (h / h1)^q, or linear between the rows of a table and
-that of its last row beyond it. What is stored is its integral over h from 0.
+that of its last row beyond it. The stored energy is its integral over h from 0.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.kernels import entry
-from exudyn_model.parameters import Load
+from exudyn_model.kernels import entry, record
+from exudyn_model.linkage import driven_rod4
+from exudyn_model.parameters import Load, Parameters
 
-# The first row of a workpiece's array: its surface, m, and the exponent q, 0 for a table
-SURFACE, EXPONENT = 0, 1
-# The rows after it, one for a power law: h (m), force (N) and energy (J) there
-DEPTH, FORCE, ENERGY = range(3)
+Array = NDArray[np.float64]
+
+ROW = np.dtype([(name, float) for name in ("height", "depth", "force", "energy", "exponent")])
+"""A row of a workpiece: height of the slider's centre (m), depth (m), force (N) and energy (J) there, and q.
+
+The first one is the surface; q is 0 for a table. No load has no row.
+"""
+# Crank angles at which the force is looked at in a turn
+_TURN = 720
 
 
-def workpiece_array(load: Load) -> NDArray[np.float64]:
-    """Collect the constants of a workpiece for the kernels, shape (1 + rows, 3)."""
-    workpiece = np.zeros((1 + len(load.rows), 3))
-    workpiece[0, SURFACE], workpiece[0, EXPONENT] = load.surface, load.exponent
-    workpiece[1:, : FORCE + 1] = load.rows
-    depths, forces = workpiece[1:, DEPTH], workpiece[1:, FORCE]
-    workpiece[2:, ENERGY] = np.cumsum(0.5 * (forces[1:] + forces[:-1]) * np.diff(depths))
+def workpiece_array(load: Load | None) -> NDArray[Any]:
+    """Return the rows of a workpiece for the kernels."""
+    if load is None:
+        return np.zeros(0, ROW)
+    points = np.array(load.rows if load.exponent == 0.0 else [(0.0, 0.0), *load.rows])
+    workpiece = np.zeros(len(points), ROW)
+    depths, forces = points.T
+    workpiece["height"], workpiece["depth"], workpiece["force"] = load.surface - depths, depths, forces
+    workpiece["energy"][1:] = np.cumsum(0.5 * (forces[1:] + forces[:-1]) * np.diff(depths))
+    workpiece["exponent"] = load.exponent
     return workpiece
 
 
 @entry
-def workpiece_force(y: float, workpiece: NDArray[np.float64]) -> tuple[float, float]:
+def workpiece_force(y: float, workpiece: NDArray[Any]) -> tuple[float, float]:
     """Return force along y (N) and stored energy (J) of a slider with its centre at a height ``y`` (m)."""
-    depth = workpiece[0, SURFACE] - y
+    depth = workpiece[0].height - y if len(workpiece) > 0 else 0.0
     if not depth > 0.0:
         return 0.0, 0.0
     row = len(workpiece) - 1
-    exponent = workpiece[0, EXPONENT]
+    exponent = workpiece[row].exponent
     if exponent > 0.0:
-        power = workpiece[row, FORCE] * (depth / workpiece[row, DEPTH]) ** exponent
+        power = workpiece[row].force * (depth / workpiece[row].depth) ** exponent
         return power, power * depth / (exponent + 1.0)
-    while depth < workpiece[row, DEPTH]:  # the first one's is 0
+    while depth < workpiece[row].depth:  # the first one's is 0
         row -= 1
-    before = workpiece[row, FORCE]
-    force, rest = before, depth - workpiece[row, DEPTH]
+    before = workpiece[row].force
+    force, rest = before, depth - workpiece[row].depth
     if row + 1 < len(workpiece):
-        rise, length = workpiece[row + 1, FORCE] - before, workpiece[row + 1, DEPTH] - workpiece[row, DEPTH]
+        rise, length = workpiece[row + 1].force - before, workpiece[row + 1].depth - workpiece[row].depth
         force += rise * rest / length
-    return force, workpiece[row, ENERGY] + 0.5 * (before + force) * rest
+    return force, workpiece[row].energy + 0.5 * (before + force) * rest
 
 
 @entry
-def workpiece_forces(
-    heights: NDArray[np.float64], workpiece: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def workpiece_forces(heights: Array, workpiece: NDArray[Any]) -> tuple[Array, Array]:
     """Return forces (N) and energies (J) as :func:`workpiece_force` at many heights (m), shape (n,)."""
     forces, energies = np.empty_like(heights), np.empty_like(heights)
     for k in range(len(heights)):
         forces[k], energies[k] = workpiece_force(heights[k], workpiece)
     return forces, energies
+
+
+def pushes(parameters: Parameters, y: float) -> tuple[float, float]:
+    """Return the force on a slider at a height ``y`` (m), and the largest on an ideal one in a turn, N.
+
+    Raises
+    ------
+    ValueError
+        In one line, where one of them is not finite.
+    """
+    load, mechanism = parameters.load, parameters.mechanism
+    if load is None:
+        return 0.0, 0.0
+    linkage = record(mechanism)[0]
+    tips = [driven_rod4(mechanism.period * k / _TURN, linkage)[0] for k in range(_TURN)]
+    across = mechanism.guide_x + mechanism.reference_offset - np.array([tip.x for tip in tips])
+    below = mechanism.slider_branch * np.sqrt(mechanism.rod4.length**2 - across**2)
+    heights = np.array([tip.y for tip in tips]) + below
+    forces, _ = workpiece_forces(np.append(heights, y), workpiece_array(load))
+    if not np.isfinite(forces).all():
+        raise ValueError(
+            f"load.surface = {load.surface} m: the workpiece's force overflows at y = {heights.min():.3g} m"
+        )
+    return float(forces[-1]), float(forces[:-1].max())

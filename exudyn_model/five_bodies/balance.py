@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY
 from exudyn_model.five_bodies.system import System
 
 Array = NDArray[np.float64]
@@ -28,14 +28,14 @@ class Constraints:
     rows : list of dict
         Of each constraint, in the order of ``System.multipliers``: coordinate -> its derivative, a number or
         shape (n,).
-    wanted : list
-        What each row times the accelerations has to be.
+    products : list
+        Product of each row with the accelerations.
     position, velocity : ndarray, shape (n,)
         Largest violation (m and rad alike), and that of a rate (m/s and rad/s).
     """
 
     rows: list[dict[int, Any]]
-    wanted: list[Any]
+    products: list[Any]
     position: Array
     velocity: Array
 
@@ -52,7 +52,7 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
     """
     reference, gaps, rates = system.reference, [], []
     rows: list[dict[int, Any]] = []
-    wanted: list[Any] = []
+    products: list[Any] = []
     cosines, sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
     for pin in system.pins:
         x_row: dict[int, Any] = {}
@@ -78,19 +78,19 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
             ax += sign * v[angle] ** 2 * arm_x
             ay += sign * v[angle] ** 2 * arm_y
         rows += [x_row, y_row]
-        wanted += [ax, ay]
+        products += [ax, ay]
         gaps += [x, y]
         rates += [vx, vy]
     for coordinate, value, rate in system.prescribed:
         rows.append({coordinate: 1.0})
-        wanted.append(0.0)
+        products.append(0.0)
         gaps.append(reference[coordinate] + q[coordinate] - value - rate * times)
         rates.append(v[coordinate] - rate)
-    return Constraints(rows, wanted, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
+    return Constraints(rows, products, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
 
 
 def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Array, Array]:
-    """Solve M a + G^T l = f, G a = wanted for a, shape (3 bodies, n); m/s^2, rad/s^2; and l, shape (rows, n).
+    """Solve M a + G^T l = f, G a = p for a (m/s^2, rad/s^2), shape (3 bodies, n), and l, shape (rows, n).
 
     By Cholesky's factor of G M^-1 G^T, row by row: a loop over its few elements, not over the states.
 
@@ -116,7 +116,7 @@ def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Ar
                 total = sum(shared) - sum(filled)
                 own[j] = np.sqrt(total) if j == i else total / factor[j][j]
         factor.append(own)
-        value = sum(coefficient * result[k] for k, coefficient in row.items()) - joints.wanted[i]
+        value = sum(coefficient * result[k] for k, coefficient in row.items()) - joints.products[i]
         right.append((value - sum(own[k] * right[k] for k in own if k < i)) / own[i])
     for i in range(len(factor) - 1, -1, -1):
         right[i] = right[i] / factor[i][i]
@@ -135,7 +135,7 @@ def correct_start(system: System, q: Array, v: Array, acceleration: Array, multi
     Exudyn differentiates the constraints' Jacobian along the velocities by a one-sided difference, which
     leaves some 1e-9 of the accelerations and of the reactions. The trapezoidal rule does not damp such an
     error: it alternates from step to step, as large after two cycles as at t = 0, and no shorter step shows
-    it. The forces are not at issue: M da + G^T dl = 0 and G (a + da) = wanted.
+    it. The forces are not at issue: M da + G^T dl = 0 and G (a + da) = p.
 
     Parameters
     ----------

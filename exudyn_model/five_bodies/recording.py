@@ -1,4 +1,4 @@
-"""What is kept of a run of five bodies: accepted states are collected, and observed many at a time."""
+"""Recorder of a run of five bodies: accepted states are collected, and observed many at a time."""
 
 from itertools import pairwise
 from typing import Any
@@ -6,27 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import (
-    DAMPING_POWER,
-    END,
-    FRICTION,
-    FRICTION_POWER,
-    GAP,
-    IMPACT_SPEED,
-    MEMORY_COLUMNS,
-    NAME,
-    NORMAL,
-    SHARED,
-    START,
-    STORED,
-)
 from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
-from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
-from exudyn_model.five_bodies.parts import JournalPart, SliderPart
+from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
+from exudyn_model.five_bodies.journal_contact import JournalPart
 from exudyn_model.five_bodies.settings import Settings
+from exudyn_model.five_bodies.slider_contact import SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
+from exudyn_model.memory import NAMES
 from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATION,
@@ -45,7 +33,12 @@ from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
+# By name (`memory`), shape (contacts, states)
+Memory = dict[str, Array]
+
 CONSTRAINTS = ("position", "velocity")
+# Fields of a memory by which the table knows a contact
+_KNOWN_BY = ("impact_speed", "start", "name")
 # States that are observed at once: as many as the processor's cache holds
 _ROOM = 2048
 
@@ -79,13 +72,13 @@ class BodiesRecorder(Recorder):
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
             *(energies(system.load is not None) if settings.energy else ()),
         )  # fmt: skip
-        shared = any(bool(part.law[SHARED]) for part in model.parts)
+        shared = any(part.law.shared for part in model.parts)
         super().__init__(channels, names, shared, settings.samples, settings.period, settings.duration)
         self.accepted, self.drift = 0, dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         self._model, self._choice, self._settings = model, choice, settings
         # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
-        sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
+        sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.view(float).size]
         sizes += [len(part.load) for part in model.parts]
         ends = np.cumsum([0, *sizes])
         self._log = np.zeros((_ROOM, ends[-1]))
@@ -110,7 +103,7 @@ class BodiesRecorder(Recorder):
         """
         parts = self._model.parts
         loads = [part.load for part in parts]
-        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1), *loads
+        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.view(float), *loads
         for part in parts:
             part.attach(q, v)
             part.start()
@@ -118,9 +111,9 @@ class BodiesRecorder(Recorder):
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
         choice = self._choice
-        time, wanted = choice.time, choice.allowed
+        time, longest = choice.time, choice.allowed
         for part in self._model.parts:
-            wanted = part.follow(time, wanted)
+            longest = part.follow(time, longest)
         stamp = self._stamp
         stamp[0], stamp[1] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
@@ -128,7 +121,7 @@ class BodiesRecorder(Recorder):
         self.accepted += 1
         if self._count == _ROOM:
             self.observe()
-        return wanted
+        return longest
 
     def observe(self) -> None:
         """Observe the states that wait for it; the last one remains, as the first of those to come.
@@ -143,16 +136,20 @@ class BodiesRecorder(Recorder):
         if self._count <= new:
             return
         parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
-        (times, ticks), q, v, multipliers, memory = parts[:5]
-        memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
+        (times, ticks), q, v, multipliers, numbers = parts[:5]
+        numbers = numbers.reshape(-1, len(NAMES), len(times))
+        memory = {name: numbers[:, k] for k, name in enumerate(NAMES)}
         required = np.flatnonzero(ticks % self._settings.per_state == 0)
         values = self._values(times, q, v, multipliers, memory, parts[5:], required)
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
         self._take_contacts(times, memory, new)
         for part in self._model.parts:
-            own, forces = memory[part.rows], memory[part.rows][:, [NORMAL, FRICTION]]
-            part.watch(self.watch, times, q, v, forces, own[:, [IMPACT_SPEED, START, NAME]])
+            forces, known_by = (
+                np.stack([memory[name][part.rows] for name in names], axis=1)
+                for names in (("normal", "friction"), _KNOWN_BY)
+            )
+            part.watch(self.watch, times, q, v, forces, known_by)
         self._take_samples(times, ticks, values)
         self._log[0] = self._log[self._count - 1]
         self._count, self.time = 1, float(times[-1])
@@ -163,7 +160,7 @@ class BodiesRecorder(Recorder):
         q: Array,
         v: Array,
         multipliers: Array,
-        memory: Array,
+        memory: Memory,
         loads: list[Array],
         required: NDArray[Any],
     ) -> Array:
@@ -176,7 +173,7 @@ class BodiesRecorder(Recorder):
                 own = slice(PER_BODY * body, PER_BODY * (body + 1))
                 force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
         pressed: list[Array] = []
-        if self._model.workpiece is not None:
+        if system.load is not None:
             y = PER_BODY * system.observed + Y
             push, energy = workpiece_forces(q[y] + system.reference[y], self._model.workpiece)
             force[y] += push
@@ -188,8 +185,9 @@ class BodiesRecorder(Recorder):
         own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
         values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
         values[ACCELERATION] = acceleration[own]
-        end = CONTACT + PER_CONTACT * len(memory)
-        values[CONTACT:end] = memory[:, [GAP, NORMAL, FRICTION]].reshape(-1, len(times))
+        end = CONTACT + PER_CONTACT * len(memory["gap"])
+        for k, name in enumerate(("gap", "normal", "friction")):
+            values[CONTACT + k : end : PER_CONTACT] = memory[name]
         journals = [part for part in parts if isinstance(part, JournalPart)]
         rest = [part.eccentricity(q) for part in journals]
         of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
@@ -208,20 +206,18 @@ class BodiesRecorder(Recorder):
                     self.drift[name] = float(amounts[most]), float(times[most])
 
     def _energies(
-        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array, pressed: list[Array]
+        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Memory, pressed: list[Array]
     ) -> Array:
         """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
 
         Return the energies (J), shape (7 or 8, n), in the order of ``tables.energies``: drive, gravity,
         damping and friction count from t = 0, kinetic and contact energy are those stored now, and so is that
         of a workpiece, which ``pressed`` holds where there is one. The residual is the work of motor and
-        gravity less the increase of what is stored, less what is dissipated.
+        gravity less the increase of the stored energies, less the dissipated ones.
         """
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
-        powers = np.array(
-            [drive, memory[:, DAMPING_POWER].sum(axis=0), memory[:, FRICTION_POWER].sum(axis=0)]
-        )
+        powers = np.array([drive, *(memory[f"{name}_power"].sum(axis=0) for name in ("damping", "friction"))])
         works = np.zeros_like(powers)
         works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
         works += self._works[:, None]
@@ -229,7 +225,7 @@ class BodiesRecorder(Recorder):
         kinetic = 0.5 * system.masses @ (v * v)
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
-        parts = [memory[:, STORED].sum(axis=0), *pressed]
+        parts = [memory["stored"].sum(axis=0), *pressed]
         stored = sum(parts)
         if times[0] == 0.0:
             self._initial = float(height[0]), float(kinetic[0] + stored[0])
@@ -248,29 +244,28 @@ class BodiesRecorder(Recorder):
             channels = np.arange(MOTION.start, MOTION.stop)
             self.extrema.take_inside(channels, times[long] + fraction * step, turning)
 
-    def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
+    def _take_contacts(self, times: Array, memory: Memory, new: int) -> None:
         """Take the contacts by the steps to each new state: pulses, and by the trapezoidal rule impulses."""
         after = np.arange(new, len(times))
         before = np.maximum(after - 1, 0)  # to the state at t = 0 leads a step of no length
         for part in self._model.parts:
-            shared = bool(part.law[SHARED])
-            count = UPPER if shared else len(memory[part.rows])
-            for row in range(part.rows.start, part.rows.start + count):
-                contact, normal, depth = memory[row, [IMPACT_SPEED, START, NAME]], *memory[row, [NORMAL, GAP]]
-                depth = -depth
-                if shared:  # the contact of a side, which its lower corner remembers
-                    normal = normal + memory[row + UPPER, NORMAL]
-                    depth = np.maximum(depth, -memory[row + UPPER, GAP])
+            end = part.rows.start + UPPER if part.law.shared else part.rows.stop
+            for row in range(part.rows.start, end):
+                contact = np.array([memory[name][row] for name in _KNOWN_BY])
+                normal, depth = memory["normal"][row], -memory["gap"][row]
+                if part.law.shared:  # the contact of a side, which its lower corner remembers
+                    normal = normal + memory["normal"][row + UPPER]
+                    depth = np.maximum(depth, -memory["gap"][row + UPPER])
                 closed = contact[0] > 0.0
                 self.contacts.note(row, times[after][closed[after]], normal[after][closed[after]])
                 over = closed[before] & ~closed[after]
                 contact = np.where(over, contact[:, before], contact[:, after])
-                end = np.where(over, memory[row, END][after], np.inf)
+                ends = np.where(over, memory["end"][row][after], np.inf)
                 start = np.maximum(contact[1], times[before])
                 first = np.where(contact[1] <= times[before], normal[before], 0.0)
-                impulse = 0.5 * (first + normal[after]) * (np.minimum(end, times[after]) - start)
+                impulse = 0.5 * (first + normal[after]) * (np.minimum(ends, times[after]) - start)
                 taken = contact[0] > 0.0
-                part_of_it = end, impulse, normal[after], depth[after]
+                part_of_it = ends, impulse, normal[after], depth[after]
                 self.contacts.take(row, contact[:, taken], *(one[taken] for one in part_of_it))
 
     def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
@@ -282,17 +277,17 @@ class BodiesRecorder(Recorder):
         corners' forces.
         """
         last = int(ticks[-1] // self._settings.per_sample)
-        wanted = np.arange(self._sample_count, last + 1) * self._settings.per_sample
-        at = np.searchsorted(ticks, wanted)
+        instants = np.arange(self._sample_count, last + 1) * self._settings.per_sample
+        at = np.searchsorted(ticks, instants)
         samples = values[:, at]
-        between = np.flatnonzero(ticks[at] != wanted)
+        between = np.flatnonzero(ticks[at] != instants)
         if len(between):
-            samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
+            samples[:, between] = self._interpolate(times, values, at[between], instants[between])
         self.take_samples(samples)
 
-    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
+    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], instants: NDArray[Any]) -> Array:
         before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
-        s = (wanted * self._choice.size - times[at - 1]) / step
+        s = (instants * self._choice.size - times[at - 1]) / step
         r = 1.0 - s
         samples: Array = r * before + s * after
         rates = slice(MOTION.start + TO_RATE, MOTION.stop + TO_RATE)

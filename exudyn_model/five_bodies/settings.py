@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, SWITCHING
 from exudyn_model.parameters import Parameters
-from exudyn_model.pushes import pushes
 from exudyn_model.run import quiet_settings
+from exudyn_model.workpiece import pushes
 
 SPECTRAL_RADIUS = 0.9
 PARTS = 4096
@@ -21,7 +22,7 @@ _MUCH = 4 * 40
 
 @dataclass(frozen=True)
 class Settings:
-    """What the solution of a run is asked for."""
+    """Settings of the solution of a run."""
 
     method: str  # "generalized-alpha" or "trapezoidal-index2"
     sample_interval: float  # s
@@ -63,7 +64,7 @@ def choose_settings(parameters: Parameters) -> Settings:
     # kinks (two corners at once, the pin's friction): a Jacobian from one side of a kink misleads on the
     # other, where an old one from free flight converges, slowly, as the masses over the square of the step
     # outweigh the contact. Then Exudyn's own default
-    smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners", "adams-impact")
+    smooth = parameters.journal is None and _law(parameters) in (None, HERTZ, IMPACT)
     return Settings(
         method=integration.method,
         sample_interval=interval,
@@ -76,12 +77,12 @@ def choose_settings(parameters: Parameters) -> Settings:
         tolerance=_newton_tolerance(parameters, interval / per_sample),
         uses=2 if smooth else 8,
         # On an elastic foundation a slider rests some 1e-9 m deep: over 1e-7, contact would pass for flight
-        difference=1e-8 if _law(parameters) == "foundation" else 1e-7,
+        difference=1e-8 if _law(parameters) == FOUNDATION else 1e-7,
     )
 
 
-def _law(parameters: Parameters) -> str:
-    return "" if parameters.guide is None else parameters.guide.law
+def _law(parameters: Parameters) -> float | None:
+    return None if parameters.guide is None else parameters.guide.number
 
 
 def _ticks_between_states(parameters: Parameters, per_sample: int) -> int:
@@ -111,9 +112,9 @@ def _newton_tolerance(parameters: Parameters, step: float) -> float:
         tolerance *= step / (2e-3 if parameters.contacts else 0.1)
         # Stiffer contacts: the pin's 4e8 N/m times coordinates of 0.2 m, a side's 1e11 N/m times gaps of
         # 2e-4 m round at some 1e-9 N, which the norm of the residual spreads over all rows
-        if parameters.journal is not None or _law(parameters) in ("paper-switching", "foundation"):
+        if parameters.journal is not None or _law(parameters) in (SWITCHING, FOUNDATION):
             least = 2e-10
-    elif guide is not None and guide.law == "foundation":
+    elif guide is not None and guide.number == FOUNDATION:
         # A joint between coordinates near 0.5 m places the slider to 1e-16 m: half of that, times the
         # stiffness of a whole side
         least = max(least, 5e-17 * guide.side_stiffness)
@@ -121,7 +122,7 @@ def _newton_tolerance(parameters: Parameters, step: float) -> float:
 
 
 def _weight(parameters: Parameters) -> float:
-    """Return what the joints bear, N.
+    """Return the load of the joints, N.
 
     The weight of all bodies, at gravity and the acceleration of the crank's tip together, and the largest
     force of a workpiece on an ideal slider.
@@ -161,7 +162,7 @@ def exudyn_settings(settings: Settings) -> Any:
     integration.newton.useModifiedNewton = True
     integration.newton.maxModifiedNewtonIterations = settings.uses
     integration.newton.numericalDifferentiation.relativeEpsilon = settings.difference
-    # Pieces of the crank pin's friction (`contact_forces`): at most four changes; the last one is confirmed
+    # Pieces of the crank pin's friction (`journal_contact`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
     # The step that `solver` asks for where it takes one back

@@ -1,12 +1,14 @@
 """The solution of one run of five bodies by Exudyn's implicit integrators."""
 
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
-from exudyn_model.five_bodies.parts import JournalPart
+from exudyn_model.five_bodies.journal_contact import JournalPart
 from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
@@ -52,47 +54,42 @@ def run_system(
     model = build(system, settings.tick)
     choice = StepChoice(model, settings)
     recorder = BodiesRecorder(model, choice, settings)
-    return recorder, choice, Solution(model, settings, choice, recorder, report).run()
+    progress = Progress(report, settings.duration)
+    return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
 
 
+@dataclass
 class Solution:
     """One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
 
     The length of each step is set before it; a step in which a contact begins or ends is taken back after it
     where it is longer than a tick (``step_choice``). Every accepted state goes to the recorder.
-
-    Parameters
-    ----------
-    model : Model
-    settings : Settings
-    choice : StepChoice
-    recorder : BodiesRecorder
-    report : callable or None
     """
 
-    def __init__(
-        self,
-        model: Model,
-        settings: Settings,
-        choice: StepChoice,
-        recorder: BodiesRecorder,
-        report: Report | None,
-    ) -> None:
-        self._model, self._settings, self._choice, self._recorder = model, settings, choice, recorder
-        self._progress = Progress(report, settings.duration)
-        self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
-        # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
-        # is to be iterated once more from its start; fraction of the step to where a contact begins or ends
-        self._accepted, self._again, self._fraction = True, False, 0.0
-        self._rejected = 0
-        self._dynamic: Any = None
-        self._vectors: list[Array] = []
+    model: Model
+    settings: Settings
+    choice: StepChoice
+    recorder: BodiesRecorder
+    progress: Progress
+    # Whether Newton's method has converged in the present step, so that it is accepted; whether the step is
+    # to be iterated once more from its start; fraction of the step to where a contact begins or ends
+    accepted: bool = True
+    again: bool = False
+    fraction: float = 0.0
+    rejected: int = 0
+    dynamic: Any = None  # Exudyn's solver
+    vectors: list[Array] = field(default_factory=list)
+
+    @cached_property
+    def journals(self) -> list[JournalPart]:
+        """Contacts whose friction settles piece by piece."""
+        return [part for part in self.model.parts if isinstance(part, JournalPart)]
 
     def run(self) -> Outcome:
         """Integrate from t = 0."""
-        mbs, recorder, remedy = self._model.mbs, self._recorder, ""
-        after_newton = None if self._settings.fixed else self._after_newton
-        status = solve(mbs, exudyn_settings(self._settings), self._before_step, after_newton)
+        mbs, recorder, remedy = self.model.mbs, self.recorder, ""
+        after_newton = None if self.settings.fixed else self._after_newton
+        status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
         if status == "success":
             self._before_step()  # the last state, which no further step starts from
         else:
@@ -101,17 +98,17 @@ class Solution:
                 "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
                 "where friction.coefficient is above 1, lower it"
             )
-        if [one.ctypes.data for one in self._vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
+        if [one.ctypes.data for one in self.vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
             raise AssertionError("Exudyn has moved its coordinates")
         recorder.observe()
         if not recorder.is_finite():
             status, remedy = "non-finite", "check the scene's masses and speeds"
         if status == "success":
-            self._progress.finish()
-        iterations = self._dynamic.it
+            self.progress.finish()
+        iterations = self.dynamic.it
         counters = {
             "steps": recorder.accepted - 1,
-            "rejected": self._rejected,
+            "rejected": self.rejected,
             "newton_iterations": iterations.newtonStepsCount,
             "jacobians": iterations.newtonJacobiCount,
         }
@@ -119,17 +116,17 @@ class Solution:
 
     def _before_step(self, *_: Any) -> bool:
         """Exudyn's pre-step function, called again after a rejected step: record where a step starts."""
-        if not self._accepted:
+        if not self.accepted:
             self._try_again()
             return True
-        if self._dynamic is None:
+        if self.dynamic is None:
             self._begin()
-        choice = self._choice
+        choice = self.choice
         before = choice.ticks
-        choice.choose(self._recorder.accept())
-        self._progress(choice.time)
-        if not self._settings.fixed:
-            self._accepted = False
+        choice.choose(self.recorder.accept())
+        self.progress(choice.time)
+        if not self.settings.fixed:
+            self.accepted = False
             if choice.ticks != before:
                 self._set_step()
         return True
@@ -142,35 +139,35 @@ class Solution:
         AssertionError
             If positions or velocities do not fit the joints.
         """
-        mbs, system = self._model.mbs, self._model.system
-        self._dynamic, self._vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
-        q, v, multipliers = self._vectors
+        mbs, system = self.model.mbs, self.model.system
+        self.dynamic, self.vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
+        q, v, multipliers = self.vectors
         with np.errstate(over="ignore"):
             start = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Round-off of a few operations is some 1e-16 of the lengths, which are near 1 m or longer
         size = max(1.0, *(float(np.abs(body.position[:2]).max()) for body in system.bodies))
         if not (start.position[0] <= 1e-13 * size and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
-        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
+        if self.settings.index2:  # other methods damp an error of the initial accelerations
             correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)
-        self._recorder.begin(q, v, multipliers)
+        self.recorder.begin(q, v, multipliers)
 
     def _try_again(self) -> None:
         """Shorten the step that was not accepted."""
-        if self._fraction == 0.0:
+        if self.fraction == 0.0:
             # Newton's method has failed, after which Exudyn does not restore the algorithmic accelerations of
             # its method; to iterate anew does
-            self._again = not self._settings.index2
-        self._rejected += 1
-        self._choice.shorten(self._fraction if self._fraction > 0.0 else 0.5)
+            self.again = not self.settings.index2
+        self.rejected += 1
+        self.choice.shorten(self.fraction if self.fraction > 0.0 else 0.5)
         self._set_step()
-        self._dynamic.conv.jacobianUpdateRequested = True
+        self.dynamic.conv.jacobianUpdateRequested = True
 
     def _set_step(self) -> None:
         """Give Exudyn the step that begins."""
-        dynamic, settings, ticks = self._dynamic, self._settings, self._choice.ticks
+        dynamic, settings, ticks = self.dynamic, self.settings, self.choice.ticks
         dynamic.it.currentStepSize = ticks * settings.tick
-        dynamic.it.currentTime = self._choice.time
+        dynamic.it.currentTime = self.choice.time
         # Its error in positions, over the step, is one of velocities
         dynamic.newton.absoluteTolerance = settings.tolerance * min(ticks, 1.0)
         if settings.index2:
@@ -180,15 +177,15 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
         del mbs, t
-        for part in self._settling:
+        for part in self.journals:
             if not part.settled():
                 return [2.0, -1.0]
-        if self._again:
-            self._again = False
+        if self.again:
+            self.again = False
             return [2.0, -1.0]
-        if self._choice.ticks > 1:
-            self._fraction = min(part.change() for part in self._model.parts)
-            if not self._fraction > 1.0:
+        if self.choice.ticks > 1:
+            self.fraction = min(part.change() for part in self.model.parts)
+            if not self.fraction > 1.0:
                 return [2.0, 0.0]
-        self._accepted, self._fraction = True, 0.0
+        self.accepted, self.fraction = True, 0.0
         return [0.0, -1.0]

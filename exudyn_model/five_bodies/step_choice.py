@@ -10,23 +10,21 @@ samples fall on states; of dense ones those in contacts alone (``recording``).
   in an impact, and grow as the oscillation decays: to ten ticks at a hundredth of the mean.
 - An open contact has no force in a step longer than a tick, wherever a trial state lies. A step in which a
   contact closed nevertheless is found by the gaps' cubic Hermite interpolants, in flight exact to 1e-15 m,
-  and taken back. Touches and separations therefore lie in steps of one tick, where ``following`` locates
+  and taken back. Touches and separations therefore lie in steps of one tick, where ``contact`` locates
   them.
 
 Only where Newton's method fails in a tick is that divided, by halves, so that times remain exact: across a
 kink of friction its iterates go round as long as friction can stop the slip several times over in the step.
 """
 
-from exudyn_model.columns import CLOSED
-from exudyn_model.five_bodies.contact_forces import LENGTH
-from exudyn_model.five_bodies.following import PART
+from exudyn_model.five_bodies.contact import PART
 from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.system import Model
 
 # Ticks of the longest step. From 32 to 40 the error of x against the tree's over half a cycle changes by less
 # than 1 % (150, 300 and 600 rpm): it is that of the contacts
 LONGEST = 40
-# With constraints at velocity level, where joints drift by what steps in flight add up to
+# With constraints at velocity level, where joints drift by the sum of steps in flight
 LONGEST_INDEX2 = 8
 # Before the first contact there is no other error: with 32 ticks the smallest change of mass or gravity that
 # a comparison detects is 18 times as large. First flights are short
@@ -64,7 +62,7 @@ class StepChoice:
     def allowed(self) -> float:
         """Ticks that the next step may take at most, whatever the contacts say."""
         if not self._touched:
-            self._touched = bool(self._contacts[:, CLOSED].any())
+            self._touched = bool(self._contacts["closed"].any())
         longest = self._longest if self._touched else min(self._longest, LONGEST_BEFORE_CONTACT)
         return min(_GROWTH * self.ticks, longest)
 
@@ -88,4 +86,4 @@ class StepChoice:
         self.time = self.tick * self.size
         if ticks != self.ticks:
             self.ticks = ticks
-            self._step[LENGTH] = ticks * self.size
+            self._step["length"] = ticks * self.size

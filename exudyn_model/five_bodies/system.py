@@ -1,5 +1,6 @@
-"""A planar linkage as lists, and what Exudyn makes of them: bodies, joints, a drive, gravity, contacts."""
+"""A planar linkage as lists, and as Exudyn's bodies, joints, drive, gravity and contacts."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,12 +23,14 @@ from exudyn.itemInterface import (
 from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNER_COUNT, CORNERS
-from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY, X, Y
-from exudyn_model.five_bodies.parts import ForceUserFunction, JournalPart, Part, SliderPart
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
+from exudyn_model.five_bodies.journal_contact import Bearing, JournalPart
+from exudyn_model.five_bodies.slider_contact import SliderPart
 from exudyn_model.kernels import machine_code
+from exudyn_model.laws import Law
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
-from exudyn_model.memory import law_array, new_contacts
-from exudyn_model.parameters import Contact, Load, Parameters
+from exudyn_model.memory import new_contacts
+from exudyn_model.parameters import Load, Parameters
 from exudyn_model.tables import PIN
 from exudyn_model.workpiece import workpiece_array, workpiece_force
 
@@ -70,10 +73,7 @@ class SliderContact(NamedTuple):
     body: int
     point: tuple[float, float]  # Of the guide's centre line, m
     direction: float  # Of the axis across the guide, rad; a body at this angle has its length along the guide
-    # Of the body, m
-    width: float
-    length: float
-    contact: Contact
+    law: Law  # With the body's dimensions
 
 
 class JournalContact(NamedTuple):
@@ -84,7 +84,7 @@ class JournalContact(NamedTuple):
     first_point: tuple[float, float]
     second: int
     second_point: tuple[float, float]
-    contact: Contact
+    law: Law
 
 
 class Drive(NamedTuple):
@@ -158,7 +158,7 @@ class System:
 
     @cached_property
     def reference(self) -> Array:
-        """What coordinates count from, shape (3 n,): of a slider its guide, for all digits of gaps."""
+        """Origins of the coordinates, shape (3 n,): of a slider its guide, for all digits of gaps."""
         reference = np.zeros((len(self.bodies), PER_BODY))
         for slider in self.sliders:
             reference[slider.body, :ANGLE] = slider.point
@@ -176,11 +176,11 @@ def press(parameters: Parameters, state: InitialState) -> System:
         guides.append(Guide(SLIDER, X, mechanism.guide_x + mechanism.reference_offset))
     else:
         middle = (mechanism.guide_x, 0.0)
-        contacts.append(SliderContact(SLIDER, middle, 0.0, slider.width, slider.length, parameters.guide))
+        contacts.append(SliderContact(SLIDER, middle, 0.0, parameters.guide))
     pins = [
         Pin("O", FRAME, (0.0, 0.0), CRANK, (-crank.centroid, 0.0)),
         Pin("A", CRANK, (crank.to_tip, 0.0), ROD2, (-rod2.centroid, 0.0)),
-        Pin("H", FRAME, mechanism.rocker_pivot, ROCKER, (-rocker.centroid, 0.0)),
+        Pin("H", FRAME, (mechanism.pivot_x, mechanism.pivot_y), ROCKER, (-rocker.centroid, 0.0)),
         Pin("B", ROD2, (rod2.to_tip, 0.0), ROCKER, (0.0, 0.0)),
         Pin("C", ROCKER, (rocker.to_tip, 0.0), ROD4, (-rod4.centroid, 0.0)),
         Pin("F", ROD4, (rod4.to_tip, 0.0), SLIDER, (0.0, 0.0)),
@@ -199,15 +199,15 @@ def press(parameters: Parameters, state: InitialState) -> System:
 
 @dataclass(frozen=True)
 class Model:
-    """A system assembled in Exudyn, with what its contact forces read."""
+    """A system assembled in Exudyn, with the arrays that its contact forces read."""
 
     mbs: Any
     container: Any  # Owner of ``mbs``; held so that it outlives it
     system: System
-    parts: list[Part]  # Its contacts
-    contacts: Array  # Their memory: see ``memory``
-    step: Array  # Of the step in progress: see ``contact_forces``
-    workpiece: Array | None
+    parts: list[SliderPart | JournalPart]  # Its contacts
+    contacts: NDArray[Any]  # Their memory: see ``memory``
+    step: NDArray[Any]  # Of the step in progress, of ``contact.STEP``, shape (1,)
+    workpiece: NDArray[Any]
 
 
 def build(system: System, step: float) -> Model:
@@ -249,7 +249,7 @@ def build(system: System, step: float) -> Model:
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
-    contacts, current = new_contacts(len(system.contact_names)), np.array([step, step])
+    contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
     parts = _parts(system, contacts, current)
     for part in parts:
         # An object without mass on the bodies' nodes, which only adds the contact force
@@ -261,9 +261,9 @@ def build(system: System, step: float) -> Model:
                 forceUserFunction=part.force,
             )
         )
-    workpiece = None
+    workpiece = workpiece_array(system.load)
     if system.load is not None:
-        workpiece, below = workpiece_array(system.load), system.reference[PER_BODY * system.observed + Y]
+        below = system.reference[PER_BODY * system.observed + Y]
         mbs.AddObject(
             ObjectGenericODE2(
                 nodeNumbers=[nodes[system.observed]],
@@ -275,7 +275,7 @@ def build(system: System, step: float) -> Model:
     return Model(mbs, container, system, parts, contacts, current, workpiece)
 
 
-def _pushed(workpiece: Array, below: float) -> ForceUserFunction:
+def _pushed(workpiece: NDArray[Any], below: float) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of a workpiece on a body whose y counts from ``below`` (m)."""
     force = machine_code(workpiece_force, 0.0, workpiece)
 
@@ -285,17 +285,20 @@ def _pushed(workpiece: Array, below: float) -> ForceUserFunction:
     return user_function
 
 
-def _parts(system: System, contacts: Array, step: Array) -> list[Part]:
-    reference = system.reference.reshape(-1, PER_BODY)
-    parts: list[Part] = []
+def _parts(system: System, contacts: NDArray[Any], step: NDArray[Any]) -> list[SliderPart | JournalPart]:
+    reference, masses = system.reference.reshape(-1, PER_BODY), [body.mass for body in system.bodies]
+    parts: list[SliderPart | JournalPart] = []
     for number, slider in enumerate(system.sliders):
-        mass = system.bodies[slider.body].mass
-        law = law_array(slider.contact, mass, slider.width / 2, slider.length / 2, slider.direction)
+        angle = slider.direction
+        law = slider.law._replace(
+            mass=masses[slider.body], direction=angle, across_x=math.cos(angle), across_y=math.sin(angle)
+        )
         parts.append(SliderPart(slider.body, CORNER_COUNT * number, law, contacts, step))
     row = CORNER_COUNT * len(parts)
     for number, journal in enumerate(system.journals):
-        apart = reference[journal.first] - reference[journal.second]
-        ends = [journal.first, *journal.first_point, journal.second, *journal.second_point, *apart[:ANGLE]]
-        law = law_array(journal.contact, system.bodies[journal.second].mass)
-        parts.append(JournalPart(np.array(ends, dtype=np.float64), row + number, law, contacts, step))
+        apart_x, apart_y, _ = (reference[journal.first] - reference[journal.second]).tolist()
+        points = (journal.first, *journal.first_point), (journal.second, *journal.second_point)
+        law = journal.law._replace(mass=masses[journal.second])
+        bearing = Bearing(*points[0], *points[1], apart_x, apart_y, law)
+        parts.append(JournalPart(bearing, row + number, contacts, step))
     return parts

@@ -1,4 +1,4 @@
-"""The trees of the press in Exudyn: what the drive leaves free, with the loads' moments as user function.
+"""The trees of the press in Exudyn: the bodies that the drive leaves free, moments of loads as user function.
 
 No joint is left as a constraint, which Exudyn's explicit integrators would ignore.
 
@@ -33,26 +33,12 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
-from exudyn_model.kernels import entry, machine_code
-from exudyn_model.linkage import (
-    CARRIED_INERTIA,
-    ROCKER,
-    ROCKER_LENGTH,
-    ROCKER_TO_B,
-    ROD2,
-    ROD2_CENTROID,
-    ROD2_LENGTH,
-    ROD4,
-    SLIDER,
-    SLIDER_INERTIA,
-    InitialState,
-    carried_tip,
-    driven_rod4,
-    linkage_array,
-)
-from exudyn_model.memory import law_array, new_contacts
+from exudyn_model.kernels import entry, machine_code, record
+from exudyn_model.laws import Law
+from exudyn_model.linkage import ROCKER, ROD2, ROD4, SLIDER, InitialState, carried_tip, driven_rod4
+from exudyn_model.memory import new_contacts
 from exudyn_model.parameters import Mechanism, Parameters
-from exudyn_model.tree.motion import ROWS, State, chain_accelerations, contact_loads, rod4_moment
+from exudyn_model.tree.motion import CONTACTS, Press, State, chain_accelerations, contact_loads, rod4_moment
 from exudyn_model.workpiece import workpiece_array
 
 Array = NDArray[np.float64]
@@ -64,16 +50,21 @@ _LISTS = cast(Any, exu)
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree assembled in Exudyn, with what its forces read."""
+    """A tree assembled in Exudyn, with the arrays that its forces read."""
 
     mbs: Any
     container: Any  # Owner of ``mbs``; held so that it outlives it
-    linkage: Array
-    # Laws
-    guide: Array | None
-    journal: Array | None
-    workpiece: Array | None
-    contacts: Array  # Memory: of the corners, then of the journal, whether there or not
+    press: Press
+    # For the kernels: the press as a record, a workpiece's rows, and the memory of the corners, then of the
+    # journal, whether there or not
+    presses: NDArray[Any]
+    workpiece: NDArray[Any]
+    contacts: NDArray[Any]
+
+    @property
+    def known(self) -> tuple[NDArray[Any], ...]:
+        """Arguments that every kernel takes after its own."""
+        return self.presses, self.workpiece, self.contacts
 
 
 @dataclass(frozen=True)
@@ -92,24 +83,22 @@ class Link:
 @entry
 def slider_tree_moments(
     time: float,
-    ahead: float,
-    theta5: float,
-    ahead_rate: float,
-    w5: float,
-    linkage: Array,
-    guide: Array,
-    workpiece: Array | None,
-    contacts: Array,
+    q: tuple[float, float],
+    v: tuple[float, float],
+    presses: NDArray[Any],
+    workpiece: NDArray[Any],
+    contacts: NDArray[Any],
 ) -> tuple[float, float]:
     """Return the moments (N m) of inertia, contact and load on rod 4's coordinate and on the slider's.
 
     Arguments: time (s), both coordinates (rad), their rates (rad/s).
     """
-    tip, angle, rate, acceleration = driven_rod4(time, linkage)
-    state = State(0.0, 0.0, angle + ahead, theta5, 0.0, 0.0, rate + ahead_rate, w5)
-    loads = contact_loads(time, state, tip, linkage, guide, None, workpiece, contacts, None)
-    inertial = linkage[CARRIED_INERTIA] * acceleration
-    return rod4_moment(state.theta4, tip, loads, linkage) - inertial, loads.moment
+    press: Press = presses[0]
+    tip, angle, rate, acceleration = driven_rod4(time, press.mechanism)
+    state = State(0.0, 0.0, angle + q[0], q[1], 0.0, 0.0, rate + v[0], v[1])
+    loads = contact_loads(time, state, tip, press, workpiece, contacts, None)
+    inertial = press.carried_inertia * acceleration
+    return rod4_moment(state.theta4, tip, loads, press) - inertial, loads.moment
 
 
 @entry
@@ -117,63 +106,70 @@ def rocker_tree_moments(
     time: float,
     q: tuple[float, float, float, float],
     v: tuple[float, float, float, float],
-    linkage: Array,
-    guide: Array | None,
-    journal: Array,
-    workpiece: Array | None,
-    contacts: Array,
+    presses: NDArray[Any],
+    workpiece: NDArray[Any],
+    contacts: NDArray[Any],
 ) -> tuple[float, float, float, float]:
     """Return the moments (N m) of contact, load and guide on the coordinates of the tree that hangs from H.
 
     Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not
     got, is 0.
     """
+    press: Press = presses[0]
+    rod2, rocker = press.mechanism.rod2, press.mechanism.rocker
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
-    tip = carried_tip(theta3, w3, 0.0, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, journal, workpiece, contacts, None)
+    tip = carried_tip(theta3, w3, 0.0, press.mechanism)
+    loads = contact_loads(time, state, tip, press, workpiece, contacts, None)
     fx = loads.fx
-    if guide is None:
-        fx = chain_accelerations(state, loads, linkage, guide)[3]
+    if not press.has_guide:
+        fx = chain_accelerations(state, loads, press)[3]
     c2, s2, c3, s3 = np.cos(state.theta2), np.sin(state.theta2), np.cos(theta3), np.sin(theta3)
     # About the ends that carry: rod 2 by B, rod 4 by C
-    arm2 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID]
+    arm2 = rod2.length - rod2.centroid
     on_rod2 = loads.pin_moment - arm2 * (c2 * loads.pin_y - s2 * loads.pin_x)
     on_rod4 = loads.moment + loads.along_x * loads.fy - loads.along_y * fx
-    on_rocker = linkage[ROCKER_TO_B] * (c3 * loads.pin_y - s3 * loads.pin_x)
-    on_rocker += linkage[ROCKER_LENGTH] * (c3 * loads.fy - s3 * fx)
+    on_rocker = rocker.centroid * (c3 * loads.pin_y - s3 * loads.pin_x)
+    on_rocker += rocker.length * (c3 * loads.fy - s3 * fx)
     # The rocker's coordinate rotates all of them, rod 4's rotates the slider too
     return on_rocker + on_rod2 + on_rod4, on_rod2, on_rod4, loads.moment
 
 
 def build_tree(parameters: Parameters, state: InitialState) -> Tree:
     """Build the tree of a scene at ``state``."""
-    mechanism, slider = parameters.mechanism, parameters.mechanism.slider
-    linkage, contacts = linkage_array(mechanism), new_contacts(ROWS)
-    guide = journal = None
-    if parameters.guide is not None:
-        guide = law_array(parameters.guide, slider.mass, slider.width / 2, slider.length / 2)
-    if parameters.journal is not None:
-        journal = law_array(parameters.journal, mechanism.rod2.mass)
-    workpiece = None if parameters.load is None else workpiece_array(parameters.load)
+    mechanism, guide, journal = parameters.mechanism, parameters.guide, parameters.journal
+    rod4, slider = mechanism.rod4, mechanism.slider
+    ideal = Law(*(0.0,) * len(Law._fields))
+    press = Press(
+        mechanism,
+        rod4.mass * rod4.centroid + slider.mass * rod4.length,
+        rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2,
+        guide is not None,
+        journal is not None,
+        guide or ideal,
+        journal or ideal,
+    )
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    force = _user_function(linkage, guide, journal, workpiece, contacts)
+    tree = Tree(
+        mbs, container, press, record(press), workpiece_array(parameters.load), new_contacts(CONTACTS)
+    )
     if journal is None:
-        _add_rotors(mbs, linkage, state, force)
+        _add_rotors(tree, state)
     else:
-        _add_chain(mbs, mechanism, _links(mechanism, guide is None), state, force)
+        _add_chain(tree, _links(mechanism, guide is None), state)
     mbs.Assemble()
-    return Tree(mbs, container, linkage, guide, journal, workpiece, contacts)
+    return tree
 
 
-def _add_rotors(mbs: Any, linkage: Array, state: InitialState, force: ForceUserFunction) -> None:
+def _add_rotors(tree: Tree, state: InitialState) -> None:
     """Add rod 4, which carries the slider's mass about C, and the slider, which rotates about its centre."""
-    _, angle, rate, _ = driven_rod4(0.0, linkage)
+    mbs, mechanism = tree.mbs, tree.presses[0]["mechanism"]
+    _, angle, rate, _ = driven_rod4(0.0, mechanism)
     nodes = []
     for body, inertia, start, speed in (
-        (ROD4, linkage[CARRIED_INERTIA], angle, rate),
-        (SLIDER, linkage[SLIDER_INERTIA], 0.0, 0.0),
+        (ROD4, tree.press.carried_inertia, angle, rate),
+        (SLIDER, tree.press.mechanism.slider.inertia, 0.0, 0.0),
     ):
         nodes.append(
             mbs.AddNode(
@@ -185,12 +181,12 @@ def _add_rotors(mbs: Any, linkage: Array, state: InitialState, force: ForceUserF
             )
         )
         mbs.AddObject(ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
+    force = _user_function(tree)
     mbs.AddObject(ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((2, 2)), forceUserFunction=force))
 
 
-def _add_chain(
-    mbs: Any, mechanism: Mechanism, links: list[Link], state: InitialState, force: ForceUserFunction
-) -> None:
+def _add_chain(tree: Tree, links: list[Link], state: InitialState) -> None:
+    mbs = tree.mbs
     node = mbs.AddNode(
         NodeGenericODE2(
             numberOfODE2Coordinates=len(links),
@@ -209,16 +205,17 @@ def _add_chain(
             linkInertiasCOM=_LISTS.Matrix3DList([np.diag([0.0, 0.0, link.inertia]) for link in links]),
             linkCOMs=_LISTS.Vector3DList([[link.centre, 0.0, 0.0] for link in links]),
             linkMasses=[link.mass for link in links],
-            gravity=[0.0, -mechanism.gravity, 0.0],
-            forceUserFunction=force,
+            gravity=[0.0, -tree.press.mechanism.gravity, 0.0],
+            forceUserFunction=_user_function(tree),
         )
     )
 
 
 def _links(mechanism: Mechanism, ideal_slider: bool) -> list[Link]:
     rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
+    pivot = mechanism.pivot_x, mechanism.pivot_y
     carried = [
-        Link(ROCKER, -1, mechanism.rocker_pivot, rocker.centroid, rocker.mass, rocker.inertia),
+        Link(ROCKER, -1, pivot, rocker.centroid, rocker.mass, rocker.inertia),
         # Rod 2's frame sits at its end B and looks along it, away from A
         Link(ROD2, 0, (rocker.centroid, 0.0), -rod2.to_tip, rod2.mass, rod2.inertia),
     ]
@@ -244,25 +241,21 @@ def _from_parents(values: Array, links: list[Link]) -> list[float]:
     ]
 
 
-def _user_function(
-    linkage: Array, guide: Array | None, journal: Array | None, workpiece: Array | None, contacts: Array
-) -> ForceUserFunction:
-    """Make the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
-    if journal is None:
-        known = linkage, guide, workpiece, contacts
-        moments = machine_code(slider_tree_moments, *(0.0,) * 5, *known)
+def _user_function(tree: Tree) -> ForceUserFunction:
+    """Return the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
+    known = tree.known
+    if not tree.press.has_journal:
+        moments = machine_code(slider_tree_moments, 0.0, (0.0,) * 2, (0.0,) * 2, *known)
 
         def on_rotors(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-            (ahead, theta5), (ahead_rate, w5) = q, v
-            return moments(t, ahead, theta5, ahead_rate, w5, *known)
+            return moments(t, tuple(q), tuple(v), *known)
 
         return on_rotors
-    of_chain = linkage, guide, journal, workpiece, contacts
-    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *of_chain)
+    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
 
     def on_chain(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        if guide is None:
-            return chain_moments(t, (*q, 0.0), (*v, 0.0), *of_chain)[:3]
-        return chain_moments(t, tuple(q), tuple(v), *of_chain)
+        if not tree.press.has_guide:
+            return chain_moments(t, (*q, 0.0), (*v, 0.0), *known)[:3]
+        return chain_moments(t, tuple(q), tuple(v), *known)
 
     return on_chain

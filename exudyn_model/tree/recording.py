@@ -1,42 +1,23 @@
-"""What is kept of a run of a tree: accepted steps are collected, and observed many at a time.
+"""Recorder of a run of a tree: accepted steps are collected, and observed many at a time.
 
 A step goes from one state to the next without a touch or a separation between: its angles are interpolated
 by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks.
-Whatever is kept follows from such a state by balance of forces.
+All channels follow from such a state by balance of forces.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, START
 from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
-from exudyn_model.linkage import (
-    CRANK_ANGLE,
-    CRANK_LENGTH,
-    CRANK_SPEED,
-    GUIDE_X,
-    PIVOT_X,
-    PIVOT_Y,
-    ROCKER_TO_B,
-    ROD2_LENGTH,
-)
 from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import Recorder
-from exudyn_model.tables import (
-    ACCELERATIONS,
-    CONTACT,
-    JOURNAL,
-    PER_CONTACT,
-    PIN,
-    STATE,
-    corner_channels,
-)
+from exudyn_model.tables import ACCELERATIONS, CONTACT, JOURNAL, PER_CONTACT, PIN, STATE, corner_channels
 from exudyn_model.tree.building import Tree
-from exudyn_model.tree.motion import ANGLES, END_COLUMNS, HEIGHT_ROW, JOURNAL_E, PIN_ROW, ROWS, WIDTH
-from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
+from exudyn_model.tree.motion import CONTACTS, DISTANCE, END, HEIGHT_ROW, PIN_ROW, VALUES, WIDTH
+from exudyn_model.tree.steps import STEP, Room, judge, observe
 
 Array = NDArray[np.float64]
 
@@ -46,9 +27,11 @@ CHANNELS = (*STATE, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
 _POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
 # Channels without kinks: motion and accelerations of the slider, and e of the journal
-_SMOOTH = np.array([*range(CONTACT), JOURNAL_E, JOURNAL_E + 1])
+_SMOOTH = np.array([*range(CONTACT), len(CHANNELS) - 2, len(CHANNELS) - 1])
 # A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
 _FEW = 20
+# Fields of a memory by which the table knows a contact
+_KNOWN_BY = ("impact_speed", "start", "name")
 # Steps that are observed at once: as many as the processor's cache holds
 _ROOM = 2048
 
@@ -81,40 +64,42 @@ class TreeRecorder(Recorder):
     """
 
     def __init__(self, tree: Tree, parameters: Parameters, least: float) -> None:
-        shared = tree.guide is not None and bool(tree.guide[SHARED])
         period, duration = parameters.mechanism.period, parameters.duration
-        super().__init__(CHANNELS, NAMES, shared, parameters.samples, period, duration)
+        super().__init__(CHANNELS, NAMES, bool(tree.press.guide.shared), parameters.samples, period, duration)
         self.steps = 0
         self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
-        self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
-        self._distances = np.zeros((2, HEIGHT_ROW + 1, 3))
-        laws = tree.linkage, tree.guide, tree.journal, tree.workpiece
-        room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
-        self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
-        vector = np.zeros(2)
-        self._judge = machine_code(judge, 0.0, vector, vector, False, *self._fixed, 0)
-        self._room = np.zeros(END_COLUMNS), np.zeros((HEIGHT_ROW + 1, 3)), tree.contacts.copy()
-        points = self._log, np.zeros(1, dtype=np.int64), vector
-        self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
+        log, vector = np.zeros(_ROOM, STEP), np.zeros(2)
+        self._count, self._log = 0, log
+
+        def room() -> Room:
+            distances = np.zeros((2, HEIGHT_ROW + 1), DISTANCE)
+            return Room(least, np.zeros(2, END), distances, np.zeros(1, VALUES), np.zeros((2, 6)), log)
+
+        self._room = room()
+        self._fixed = *tree.known, self._room
+        self._judge = machine_code(judge, 0.0, vector, vector, 0, *self._fixed)
+        self._inside = tree.presses, tree.workpiece, tree.contacts.copy(), room()
+        points = np.zeros(1, dtype=np.int64), vector
+        self._observe = machine_code(observe, *points, *self._inside, np.zeros(1, VALUES))
 
     def begin(self, q: Array, v: Array) -> None:
-        """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
-        for _ in range(2):  # distances first; then the accelerations with what they say is in contact
-            self._judge(0.0, q, v, True, *self._fixed, 0)
+        """Take the initial state (see :meth:`judge`): a corner inside its wall is in contact from t = 0."""
+        for _ in range(2):  # distances first; then accelerations, with the contacts that follow
+            self._judge(0.0, q, v, -1, *self._fixed)
             self._start_contacts()
 
     def _start_contacts(self) -> None:
-        tree, gaps, rates = self._tree, self._distances[0, :ROWS, 0], self._distances[0, :ROWS, 1]
-        contacts = tree.contacts
-        if contacts[:, CLOSED].any():
+        tree, distances = self._tree, self._room.distances[0, :CONTACTS]
+        gaps, rates, contacts = distances["value"], distances["rate"], tree.contacts
+        if contacts["closed"].any():
             return
-        contacts[:, RATE] = rates
+        contacts["rate"] = rates
         touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < -ROUNDED_SPEED))
-        if tree.guide is not None:
+        if tree.press.has_guide:
             corners = [CornerMotion(gaps[k], rates[k], 0.0, 0.0, 0.0) for k in range(CORNER_COUNT)]
             for side in range(UPPER):
-                start_side(side, corners[side], corners[side + UPPER], contacts, tree.guide)
-            contacts[:CORNER_COUNT, CLOSED] = touching[:CORNER_COUNT]
+                start_side(side, corners[side], corners[side + UPPER], contacts, tree.press.guide)
+            contacts["closed"][:CORNER_COUNT] = touching[:CORNER_COUNT]
 
     def judge(self, time: float, q: Array, v: Array) -> float:
         """Accept the step to this state, or return where in it a contact first begins or ends.
@@ -134,7 +119,7 @@ class TreeRecorder(Recorder):
         """
         if self._count == _ROOM:  # not after a step: the last one waits for the samples at its end
             self.observe()
-        fraction = self._judge(time, q, v, False, *self._fixed, self._count)
+        fraction = self._judge(time, q, v, self._count, *self._fixed)
         if fraction >= 1.0:
             self.time = time
             self.steps += 1
@@ -144,37 +129,37 @@ class TreeRecorder(Recorder):
     def observe(self, last: bool = False) -> None:
         """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
         count, self._count = self._count, 0
-        if last:  # also what begins in the last state
-            for row in np.flatnonzero(self._tree.contacts[:, IMPACT_SPEED]):
-                contact = self._tree.contacts[row, [IMPACT_SPEED, START, NAME]]
+        if last:  # also a contact that begins in the last state
+            contacts = self._tree.contacts
+            for row in np.flatnonzero(contacts["impact_speed"]):
+                contact = np.array([contacts[name][row] for name in _KNOWN_BY])
                 self.contacts.take(int(row), contact[:, None], np.full(1, np.inf), *np.zeros((3, 1)))
         if not count:
             if self.steps == 0:
                 self._observe_start()
             return
         steps = self._log[:count]
-        starts, ends = steps[:, 0], steps[:, END_COLUMNS]
+        starts, ends = steps["first"]["time"].copy(), steps["last"]["time"].copy()
         values = self._at_points(count)
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
-        memory = steps[:, ENDS:].T.reshape(4, ROWS, count).swapaxes(0, 1)
+        memory = np.array([steps[name].T for name in (*_KNOWN_BY, "end")]).swapaxes(0, 1)
         self._take_contacts(starts, ends - starts, values, memory)
         self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
         number = min(int(until / self._interval * (1 + 1e-15)), self._last_sample)
-        wanted = np.arange(self._sample_count, number + 1) * self._interval
-        wanted = wanted[wanted <= until]
-        at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
-        self.take_samples(self._values(at, (wanted - starts[at]) / (ends - starts)[at]))
+        instants = np.arange(self._sample_count, number + 1) * self._interval
+        instants = instants[instants <= until]
+        at = np.clip(np.searchsorted(starts, instants, side="right") - 1, 0, count - 1)
+        self.take_samples(self._values(at, (instants - starts[at]) / (ends - starts)[at]))
 
     def _observe_start(self) -> None:
         """Observe a run without a step: its initial state alone."""
-        ends = self._fixed[0]
-        self._log[0] = 0.0
-        self._log[0, :ENDS] = np.concatenate([ends[0], ends[0]])
-        self._log[0, END_COLUMNS] = 1.0  # a time that is not that of its start
-        self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
+        step, start = self._log[:1], self._room.ends[0]
+        step["first"], step["last"] = start, start
+        step["last"]["time"] = 1.0  # a time that is not that of its start
+        step["impact_speed"] = self._tree.contacts["impact_speed"]
         values = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))
         self.take_samples(values)
         self.extrema.take(np.zeros(1), values[: len(CHANNELS)])
@@ -186,17 +171,16 @@ class TreeRecorder(Recorder):
         points[..., 1:] = inner.reshape(WIDTH, count, rest)
         # A step starts as the one before has ended, but where contacts begin or end in between
         points[:, 1:, 0] = points[:, :-1, -1]
-        speeds = self._log[:count, ENDS : ENDS + ROWS]
+        speeds = self._log["impact_speed"][:count]
         anew = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
         points[:, anew, 0] = self._values(anew, np.zeros(len(anew)))
         return points.reshape(WIDTH, -1)
 
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
         """Return all values of states at fractions of the steps of these numbers, shape (``WIDTH``, n)."""
-        tree, values = self._tree, np.zeros((len(number), WIDTH))
-        laws = tree.linkage, tree.guide, tree.journal, tree.workpiece
-        self._observe(self._log, number, fraction, *laws, *self._room, values)
-        return values.T.copy()
+        values = np.zeros(len(number), VALUES)
+        self._observe(number, fraction, *self._inside, values)
+        return values.view(np.float64).reshape(-1, WIDTH).T.copy()
 
     def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
         """Take the vertices of the parabolas of the slider's motion through three points of each step."""
@@ -212,43 +196,47 @@ class TreeRecorder(Recorder):
 
     def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
         """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
-        count, points = len(starts), len(_POINTS)
-        for row in range(ROWS):
+        count, points, contacts = len(starts), len(_POINTS), _contacts(values)
+        for row in range(CONTACTS):
             begun = memory[row, 1]
             closed = memory[row, 0] > 0.0
             if not closed.any():
                 continue
-            column = CONTACT + PER_CONTACT * row
-            normal, depth = values[column + 1], -values[column]
+            normal, depth = contacts[row, 1], -contacts[row, 0]
             if self.contacts.shared and row < UPPER:  # the contact of a side
-                other = column + PER_CONTACT * UPPER
-                normal, depth = normal + values[other + 1], np.maximum(depth, -values[other])
+                other = contacts[row + UPPER]
+                normal, depth = normal + other[1], np.maximum(depth, -other[0])
             normal, depth = normal.reshape(count, points), depth.reshape(count, points)
             impulse = steps * (normal @ _SIMPSON)
             own = memory[row, 3], impulse, _largest(normal), _largest(depth)
             self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
-            noted = np.zeros((count, points), dtype=bool)
-            noted[:, -1] = closed
-            noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
-            noted[:, 0] = closed & (begun == starts)
+            chosen = np.zeros((count, points), dtype=bool)
+            chosen[:, -1] = closed
+            chosen[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
+            chosen[:, 0] = closed & (begun == starts)
             times = starts[:, None] + _POINTS * steps[:, None]
-            self.contacts.note(row, times[noted], normal[noted])
+            self.contacts.note(row, times[chosen], normal[chosen])
 
     def _watch(self, times: Array, values: Array, memory: Array) -> None:
-        tree, linkage = self._tree, self._tree.linkage
-        forces = values[CONTACT : CONTACT + PER_CONTACT * ROWS].reshape(ROWS, PER_CONTACT, -1)[:, 1:]
-        if tree.guide is not None:
+        press, forces = self._tree.press, _contacts(values)[:, 1:]
+        mechanism = press.mechanism
+        if press.has_guide:
             motion = values[[0, 2, 3, 4, 5]]
-            motion[0] -= linkage[GUIDE_X]
+            motion[0] -= mechanism.guide_x
             own = slice(0, CORNER_COUNT)
-            self.watch.take_slider(0, times, motion, forces[own], memory[own], tree.guide)
-        if tree.journal is not None:
+            self.watch.take_slider(0, times, motion, forces[own], memory[own], press.guide)
+        if press.has_journal:
             # From the crank's tip back over rod 2 and rocker to H, as complex numbers
-            (theta2, theta3, w2, w3), w1 = values[ANGLES : ANGLES + 4], linkage[CRANK_SPEED]
-            arm1 = linkage[CRANK_LENGTH] * np.exp(1j * (linkage[CRANK_ANGLE] + w1 * times))
-            arm2 = linkage[ROD2_LENGTH] * np.exp(1j * theta2)
-            arm3 = linkage[ROCKER_TO_B] * np.exp(1j * theta3)
-            apart = arm1 + arm2 - arm3 - complex(linkage[PIVOT_X], linkage[PIVOT_Y])
+            (theta2, theta3, w2, w3), w1 = values[len(CHANNELS) :], mechanism.omega
+            arm1 = mechanism.crank.length * np.exp(1j * (mechanism.crank_angle + w1 * times))
+            arm2 = mechanism.rod2.length * np.exp(1j * theta2)
+            arm3 = mechanism.rocker.centroid * np.exp(1j * theta3)
+            apart = arm1 + arm2 - arm3 - complex(mechanism.pivot_x, mechanism.pivot_y)
             rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
             motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
-            self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
+            self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], press.journal)
+
+
+def _contacts(values: Array) -> Array:
+    """Return gap, normal force and friction of each contact, shape (contacts, 3, n)."""
+    return values[CONTACT : CONTACT + PER_CONTACT * CONTACTS].reshape(CONTACTS, PER_CONTACT, -1)

@@ -1,6 +1,7 @@
 """Explicit integration of a tree with error control, in steps that end where a contact begins or ends."""
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import exudyn as exu
@@ -32,8 +33,8 @@ STEPS_PER_CYCLE_LIMIT = 2_000_000
 # What to try after each failure, if that was seen to help
 _REMEDIES = {
     "success": "",
-    "step-too-small": "raise solver.exudyn.tolerance if below 1e-15, lower solver.exudyn.step if far above "
-    "1e-4 s, or check the scene's masses and speeds",
+    "step-too-small": "raise solver.exudyn.tolerance if below 1e-15 or where load.table jumps, lower "
+    "solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
     "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
     "work-limit": "shorten drive.cycles to less than was reached, or raise solver.exudyn.tolerance",
 }
@@ -61,7 +62,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     integration.automaticStepSize = True
     # The number of steps is Exudyn's way to give the largest one
     integration.numberOfSteps = math.ceil(duration / largest_step * (1 - 1e-12))
-    # Below what `_Steps` allows, so that the run stops there, and Exudyn does not repeat the step
+    # Below the least of `_Steps`, so that the run stops there, and Exudyn does not repeat the step
     integration.minimumStepSize = 0.5 * shortest_step(0.0, least_step(duration))
     integration.initialStepSize = min(1e-6, largest_step)
     # Absolute, in rad and rad/s: Exudyn multiplies its relative tolerance by the coordinate with its sign,
@@ -77,53 +78,37 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     return values
 
 
+@dataclass
 class _Steps:
-    """What Exudyn calls before and after a trial of a step.
+    """Functions that Exudyn calls before and after a trial of a step; ``q`` and ``v`` are its own memory."""
 
-    Parameters
-    ----------
-    recorder : TreeRecorder
-    q, v : ndarray
-        Exudyn's own memory of the coordinates and of their rates.
-    parameters : Parameters
-    least : float
-        See :func:`least_step`.
-    report : callable or None
-    """
-
-    def __init__(
-        self,
-        recorder: TreeRecorder,
-        q: Array,
-        v: Array,
-        parameters: Parameters,
-        least: float,
-        report: Report | None,
-    ) -> None:
-        self.located, self._trials = 0, 0
-        self.progress = Progress(report, parameters.duration)
-        self._recorder, self._q, self._v, self._least = recorder, q, v, least
-        self._last = parameters.duration - 1e-10  # Exudyn's own rule
-        self._most = STEPS_PER_CYCLE_LIMIT * max(1.0, parameters.cycles)
+    recorder: TreeRecorder
+    q: Array
+    v: Array
+    parameters: Parameters
+    least: float  # See `least_step`
+    progress: Progress
+    located: int = 0
+    trials: int = 0
 
     def before_trial(self, mbs: Any, t: float) -> bool:
         """Exudyn's pre-step function; after a trial whose error is too large there is no other call."""
         del mbs, t
-        self._trials += 1
-        if self._trials > _TRIALS:
+        self.trials += 1
+        if self.trials > _TRIALS:
             raise StopError("step-too-small")
         return True
 
     def after_step(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
         del mbs
-        self._trials = 0
-        recorder = self._recorder
+        self.trials = 0
+        recorder, duration = self.recorder, self.parameters.duration
         step = t - recorder.time
-        if step < shortest_step(t, self._least) and t < self._last:
+        if step < shortest_step(t, self.least) and t < duration - 1e-10:  # Exudyn's own rule of the end
             raise StopError("step-too-small")
-        fraction = recorder.judge(t, self._q, self._v)
-        if recorder.steps + self.located >= self._most:
+        fraction = recorder.judge(t, self.q, self.v)
+        if recorder.steps + self.located >= STEPS_PER_CYCLE_LIMIT * max(1.0, self.parameters.cycles):
             raise StopError("work-limit")
         if fraction >= 1.0:
             self.progress(t)
@@ -141,7 +126,7 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
     Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
     that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
     length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
-    very start (``isolation.accepted_fraction``). ``report`` is ``progress`` of ``simulation.simulate``.
+    very start (``steps.accepted_fraction``). ``report`` is ``progress`` of ``simulation.simulate``.
     """
     duration, integration = parameters.duration, parameters.integration
     tree, least = build_tree(parameters, assemble(parameters)), least_step(duration)
@@ -149,7 +134,7 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
     recorder = TreeRecorder(tree, parameters, least)
     q, v = vectors = state_vectors(mbs)
     recorder.begin(q, v)
-    steps = _Steps(recorder, q, v, parameters, least, report)
+    steps = _Steps(recorder, q, v, parameters, least, Progress(report, duration))
     exudyn_settings = settings(duration, integration.tolerance, integration.step)
     method = exu.DynamicSolverType.DOPRI5
     status = solve(mbs, exudyn_settings, steps.before_trial, steps.after_step, solverType=method)

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.solver import run_system
 from exudyn_model.five_bodies.system import Body, Drive, Pin, SliderContact, System
-from exudyn_model.parameters import Contact
+from exudyn_model.laws import Law
 from reference_model import integrate
 from reference_model.multiplier import FRAME, assemble
 from reference_model.parameters import LAWS, read_parameters
@@ -124,14 +124,16 @@ def by_exudyn(law, times, step):
     name, damping = LAWS[int(law.law)], law.C
     if name == "adams-impact":
         damping = law.c_max
-    rest = law.speed_floor, law.c_f, law.v0, law.v1, name, law.d_max
-    contact = Contact(CLEARANCE, law.K, law.n, damping, *rest)
+    own = Law(
+        float(law.law), CLEARANCE, law.K, law.n, damping, law.speed_floor, law.c_f, law.v0, law.v1, law.d_max,
+        half_width=WIDTH / 2, half_length=LENGTH / 2,
+    )  # fmt: skip
     system = System(
         [Body(*body, place, rate) for body, place, rate in zip(BODIES, *start(), strict=True)],
         [Pin("O", -1, (0.0, 0.0), 0, (-CRANK / 2, 0.0)), Pin("A", 0, (CRANK / 2, 0.0), 1, (-ROD / 2, 0.0)),
          Pin("B", 1, (ROD / 2, 0.0), 2, (0.0, 0.0))],
         [],
-        [SliderContact(2, (0.0, 0.0), 0.0, WIDTH, LENGTH, contact)],
+        [SliderContact(2, (0.0, 0.0), 0.0, own)],
         Drive(0, OMEGA),
         2,
         GRAVITY,

@@ -13,7 +13,6 @@ from page_formulas import Numbers, corner_load, friction
 from reference_states import constants, friction_regime
 
 from comparison.scene import load_scene
-from exudyn_model.columns import CLOSED, IMPACT_SPEED
 from exudyn_model.memory import new_contacts
 from exudyn_model.parameters import read_scene
 from reference_model.parameters import read_parameters
@@ -83,9 +82,9 @@ class Press:
         return modes
 
     def memory(self, state):
-        """Memory of the corners as the Exudyn model keeps it, shape (4, columns)."""
+        """Memory of the corners as the Exudyn model keeps it, shape (4,)."""
         contacts = new_contacts(4)
-        contacts[:, IMPACT_SPEED], contacts[:, CLOSED] = state.speeds, state.speeds > 0.0
+        contacts["impact_speed"], contacts["closed"] = state.speeds, state.speeds > 0.0
         return contacts
 
     def page_force(self, state):

@@ -18,15 +18,17 @@ from reference_states import (
     slider_forces,
 )
 
-from exudyn_model import columns
-from exudyn_model.columns import IMPACT_SPEED
 from exudyn_model.corners import corner_motion
-from exudyn_model.five_bodies.contact_forces import journal_force, slider_force
+from exudyn_model.five_bodies.contact import BEFORE, STEP
+from exudyn_model.five_bodies.journal_contact import Bearing as OwnBearing
+from exudyn_model.five_bodies.journal_contact import JournalArrays, journal_force
+from exudyn_model.five_bodies.slider_contact import SliderArrays, slider_force
 from exudyn_model.journal import journal_motion
+from exudyn_model.kernels import record
 from exudyn_model.laws import slip_regime
-from exudyn_model.memory import law_array, new_contacts
+from exudyn_model.memory import new_contacts
 
-STEP = 2e-6
+LENGTH = 2e-6
 EACH = 20  # of each situation and slip: 240 states a law
 # A depth up to which the damping grows that half of the contacts are beyond; where the stiffness is given,
 # with an exponent of its own.
@@ -46,16 +48,12 @@ MATERIALS = {
 }
 
 
-def from_guide(press, state):
-    """Arguments of the Exudyn model's force: from the guide's centre line x, y, angle and their rates."""
-    x, *rest = state.slider
-    return x - press.exudyn.mechanism.guide_x, *rest
-
-
-def guide_law(press):
-    """Constants of the Exudyn model's guide."""
-    slider = press.exudyn.mechanism.slider
-    return law_array(press.exudyn.guide, slider.mass, slider.width / 2, slider.length / 2)
+def corners_force(press, state, contacts, length=LENGTH, tick=0.0):
+    """Force of the Exudyn model's corners in a step (s): its motion counts from the guide's centre line."""
+    x, y, angle, *rates = state.slider if hasattr(state, "slider") else state
+    step = np.array([(length, tick)], STEP)
+    arrays = SliderArrays(step, record(press.exudyn.guide), contacts, np.zeros(4, BEFORE), np.zeros(3))
+    return slider_force((x - press.exudyn.mechanism.guide_x, y, angle), tuple(rates), arrays)
 
 
 DAMPING_MODELS = [{"contact.damping_model": name} for name in ("hunt-crossley", "flores", "gonthier")]
@@ -82,16 +80,16 @@ def test_constants_of_the_contacts_are_those_of_the_page(changes):
 def test_forces_of_the_corners_agree(law):
     """Of both models, and by the page's formulas."""
     press = Press(LAWS[law])
-    constants = guide_law(press)
+    constants = press.exudyn.guide
     regimes, clipped, both_walls, shallow, deep = set(), 0, 0, 0, 0
     for state in states(press, EACH):
         force, contacts = slider_forces(press.reference, state.slider, press.modes(state))
         gaps = contacts[GAP, :4]
         # The drawn situation is the one that both models see.
         assert np.array_equal(gaps < 0.0, state.speeds > 0.0)
-        arguments = from_guide(press, state)
         for number in range(4):
-            x, _, *rest = arguments
+            x, _, *rest = state.slider
+            x -= press.exudyn.mechanism.guide_x
             gap, rate, slip, _, _ = corner_motion.py_func(number, x, *rest, constants)
             # Differences of coordinates of 0.55 m, of rates of up to 3 m/s.
             assert abs(gap - gaps[number]) <= 1e-15
@@ -101,7 +99,7 @@ def test_forces_of_the_corners_agree(law):
             own = press.corner(state, number)
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
-        computed = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
+        computed = np.array(corners_force(press, state, press.memory(state)))
         # The page's formulas start from its own geometry, whose slips round four times as much.
         for value, share in ((computed, 1.0), (press.page_force(state), 4.0)):
             np.testing.assert_allclose(value[:2], force[:2], rtol=0, atol=share * bound)
@@ -146,7 +144,6 @@ def tilted(press, count):
 def test_forces_of_a_side_agree():
     """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
     press = Press({"contact.law": "foundation"})
-    constants = guide_law(press)
     c = press.numbers
     regimes, clipped, partial = set(), 0, 0
     for side, state, motion in tilted(press, 400):
@@ -157,7 +154,7 @@ def test_forces_of_a_side_agree():
         first, speed = side + 2 * int(d2 > d1), state.speeds[side]
         modes, memory = np.zeros((4, 5)), new_contacts(4)
         # Either model keeps it where it wants to: the Exudyn model in the row of the lower corner.
-        memory[side, IMPACT_SPEED] = modes[MEMORY, first] = speed
+        memory["impact_speed"][side] = modes[MEMORY, first] = speed
         for number, depth in ((side, d1), (side + 2, d2)):
             modes[INSIDE, number] = float(depth > 0.0)
         modes[REGIME, first] = friction_regime(press.numbers, slip)
@@ -173,7 +170,7 @@ def test_forces_of_a_side_agree():
         damping = 1.0 + c.C * abs(rate) / speed
         bound = 1e-15 * (damping * c.Ks + elastic * c.C / speed * (apart + 4.0))
         bound += elastic * damping * (1e-12 + 4e-15 / (c.v1 - c.v0))
-        other = np.array(slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, memory))
+        other = np.array(corners_force(press, state, memory))
         np.testing.assert_allclose(other[:2], computed[:2], rtol=0, atol=bound)
         assert abs(other[2] - computed[2]) <= 0.05 * bound
         regimes.add(int(modes[REGIME, first]))
@@ -188,13 +185,12 @@ def test_forces_of_a_side_agree():
 def test_forces_of_a_side_s_corners_agree(changes):
     """Law adams-impact: each corner that is inside by itself, with rates of its own, of one side."""
     press = Press(changes)
-    constants = guide_law(press)
     regimes, clipped, alone = set(), 0, 0
     for side, state, motion in tilted(press, 400):
         inside = [number for number, of in motion.items() if of[0] < 0.0]
         state.speeds[np.setdiff1d(range(4), inside)] = 0.0
         computed, contacts = slider_forces(press.reference, state.slider, press.modes(state))
-        other = slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, press.memory(state))
+        other = corners_force(press, state, press.memory(state))
         for value in (np.array(other), press.page_force(state)):
             # Slips round at 4e-15 m/s, as above.
             bound = 4.0 * press.force_bound(state)
@@ -215,8 +211,10 @@ def test_forces_of_the_journal_agree(law):
     press = Press({**LAWS[law], "joints.crank_pin": "clearance", "contact.damping": 3e4})
     c = press.numbers
     mechanism = press.exudyn.mechanism
-    constants = law_array(press.exudyn.journal, mechanism.rod2.mass)
-    ends = np.array([0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0])
+    constants = press.exudyn.journal
+    ends = OwnBearing(0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0, constants)
+    step = np.array([(LENGTH, 0.0)], STEP)
+    arrays = JournalArrays(step, record(ends), new_contacts(1), np.zeros(1, BEFORE), np.zeros(6))
     rng = np.random.default_rng(5)
     regimes, clipped, closed, shallow = set(), 0, 0, 0
     for count in range(300):
@@ -251,10 +249,9 @@ def test_forces_of_the_journal_agree(law):
         direction = 1e-15 / c.pin_clearance
         assert abs(gap_rate - computed.rate) <= direction * 3.0
         assert abs(material_slip - computed.slip) <= direction * 3.0
-        memory = new_contacts(1)[0]
-        memory[IMPACT_SPEED] = speed
-        memory[columns.REGIME] = slip_regime.py_func(material_slip, constants)
-        force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, constants, memory))
+        arrays.contacts["impact_speed"] = speed
+        arrays.contacts["regime"] = slip_regime.py_func(material_slip, constants)
+        force = np.array(journal_force((*q1, *q2), (*v1, *v2), arrays))
         bound, size, page = 0.0, 0.0, 0j
         if depth > 0.0:
             slope, damping, size = press.steepness(c.Kj, depth, computed.rate, speed)
@@ -288,16 +285,16 @@ def test_forces_of_the_journal_agree(law):
 def test_a_touch_inside_a_step_has_the_speed_of_that_instant(law, fraction):
     """Constant acceleration: cubic gap and straight rate are exact. In a long step what was open has none."""
     press = Press({"contact.law": law, "friction.coefficient": 0.0})
-    page, constants = press.page, guide_law(press)
+    page, guide_x = press.page, press.exudyn.mechanism.guide_x
     step, acceleration, speed = 1e-5, 300.0, 0.02  # at the touch
     gap0 = speed * fraction * step - acceleration * (fraction * step) ** 2 / 2
     rest = (1 - fraction) * step
     depth, rate = speed * rest + acceleration * rest**2 / 2, speed + acceleration * rest
     contacts = new_contacts(4)
-    contacts[:, columns.GAP] = np.where(np.arange(4) % 2, gap0, 2 * page.c_T)
-    contacts[[1, 3], columns.RATE] = acceleration * fraction * step - speed
-    arguments = page.c_T + depth, 0.0, 0.0, rate, 0.0, 0.0
-    fx, _, _ = slider_force(*arguments, np.array([step, step]), constants, contacts)
+    contacts["gap"] = np.where(np.arange(4) % 2, gap0, 2 * page.c_T)
+    contacts["rate"][[1, 3]] = acceleration * fraction * step - speed
+    state = guide_x + page.c_T + depth, 0.0, 0.0, rate, 0.0, 0.0
+    fx, _, _ = corners_force(press, state, contacts, step, step)
     elastic = 2 * page.K * depth**1.5 if law == "hertz-corners" else page.K_s * depth
     assert fx == pytest.approx(-elastic * (1 + page.C * rate / speed), rel=1e-6)
-    assert slider_force(*arguments, np.array([step, step / 2]), constants, contacts) == (0.0, 0.0, 0.0)
+    assert corners_force(press, state, contacts, step, step / 2) == (0.0, 0.0, 0.0)

@@ -17,7 +17,6 @@ from reference_states import (
 )
 from reference_states import rows_of as reference_rows
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED
 from exudyn_model.five_bodies import balance
 from exudyn_model.five_bodies.system import build
 from exudyn_model.five_bodies.system import press as as_lists
@@ -72,7 +71,7 @@ class Assembled:
 def five_bodies(press, state):
     start = InitialState(state.q.reshape(5, 3), state.v.reshape(5, 3))
     model = build(as_lists(press.exudyn, start), STEP)
-    model.contacts[:4, IMPACT_SPEED], model.contacts[:4, CLOSED] = state.speeds, state.speeds > 0.0
+    model.contacts["impact_speed"][:4], model.contacts["closed"][:4] = state.speeds, state.speeds > 0.0
     return Assembled(model)
 
 
@@ -203,12 +202,12 @@ def tree_acceleration(press, state):
     start = InitialState(state.q.reshape(5, 3), state.v.reshape(5, 3))
     mechanism = press.exudyn.mechanism
     # The tree's time is that of its solver, which starts at 0: the crank starts where it is by then.
-    mechanism = replace(mechanism, crank_angle=mechanism.crank_angle + mechanism.omega * state.time)
+    mechanism = mechanism._replace(crank_angle=mechanism.crank_angle + mechanism.omega * state.time)
     model = build_tree(replace(press.exudyn, mechanism=mechanism), start)
-    model.contacts[:4, IMPACT_SPEED] = state.speeds
+    model.contacts["impact_speed"][:4] = state.speeds
     assembled = Assembled(model)
     ahead, alpha5 = np.linalg.solve(assembled.mass, assembled.force)
-    *_, ideal = driven_rod4(0.0, model.linkage)
+    *_, ideal = driven_rod4(0.0, model.presses[0]["mechanism"])
     alpha4 = ideal + ahead
     # Acceleration of C: the rocker turns as the reference's four-bar has it; here by the closed chain H-C.
     w3, angle3 = state.v[8], state.q[8]
@@ -229,10 +228,10 @@ def chain_acceleration(press, time, bodies, speed):
     Without contacts at the slider; `speed` is that of the journal's impact, m/s.
     """
     mechanism, ideal = press.exudyn.mechanism, press.exudyn.guide is None
-    mechanism = replace(mechanism, crank_angle=mechanism.crank_angle + mechanism.omega * time)
+    mechanism = mechanism._replace(crank_angle=mechanism.crank_angle + mechanism.omega * time)
     start = InitialState(bodies[:, :3].copy(), bodies[:, 3:6].copy())
     model = build_tree(replace(press.exudyn, mechanism=mechanism), start)
-    model.contacts[JOURNAL, IMPACT_SPEED] = speed
+    model.contacts["impact_speed"][JOURNAL] = speed
     assembled = Assembled(model)
     # Of rocker, rod 2 and rod 4 against the rocker, slider against rod 4.
     ahead = np.linalg.solve(assembled.mass, assembled.force)

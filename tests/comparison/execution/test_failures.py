@@ -12,7 +12,7 @@ SHORT = {"drive.cycles": 0.1}
 REACTIONS = SHORT | {"output.groups": ["joints"]}
 FAULTY = """
 from exudyn_model import simulate as whole
-from exudyn_model.five_bodies.parts import SliderPart
+from exudyn_model.five_bodies.slider_contact import SliderPart
 
 made = SliderPart._user_function
 

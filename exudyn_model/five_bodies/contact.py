@@ -1,0 +1,266 @@
+"""Contacts of five bodies: the impact speed of a trial state, an update of the memory, and foresight.
+
+Exudyn advances the bodies in implicit steps and calls a force at trial states of the step's end. In the
+shortest step (``step_choice``), inside of which alone a contact may begin or end:
+
+- A contact in progress at the step's start keeps its frozen speed.
+- One that was open and is closed in the trial state gets the speed at the instant of touch between the two,
+  by :func:`touch`. The update of the memory applies the same function to the accepted state, so the speed
+  that is frozen is the one that the step itself was solved with: no jump, and second order is kept.
+
+In a longer step a contact that was open at its start stays without force.
+
+Memory: an impact speed is frozen or cleared by :func:`update_alone` and ``slider_contact.update_shared``
+alone, from accepted states (the last one is still in the memory), never from trial states of the iteration.
+
+Foresight, for ``step_choice``: zeros of gaps and kinks of friction (Eq. 13) from the latest rates; ticks that
+resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic Hermite
+interpolants.
+
+Arguments of the kernels have the same names here and in ``slider_contact`` and ``journal_contact``: ``step``,
+of ``STEP``, or its length; ``contact``, the memory at the step's start (``low`` and ``up``: of the corners of
+a side); ``last``, of ``BEFORE``; ``q``, ``v``: coordinates and rates (m, rad, s) of all bodies, or of those
+of a contact.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.kernels import kernel, machine_code
+from exudyn_model.laws import FOUNDATION, Law
+from exudyn_model.memory import Memory
+
+Array = NDArray[np.float64]
+Triple = tuple[float, float, float]
+# (mbs, t, object number, coordinates, velocities) -> generalized forces
+ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
+
+# Among the coordinates of one body: of its centre (m), and its angle (rad)
+X, Y, ANGLE = range(3)
+PER_BODY = 3
+FRAME = -1
+STEP = np.dtype([("length", float), ("tick", float)])
+"""The step in progress: its length and that of a tick, s."""
+_BEFORE = ("rate", "slip", "normal", "normal_rate", "change", "largest_change", "step")
+BEFORE = np.dtype([(name, float) for name in _BEFORE])
+"""A contact in the last state: rate of its gap, slip, normal force and its rate, second derivative of the
+normal force, its largest one (decaying), and the length of the step that led there."""
+
+# Part of the time to a foreseen zero that a step may cover
+PART = 0.5
+# The oscillation of a normal force, relative to its mean, at which steps in a contact begin to grow
+RIPPLE = 1.0
+# Decay of the observed second derivative of a normal force, over the phase of its oscillation (rad): that
+# passes through zero twice a period
+_DECAY = 0.25
+NEVER = 2.0
+"""In place of a fraction of a step, where there is none."""
+
+
+@kernel
+def crossing(gap0: float, rate0: float, gap1: float, rate1: float, step: float) -> float:
+    """Return the fraction of a step at which the gap changes its sign: root of its cubic Hermite interpolant.
+
+    Newton's method, safeguarded by bisection; gap0 and gap1 must differ in sign.
+    """
+    slope0, slope1 = step * rate0, step * rate1
+    quadratic = 3.0 * (gap1 - gap0) - 2.0 * slope0 - slope1
+    cubic = 2.0 * (gap0 - gap1) + slope0 + slope1
+    low, high = 0.0, 1.0
+    fraction = gap0 / (gap0 - gap1)
+    for _ in range(60):
+        value = gap0 + fraction * (slope0 + fraction * (quadratic + fraction * cubic))
+        if (value > 0.0) == (gap0 > 0.0):
+            low = fraction
+        else:
+            high = fraction
+        slope = slope0 + fraction * (2.0 * quadratic + 3.0 * fraction * cubic)
+        change = -value / slope if slope != 0.0 else 2.0
+        if not low <= fraction + change <= high:
+            change = 0.5 * (low + high) - fraction
+        fraction += change
+        if abs(change) < 1e-14:
+            break
+    return fraction
+
+
+@kernel
+def touch(contact: Memory, gap: float, rate: float, step: float, law: Law) -> tuple[float, float]:
+    """Return the fraction of a step at which an open contact closes, and its impact speed (m/s, floored).
+
+    The speed is interpolated linearly between the ends of the step. The derivative of the Hermite
+    interpolant would be of a higher order, but magnifies the Newton iteration's error in the positions by
+    1/step. ``contact`` is its memory at the start, ``gap`` and ``rate`` are those at the end.
+    """
+    fraction = crossing(contact.gap, contact.rate, gap, rate, step)
+    speed = -(contact.rate + fraction * (rate - contact.rate))
+    return fraction, max(speed, law.speed_floor)
+
+
+@kernel
+def speed_in_step(contact: Memory, gap: float, rate: float, step: Any, law: Law) -> float:
+    """Return the impact speed (m/s) of a contact in a trial state of a step; 0 where it is open."""
+    if gap >= 0.0:
+        return 0.0
+    frozen: float = contact.impact_speed
+    if frozen > 0.0 or step.length > step.tick:
+        return frozen
+    return touch(contact, gap, rate, step.length, law)[1]
+
+
+@kernel
+def update_alone(
+    time: float, step: float, row: int, gap: float, rate: float, contact: Memory, law: Law
+) -> None:
+    """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens."""
+    if (contact.impact_speed > 0.0) == (gap < 0.0):
+        return
+    at, speed = touch(contact, gap, rate, step, law)
+    now = time - (1.0 - at) * step
+    if gap < 0.0:
+        contact.impact_speed, contact.start, contact.name = speed, now, row
+    else:
+        contact.impact_speed, contact.end = 0.0, now
+
+
+@kernel
+def remember(contact: Memory, gap: float, rate: float, slip: float, normal: float, friction: float) -> None:
+    """Keep the state of a contact for the next step."""
+    contact.gap, contact.rate, contact.slip = gap, rate, slip
+    contact.normal, contact.friction = normal, friction
+    contact.closed = 1.0 if gap < 0.0 else 0.0
+
+
+@kernel
+def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law: Law) -> float:
+    """Return how many ticks a contact lets the next step take after one that ends at ``time`` (s).
+
+    A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
+    friction (Eq. 13). Inside a contact also the step that resolves the oscillation of the normal force: one
+    by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on the contact; the
+    error of a step is that of N'' times the square of its length.
+    """
+    acceleration, slip_rate, closed = 0.0, 0.0, contact.closed > 0.0
+    step: float = step_taken.length
+    tick: float = step_taken.tick
+    if time > 0.0:
+        acceleration, slip_rate = (contact.rate - last.rate) / step, (contact.slip - last.slip) / step
+        normal_rate = (contact.normal - last.normal) / step
+        if last.step > 0.0:
+            last.change = 2.0 * abs(normal_rate - last.normal_rate) / (step + last.step)
+        last.normal_rate, last.step = normal_rate, step
+    last.rate, last.slip, last.normal = contact.rate, contact.slip, contact.normal
+    sign = -1.0 if closed else 1.0
+    distance, rate, towards = abs(contact.gap), sign * contact.rate, min(sign * acceleration, 0.0)
+    root, span, ticks = np.sqrt(rate * rate - 2.0 * towards * distance), np.inf, np.inf
+    if rate < 0.0:
+        span = 2.0 * distance / (root - rate)
+    elif towards < 0.0:
+        span = -(root + rate) / towards
+    if not closed:
+        last.largest_change = 0.0
+        return PART * span / tick
+    speed, change = abs(contact.slip), slip_rate if contact.slip >= 0.0 else -slip_rate
+    for kink in (0.0, law.static_speed, law.transition_speed):
+        if (kink - speed) * change > 0.0:
+            span = min(span, (kink - speed) / change)
+    normal = contact.normal
+    if normal <= 0.0:
+        return 1.0
+    squared_frequency = law.exponent * normal / (distance * law.mass)
+    if law.number == FOUNDATION:  # that of a whole side inside: the stiffest
+        squared_frequency = law.side_stiffness / law.mass
+    decay = np.exp(-_DECAY * np.sqrt(squared_frequency) * last.step)
+    last.largest_change = max(last.change, decay * last.largest_change)
+    if last.largest_change > 0.0:
+        ticks = np.sqrt(RIPPLE * squared_frequency * normal / last.largest_change)
+    return min(ticks, PART * span / tick)
+
+
+@kernel
+def zero_within(contact: Memory, gap: float, rate: float, step: float) -> float:
+    """Return the fraction of a step at which a contact's gap first changes its sign, or more than 1.
+
+    By the cubic Hermite interpolant between its memory, at the start, and gap (m) and rate at the end.
+    """
+    sign = -1.0 if contact.closed > 0.0 else 1.0
+    distance0, distance1 = sign * contact.gap, sign * gap
+    rate0, rate1 = sign * contact.rate, sign * rate
+    if distance1 <= 0.0:
+        return crossing(distance0, rate0, distance1, rate1, step) if distance0 > 0.0 else 0.0
+    if rate0 >= 0.0 or rate1 <= 0.0:
+        return NEVER
+    # Its least value, where the slope, slope0 + 2 b f + a f^2, vanishes
+    slope0, slope1, rise = step * rate0, step * rate1, distance1 - distance0
+    a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
+    fraction = -slope0 / (b + np.sqrt(b * b - a * slope0))
+    least = distance0 + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
+    return fraction if least <= 0.0 else NEVER
+
+
+class Part:
+    """A contact of a linkage: its force for Exudyn, and its update in accepted states.
+
+    Parameters
+    ----------
+    bodies : tuple of int
+        Bodies on which it acts.
+    rows : slice
+        Of the memory of all contacts.
+    law : Law
+    arrays : NamedTuple
+        Arrays that its kernels read and fill; their ``load``, shape (3 bodies,), is that on the bodies'
+        coordinates in the last accepted state (N, N m).
+    kernels : tuple of callable
+        For the force in a trial state, an accepted state, and the first change in a step.
+
+    Attributes
+    ----------
+    force : callable
+        Exudyn's ``forceUserFunction`` on the nodes of the bodies.
+    """
+
+    def __init__(
+        self,
+        bodies: tuple[int, ...],
+        rows: slice,
+        law: Law,
+        arrays: Any,
+        kernels: tuple[Callable[..., Any], Callable[..., float], Callable[..., float]],
+    ) -> None:
+        self.bodies, self.rows, self.law, self.load = bodies, rows, law, arrays.load
+        self._arrays = arrays
+        self._q, self._v = vectors = np.zeros((2, PER_BODY))
+        force, follow, change = kernels
+        numbers = (0.0,) * (PER_BODY * len(bodies))
+        self._force = machine_code(force, numbers, numbers, arrays)
+        self._follow = machine_code(follow, 0.0, *vectors, 0.0, rows.start, arrays)
+        self._change = machine_code(change, *vectors, arrays)
+        self.force = self._user_function()
+
+    def _user_function(self) -> ForceUserFunction:
+        force: Callable[..., tuple[float, ...]] = self._force
+        arrays = self._arrays
+
+        def user_function(
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            # Exudyn passes lists, which numba would copy element by element: tuples are 7 us faster a call
+            return force(tuple(q), tuple(v), arrays)
+
+        return user_function
+
+    def attach(self, q: Array, v: Array) -> None:
+        """Take the states to come from these vectors of all bodies, shape (3 n,)."""
+        self._q, self._v = q, v
+
+    def follow(self, time: float, longest: float) -> float:
+        """Take the accepted state at ``time`` (s); return how many ticks the next step may take at most."""
+        return self._follow(time, self._q, self._v, longest, self.rows.start, self._arrays)
+
+    def change(self) -> float:
+        """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
+        return self._change(self._q, self._v, self._arrays)
