@@ -30,17 +30,6 @@ _CONTACTS = {
 """Heading -> column of the event table, its statistic and unit."""
 _MEASURES = [
     ("Peak, second − first", "at (s)", "peak_time_difference"),
-    ("Sprague and Geers", "M", "sprague_geers_magnitude"),
-    ("Sprague and Geers", "P", "sprague_geers_phase"),
-    ("Sprague and Geers", "C", "sprague_geers_combined"),
-    ("Russell", "M", "russell_magnitude"),
-    ("Russell", "P", "russell_phase"),
-    ("Russell", "C", "russell_comprehensive"),
-    ("ISO/TS 18571", "R", "iso18571"),
-    ("ISO/TS 18571", "corridor", "iso18571_corridor"),
-    ("ISO/TS 18571", "phase", "iso18571_phase"),
-    ("ISO/TS 18571", "magnitude", "iso18571_magnitude"),
-    ("ISO/TS 18571", "slope", "iso18571_slope"),
     ("Correlation", "", "correlation"),
     ("Tube", "", "tube_share"),
 ]

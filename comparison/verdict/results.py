@@ -48,12 +48,7 @@ class Basis(Enum):
 
 
 METRICS = {
-    **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled"), 1),
-    **dict.fromkeys((f"sprague_geers_{part}" for part in ("magnitude", "phase", "combined")), 1),
-    **dict.fromkeys((f"russell_{part}" for part in ("magnitude", "phase", "comprehensive")), 1),
-    "peak_time_difference": 1,
-    "iso18571": -1,
-    **dict.fromkeys((f"iso18571_{part}" for part in ("corridor", "phase", "magnitude", "slope")), -1),
+    **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled", "peak_time_difference"), 1),
     **dict.fromkeys(("tube_share", "correlation"), -1),
 }
 """Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
