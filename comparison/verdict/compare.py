@@ -145,7 +145,7 @@ def compare(
         allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
-    attribution = attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene)
+    attribution = attribute((a, b), results, verdict=verdict, labels=labels, scene=scene)
     return SceneComparison(
         labels,
         verdict,
@@ -424,7 +424,7 @@ def compare_channel(
         time_tolerance=0.0 if known else criteria.time_tolerance,
     )
     if result.u is not None:
-        result = replace(result, predictable=result.predictable & (result.u <= limits.alpha * scale))
+        result = replace(result, predictable=result.predictable & limits.predictable(result.u, scale))
     result = replace(result, **_by_samples(result))
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:

@@ -276,23 +276,17 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Attribution:
-    """What the difference of a scene at one tier is due to; unknown values are nan or empty."""
+    """Numbers of what a scene's difference at one tier is due to; unknown values are nan or empty."""
 
     explained: float = nan  # share of the judged samples of all excited channels that are within k u
-    cause: str = ""  # "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"
-    # Remaining share of the difference with the run of "a", "b" or "both" refined; the same by channel
+    # Share of the difference that is left with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
-    channels: dict[str, dict[str, float]] = field(default_factory=dict)
-    # "a", "b": share of the samples outside the band near which refinement moves the run by as much
-    still_moves: dict[str, float] = field(default_factory=dict)
-    # Why samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
-    # alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices.
+    refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
+    # Samples of the indeterminate channels that are not predictable: share by the u of "a" alone, of "b"
+    # alone, of "each" by itself, of the two only "together"
     unpredictable: dict[str, float] = field(default_factory=dict)
-    unpredictable_from: float = nan  # first of the most frequent of these, s
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
-    refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
-    strict_helps: bool = False  # the model that limits the coverage runs coarser than at "strict"
 
 
 @dataclass(frozen=True)

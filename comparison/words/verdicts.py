@@ -407,7 +407,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         other_members=OTHER_MEMBERS,
         members=MEMBERS["reference"],
         enough=ENOUGH,
-        attributed=any(tier.attribution.cause for tier in judged),
+        attributed=any(tier.attribution.remaining for tier in judged),
         late=[quantity(time, "s") for time in dict.fromkeys(c.time_tolerance for c in channels) if time],
         limits=", ".join(
             dict.fromkeys(f"{check.metric} {bound(check)}" for c in channels for check in c.checks)

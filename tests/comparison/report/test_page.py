@@ -349,4 +349,4 @@ def test_other_measures_are_closed_and_said_to_be_information(scene):
     own = part(html, '<details class="more"><summary>Other measures of similarity', "</details>")
     assert "no verdict depends on them" in own
     # Nothing ever touches the upper left corner.
-    assert {name: len(cells) for name, cells in rows(own).items()} == {"slider_x": 15, "corner_ll_normal": 15}
+    assert {name: len(cells) for name, cells in rows(own).items()} == {"slider_x": 4, "corner_ll_normal": 4}
