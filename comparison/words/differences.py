@@ -147,12 +147,12 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")
     if result.unpredictable:
-        shares = (
+        whose = (
             f"{words.format(*scene.labels)} {result.unpredictable[key]:.0%}"
             for key, words in _UNPREDICTABLE.items()
             if result.unpredictable[key] >= 0.005
         )
-        lines.append(f"not predictable in the indeterminate channels by {', '.join(shares)}")
+        lines.append(f"not predictable in the indeterminate channels by {', '.join(whose)}")
     return lines
 
 

@@ -182,7 +182,6 @@ def _quantity(name: str, models: Mapping[str, Assessment], difference: Differenc
             "difference": difference.minimum,
             "half_width_sampling": difference.sampling,
             "half_width_numerical": difference.numerical,
-            "half_width_quadrature": difference.quadrature,
             "half_width": difference.half_width,
             "differences": difference.curve.tolist(),
             "half_widths": difference.curve_half_width.tolist(),

@@ -11,16 +11,11 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from comparison.reliability.errors import (
-    BLOCKS,
     ENOUGH,
-    SAFETY,
     half_width,
-    halved,
     integrals,
-    mismatch,
     part_edges,
     proportion,
-    quadrature_error,
     standard_error,
 )
 
@@ -143,52 +138,3 @@ def test_what_is_linear_between_samples_is_integrated_exactly_wherever_the_edges
         pieces = np.diff(every) * np.interp(nodes, time, row).mean(0)
         exact = np.add.reduceat(pieces, np.searchsorted(every, edges[:-1]))
         assert result == pytest.approx(exact, abs=1e-14)
-
-
-def error_of(time, values, edges):
-    """The stated error of the average of each of the parts between edges, each of one cycle."""
-    changes = halved(time, values[None], edges)[0] / np.diff(edges)[:, None]
-    return np.array([quadrature_error(part[None], np.zeros((1, BLOCKS))) for part in changes])
-
-
-@pytest.mark.parametrize("samples", [100, 101, 333, 1000])
-def test_the_error_of_a_smooth_signal_is_stated_and_falls_with_the_square_of_the_interval(samples):
-    time, edges = np.linspace(0.0, 1.0, samples + 1), np.linspace(0.0, 1.0, 8)
-    values = np.sin(7 * time) ** 2
-    exact = np.diff(edges / 2 - np.sin(14 * edges) / 28) / np.diff(edges)
-    off = np.abs(integrals(time, values, edges) / np.diff(edges) - exact)
-    stated = error_of(time, values, edges)
-    # h^2 / 12 times the change of the slope, which is 14 sin(14 t) / 2 ... at most 98 a unit of time.
-    assert np.all(off <= 98 / 12 / samples**2 * 1.01)
-    assert np.all(off <= stated)
-    # Half the samples err by four times as much, and differ by three; the squares of blocks add up to less.
-    assert np.all(stated <= SAFETY * 3 * 98 / 12 / samples**2 * 1.3)
-
-
-@pytest.mark.parametrize("samples", [300, 1000, 3000])
-def test_the_error_of_pulses_that_samples_hit_or_miss_is_stated(samples):
-    """Half waves of about a thousandth at random: each hit counts an interval, each miss nothing."""
-    rng = np.random.default_rng(samples)
-    time, edges, inside = np.linspace(0.0, 1.0, samples + 1), np.array([0.0, 1.0]), []
-    for _ in range(200):
-        # Of one length, three intervals to a pulse say the same by either half whatever they err.
-        starts, height, length = (
-            rng.uniform(*ends, 40) for ends in ((0.0, 0.998), (0.5, 1.0), (0.5e-3, 2e-3))
-        )
-        phase = (time[:, None] - starts) / length
-        values = np.where((phase > 0) & (phase < 1), height * np.sin(np.pi * phase), 0.0).sum(1)
-        off = abs(float(integrals(time, values, edges)[0]) - float((height * length).sum() * 2 / np.pi))
-        inside.append(off <= error_of(time, values, edges)[0])
-    # 95 % are promised of normal errors; these are of few hits. Three deviations of 200 draws: 0.046.
-    assert np.mean(inside) >= 0.95 - 0.05
-
-
-def test_the_integral_tells_of_pulses_between_all_samples():
-    time, edges = np.linspace(0.0, 1.0, 101), np.linspace(0.0, 1.0, 5)
-    values = np.zeros(101)
-    primitive = np.where(time > 0.304, 2.0, 0.0) - np.where(time > 0.605, 0.5, 0.0)
-    result = mismatch(time, values, primitive, edges)
-    assert result.sum(1) == pytest.approx([0.0, 2.0, 0.5, 0.0], abs=1e-15)
-    # One that is hit and lasts a tenth of an interval: nine tenths are too much.
-    values[40], primitive = 10.0, np.where(time >= 0.40, 0.01, 0.0)
-    assert mismatch(time, values, primitive, edges).sum(1) == pytest.approx([0, 0.01 - 0.1, 0, 0], abs=1e-15)

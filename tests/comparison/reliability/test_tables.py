@@ -42,18 +42,16 @@ def test_at_the_samples_of_validate_the_numbers_are_its_own(validated):
         assert difference.verdict == "undecided"  # without finer runs
 
 
-def test_at_fewer_samples_the_numbers_are_within_the_error_that_these_leave(validated):
+def test_too_few_samples_are_warned_of(validated):
     a, b, ideal = tables(SCENE)
     for given, period in (((a, b, ideal), None), ((a.frame, b.frame, ideal.frame), SCENE.period)):
         result = sixbar.reliability(*given[:2], ideal=given[2], period=period)
+        assert [line.partition(":")[0] for line in result.warnings] == ["table a", "table b"]
         for name, both in validated.items():
-            for own, dense in ((result.a[name], both.a), (result.b[name], both.b)):
-                left = own.density * [left.quadrature for left in own.left_open]
-                # And the error of Exudyn's own ideal motion.
-                assert np.all(np.abs(own.reliability - dense.reliability) <= left + both.numerical)
-                assert own.interval[0] < dense.minimum < own.interval[1]
-            change = result.comparison.quantities[name].minimum - both.minimum
-            assert abs(change) <= both.half_width + result.comparison.quantities[name].quadrature
+            # Whatever the samples miss, they miss in both.
+            assert abs(result.comparison.quantities[name].minimum - both.minimum) <= both.half_width
+            # Every second sample changes R by 2e-3, which the warning tells.
+            assert np.abs(result.a[name].reliability - both.a.reliability).max() < 2e-3
 
 
 def test_finer_runs_give_the_difference_its_numerical_uncertainty(validated):
