@@ -5,12 +5,11 @@ one unit. No measure changes with the units but by the factor of its own.
 """
 
 from collections.abc import Sequence
-from math import ceil
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from comparison.tables.channels import Array, BoolArray
+from comparison.tables.channels import Array
 
 TUBE = 0.002  # the default width of csv-compare
 EQUAL = 1e-12  # numbers that differ by less, relatively, are equal: their sums round so
@@ -144,17 +143,12 @@ def _root_weights(time: Array) -> Array:
     return np.asarray(np.sqrt(np.diff(time, prepend=time[0]) + np.diff(time, append=time[-1])))
 
 
-# ---- rank of a run in an ensemble of runs, and clusters of an ensemble
+# ---- rank of a run in an ensemble of runs
 #
 # The statistic T of a run S is the largest |S - mean(M)| / max(std(M), u) over the samples of one channel,
 # with the members M; that of a member is against the others. If S is drawn as the members are, T(S) exceeds
 # all T(M_i), i = 1 ... n, about once in n + 1 draws, whatever the distribution (a permutation test;
 # B. Phipson, G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Of several channels the largest counts.
-
-# Gap over the wider of two groups. Errors of one kind do not look like that even if they spread over six
-# decades; two families of trajectories, a contact apart, do.
-SEPARATION = 3.0
-SMALLEST = 0.05  # share of an ensemble that makes a cluster, and not a few stragglers; two members at least
 
 
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
@@ -173,27 +167,3 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     rest = np.maximum(squares - off**2 * (count / (count - 1)), 0.0) / (count - 1)
     left_out = np.abs(off) * (count / (count - 1)) / np.maximum(np.sqrt(rest), floor)
     return left_out.max(axis=1), away
-
-
-def clustered(members: Array, floor: Array) -> BoolArray:
-    """Return the samples, shape (m,), at which an ensemble, shape (n, m), falls into two clusters.
-
-    Of at least `SMALLEST` of the members each, farther apart than `SEPARATION` times either's width and the
-    floor.
-    """
-    count = members.shape[0]
-    least = max(2, ceil(SMALLEST * count))
-    if count < 2 * least:
-        return np.zeros(members.shape[1], dtype=np.bool_)
-    ordered = np.sort(members, axis=0)
-    gaps = np.diff(ordered, axis=0)[least - 1 : count - least]
-    row, column = gaps.argmax(axis=0) + least - 1, np.arange(members.shape[1])
-    below, above = ordered[row, column], ordered[row + 1, column]
-    width = np.maximum(below - ordered[0], ordered[-1] - above)
-    return np.asarray((above - below > SEPARATION * width) & (above - below > floor))
-
-
-def split(values: Array) -> BoolArray:
-    """Return which of the values lie above the widest gap between them, shape (n,)."""
-    ordered = np.sort(values)
-    return np.asarray(values > ordered[np.diff(ordered).argmax()])

@@ -336,9 +336,7 @@ class Confirmation:
     excess: float = nan  # least distance of a run from the other's ensemble over that of its farthest member
     factor: float = nan  # by which the uncertainty was underestimated
     since: float = nan  # first sample at which the difference exceeded k u, s
-    clustered: bool = False  # clusters farther apart than they are wide, and than the uncertainty
-    parting: Parting | None = None  # first contact that occurs in some runs only and separates them
-    parted: tuple[str, str] = ("", "")  # models whose runs it separates; twice the same of one ensemble
+    parting: Parting | None = None  # first contact that runs of only one model have
 
     @property
     def fewest(self) -> int:
@@ -348,7 +346,7 @@ class Confirmation:
     @property
     def suspicious(self) -> bool:
         """Whether a discontinuous event decides, possibly an intermittent fault of a model."""
-        return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
+        return self.outcome == "underestimated" and self.factor > SUSPICIOUS
 
 
 @dataclass(frozen=True)
@@ -374,7 +372,7 @@ class SceneComparison:
     error: str = ""  # why nothing could be compared: one line, without the scene
     failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
-    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.confirmation`
+    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)

@@ -9,7 +9,6 @@ from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.results import (
     SUSPICIOUS,
-    Confirmation,
     Doubt,
     Refinement,
     SceneComparison,
@@ -105,9 +104,8 @@ def confirmation(scene: SceneComparison) -> str:
         factor = f"the uncertainty was underestimated by a factor {result.factor:.2g}"
         text = f"no difference of models, {factor}{since}: {inside}"
         if result.suspicious:
-            text += "; they split into clusters" if result.clustered else f"; a factor above {SUSPICIOUS:g}"
-            text += ", which indicates a discontinuous event, possibly an intermittent fault: "
-            text += parting(result) or "no single contact"
+            what = "a discontinuous event, possibly an intermittent fault"
+            text += f"; a factor above {SUSPICIOUS:g} indicates {what}"
         return text
     outside = "each model's run is outside those of the other"
     if 0 in result.members:
@@ -118,20 +116,16 @@ def confirmation(scene: SceneComparison) -> str:
     text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
-    return text if result.parting is None else f"{text}; they are first separated by {parting(result)}"
+    return text if result.parting is None else f"{text}; they are first separated by {parting(scene)}"
 
 
-def parting(result: Confirmation) -> str:
+def parting(scene: SceneComparison) -> str:
     """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
-    if result.parting is None:
+    if scene.confirmation is None or (contact := scene.confirmation.parting) is None:
         return ""
-    having, sizes = result.parting.having, result.parting.sizes
-    counts = list(zip(having, sizes, result.parted, strict=True))
-    if result.parted[0] == result.parted[1]:  # two parts of one ensemble
-        counts = [(sum(having), sum(sizes), result.parted[0])]
+    counts = zip(contact.having, contact.sizes, scene.labels, strict=True)
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    place, start = _place(result.parting.corner), result.parting.start
-    return f"the contact of the {place} at {start:.6g} s, which occurs in {occurs}"
+    return f"the contact of the {_place(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:

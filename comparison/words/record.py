@@ -125,11 +125,11 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     result = comparison.confirmation
     if result is None:
         return None
-    left_out = ("doubt", "parting", "parted")
+    left_out = ("doubt", "parting")
     return {
         **{key: value for key, value in asdict(result).items() if key not in left_out},
         "suspicious": result.suspicious,
-        "contact": differences.parting(result),
+        "contact": differences.parting(comparison),
         "sentence": differences.confirmation(comparison),
     }
 

@@ -11,7 +11,8 @@ from judged_runs import decided
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import scene_coverage
 
@@ -26,8 +27,8 @@ def judge(a, b, u=None, channel="slider_ax", **options):
     """Compare with this uncertainty in both, or in either; None: none."""
     both = u if isinstance(u, tuple) else (u, u)
     both = tuple(None if each is None else np.broadcast_to(each, a.shape).astype(float) for each in both)
-    usual = {"scene": None, "u": both, "limits": LIMITS} | options
-    return compare_channel(channels()[channel], np.linspace(0, 0.4, a.size), a, b, **usual)
+    usual = {"scene": None, "limits": LIMITS} | options
+    return compare_channel(channels()[channel], Samples(np.linspace(0, 0.4, a.size), a, b, *both), **usual)
 
 
 def test_a_force_that_is_zero_throughout_differs_from_rare_impacts():

@@ -8,7 +8,7 @@ from fake_ensemble import COARSE, MODELS, Fake, narrow
 
 from comparison.scene import load_scene
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import ENOUGH_LEVELS, MOST_LEVELS, settle
+from comparison.verdict.refinement import ENOUGH_LEVELS, MOST_LEVELS, settle
 from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6

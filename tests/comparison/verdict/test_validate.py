@@ -11,7 +11,8 @@ from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
 from comparison.verdict import validate as judge
 from comparison.verdict.compare import compare
-from comparison.verdict.validate import as_toml, departures, pairs, standing, validate
+from comparison.verdict.overall import as_toml, departures, pairs, standing
+from comparison.verdict.validate import validate
 from comparison.words import verdicts as words
 from comparison.words.reliability import missing
 
