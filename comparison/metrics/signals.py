@@ -1,15 +1,17 @@
-"""Measures of two signals on one time grid, and of a run against an ensemble of runs.
+"""Measures of two signals on one time grid, their linear relation, and a run against an ensemble of runs.
 
 Times increase, in s, shape (n,), n >= 2; signals and their differences have the same shape, and two signals
 one unit. No measure changes with the units but by the factor of its own.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, nan
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from comparison.tables.channels import Array
+from comparison.tables.channels import Array, BoolArray
 
 TUBE = 0.002  # the default width of csv-compare
 EQUAL = 1e-12  # numbers that differ by less, relatively, are equal: their sums round so
@@ -167,3 +169,46 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     rest = np.maximum(squares - off**2 * (count / (count - 1)), 0.0) / (count - 1)
     left_out = np.abs(off) * (count / (count - 1)) / np.maximum(np.sqrt(rest), floor)
     return left_out.max(axis=1), away
+
+
+# ---- linear relation of two signals, with the errors of its coefficients
+
+_BLOCKS = 20  # of the jackknife
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Coefficients of ``b = ratio * a + offset``, two standard errors of each, and the remainder."""
+
+    ratio: float
+    offset: float
+    ratio_error: float
+    offset_error: float
+    left: float  # RMS of the remainder over that of b - a; nan without b - a, inf of multiples of zero
+
+
+def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit:
+    """Fit b by a with a free ratio (``scaled``), a free offset (``moved``) or both, by least squares.
+
+    Errors by the delete-one jackknife over blocks of the samples, whatever the correlation of the remainder
+    within a block, and for what the numbers are rounded by.
+    """
+    if scaled and not a.any():
+        return Fit(nan, nan, nan, nan, inf)
+    design = np.column_stack([a] * scaled + [np.ones(a.size)] * moved)
+    target = b if scaled else b - a
+    count = min(_BLOCKS, a.size)
+    blocks = np.arange(a.size) * count // a.size
+
+    def solved(kept: BoolArray) -> Array:
+        return np.asarray(np.linalg.lstsq(design[kept], target[kept], rcond=None)[0], dtype=np.float64)
+
+    whole = solved(np.ones(a.shape, dtype=np.bool_))
+    parts = np.array([solved(blocks != n) for n in range(count)])
+    rounding = 4 * np.spacing(max(np.abs(a).max(), np.abs(b).max()))
+    errors = 2 * np.sqrt((count - 1) * np.var(parts, axis=0))
+    errors += rounding / np.sqrt(np.mean(design**2, axis=0))
+    before, after = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
+    ratio, ratio_error = (float(whole[0]), float(errors[0])) if scaled else (1.0, 0.0)
+    offset, offset_error = (float(whole[-1]), float(errors[-1])) if moved else (0.0, 0.0)
+    return Fit(ratio, offset, ratio_error, offset_error, after / before if before else nan)

@@ -26,7 +26,6 @@ from comparison.reliability.errors import (
     half_width,
     integrals,
     part_edges,
-    proportion,
     slider_errors,
     standard_error,
 )
@@ -94,8 +93,6 @@ class Assessment:
     cap: float
     drawn: list[Array]
     within: Array
-    within_low: Array
-    within_high: Array
 
     @cached_property
     def half_width(self) -> Array:
@@ -153,15 +150,11 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
     index = reliability_index(limits, mean, deviation)
     r = np.asarray(ndtr(index))
 
-    drawn, low, high = [], [], []
+    drawn = []
     for k in range(count):
         instants = edges[k:-1:count, None] + width[k::count, None] * (np.arange(PHASES) + 1) / PHASES
-        e = np.interp(instants, time, signed)
-        *moments, inside = averaged(e)
-        drawn.append(slopes[0][k] * moments[0] + slopes[1][k] * moments[1])
-        least, most = proportion(inside > 0.0, np.abs(e))
-        low.append(min(float(least), within[k]))
-        high.append(max(float(most), within[k]))
+        stress, squared, _ = averaged(np.interp(instants, time, signed))
+        drawn.append(slopes[0][k] * stress + slopes[1][k] * squared)
     return Assessment(
         limits=limits,
         angle=360.0 * (np.arange(count) + 1) / settings.bins,
@@ -175,8 +168,6 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         cap=cap(limits),
         drawn=drawn,
         within=within,
-        within_low=np.array(low),
-        within_high=np.array(high),
     )
 
 

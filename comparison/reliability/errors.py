@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv, ndtri, stdtrit
+from scipy.special import stdtrit
 
 from comparison.tables.align import SAME_GRID, hermite
-from comparison.tables.channels import Array, BoolArray, channels
+from comparison.tables.channels import Array, channels
 from comparison.tables.table import Table, TableError, slacks
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
@@ -144,11 +144,10 @@ def integrals(time: Array, values: Array, edges: Array) -> Array:
 
 
 class StandardError(NamedTuple):
-    """Of an average, with its degrees of freedom, and how many independent values the average is worth."""
+    """Of an average, with its degrees of freedom."""
 
     error: Array
     freedom: Array
-    independent: Array
 
 
 def standard_error(values: Array) -> StandardError:
@@ -160,8 +159,7 @@ def standard_error(values: Array) -> StandardError:
     `ENOUGH` cycles on these are the sample. Of one cycle the mean of the part is subtracted: what is locked
     to the crank counts as scatter.
     """
-    drawn = values.shape[-2]
-    if drawn >= ENOUGH:
+    if values.shape[-2] >= ENOUGH:
         values = values.mean(-1)[..., None, :]
     cycles, length = values.shape[-2:]
     count = cycles * length
@@ -184,35 +182,12 @@ def standard_error(values: Array) -> StandardError:
     # Anticorrelation that would make the average better than that of independent values is not relied upon.
     total = np.maximum(total, variance)
     freedom = np.maximum(groups * length / width[..., 0] - (not several), 1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        independent = np.where(total > 0.0, count * variance / total, float(drawn))
-    return StandardError(np.sqrt(total / count), freedom, independent)
+    return StandardError(np.sqrt(total / count), freedom)
 
 
 def half_width(estimate: StandardError) -> Array:
     """Return the half-width of the interval around the average, by Student's distribution."""
     return np.asarray(stdtrit(estimate.freedom, 0.5 + LEVEL / 2.0) * estimate.error)
-
-
-def proportion(within: BoolArray, errors: Array) -> tuple[Array, Array]:
-    """Return the interval of the share of the samples that are within a limit, shape (..., N, J).
-
-    That of Clopper and Pearson at the effective number of samples share (1 - share) / se^2, less for the few
-    degrees of freedom of se: E. L. Korn and B. I. Graubard (Surv. Methodol. 24, 1998, 193-201). Where all
-    samples are on one side, the ``errors`` that the limit is set to tell how many independent ones these are.
-    """
-    estimate = standard_error(within.astype(np.float64))
-    share, tail = within.mean((-2, -1)), (1.0 - LEVEL) / 2.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        effective = share * (1.0 - share) / estimate.error**2
-    effective *= (ndtri(1.0 - tail) / stdtrit(estimate.freedom, 1.0 - tail)) ** 2
-    effective = np.where(estimate.error > 0.0, effective, standard_error(errors).independent)
-    effective = np.minimum(effective, float(within.shape[-1] * within.shape[-2]))
-    inside = share * effective
-    outside = effective - inside
-    low = np.where(inside > 0.0, betaincinv(np.maximum(inside, 1e-300), outside + 1.0, tail), 0.0)
-    high = np.where(outside > 0.0, betaincinv(inside + 1.0, np.maximum(outside, 1e-300), 1.0 - tail), 1.0)
-    return low, high
 
 
 def _memory(covariance: Array, count: int) -> NDArray[np.intp]:

@@ -21,9 +21,7 @@ _OF_CHANNEL = (
     "rms_scaled", "ratio", "largest_ratio", "worst_time", "worst_difference", "worst_size", "worst_threshold",
     "time_tolerance", "outside",
 )  # fmt: skip
-_OF_MODEL = (
-    "reliability", "low", "high", "capped", "mean", "deviation", "within", "within_low", "within_high",
-)  # fmt: skip
+_OF_MODEL = ("reliability", "low", "high", "capped", "mean", "deviation", "within")
 Status = Literal["passed", "failed", "skipped", "error"]
 _STATUS: dict[str, Status] = {
     "agree": "passed",

@@ -54,17 +54,6 @@ def test_too_few_samples_are_warned_of(validated):
             assert np.abs(result.a[name].reliability - both.a.reliability).max() < 2e-3
 
 
-def test_finer_runs_give_the_difference_its_numerical_uncertainty(validated):
-    finer = SCENE.with_values({"solver.reference.tolerance": 1e-10, "solver.exudyn.tolerance": 1e-9})
-    (a, b, ideal), (finer_a, finer_b, _) = tables(SCENE), tables(finer)
-    result = sixbar.reliability(a, b, ideal=ideal, finer_a=finer_a, finer_b=finer_b)
-    assert result.comparison.verdict == "agree"
-    for name, difference in result.comparison.quantities.items():
-        assert 0 < difference.numerical < 1e-4
-        both = validated[name]
-        assert abs(difference.minimum - both.minimum) <= difference.half_width + both.half_width
-
-
 def test_a_table_that_was_recorded_with_clearance_is_no_ideal_one():
     a, b, _ = tables(SCENE)
     with pytest.raises(TableError, match=r"^table ideal: .*clearance \(slider\)"):
