@@ -16,7 +16,7 @@ import pytest
 
 from comparison.accuracy.levels import thresholds_record
 from comparison.cli import main
-from comparison.regression.record import Baseline, checksum, read
+from comparison.regression.record import RATES, Baseline, checksum, read
 from comparison.scene import shipped_scenes
 
 BASELINE = Path("sixbar-baseline.toml")
@@ -216,6 +216,17 @@ def test_the_layout_of_a_baseline_does_not_count_nor_does_making_it_again_change
     edit("steps = 5", "steps = 6", seal=False)
     assert gate("--update") == 2
     assert "was changed since: its checksum does not match" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("made")
+def test_thresholds_change_only_together_with_rates_measured_anew(capsys):
+    edit("^thresholds = { k = 2.0", "thresholds = { k = 3.0")
+    assert gate() == 1
+    assert "thresholds.toml is not what the baseline was made with" in capsys.readouterr().out
+    RATES.parent.mkdir(parents=True)
+    RATES.write_text(json.dumps({"false_alarms": {}, "detected": {}, "thresholds": {"k": 3.0}}))
+    assert gate("--update") == 2
+    assert "measured with other thresholds" in capsys.readouterr().err
 
 
 def test_the_baseline_of_this_project_holds_every_shipped_scene_and_is_small():
