@@ -15,6 +15,8 @@ from importlib.resources import files
 from math import inf, isclose, isfinite, log, nan
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from comparison.models import (
     OWN,
     declared,
@@ -26,6 +28,7 @@ from comparison.models import (
 )
 from comparison.scene import Scene, digest, load_scene
 from comparison.scene.keys import flat, scene_keys
+from comparison.tables.channels import Array, BoolArray
 
 # ---- measured errors and costs
 
@@ -361,6 +364,10 @@ class Thresholds:
     least_outside: int
     alpha: float
     coverage: float
+
+    def predictable(self, u: Array, scale: float) -> BoolArray:
+        """Return the samples whose uncertainty is small enough against their channel's scale to be judged."""
+        return np.asarray(u <= self.alpha * scale)
 
 
 def thresholds_record() -> dict[str, Any]:

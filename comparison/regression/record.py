@@ -256,7 +256,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
         assert u is not None  # every model of ours can be refined
         u = np.maximum(u, scatter(gated, table, neighbours, name))
         extent = float(np.ptp(values))
-        predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
+        predictable[name] = limits.predictable(u, channel.scale_value(scene.data, extent))
         if channel.follows is not None:
             predictable[name] &= predictable[channel.follows]
         candidates = np.flatnonzero(predictable[name] & (np.abs(values) > limits.k * u))

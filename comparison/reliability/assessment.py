@@ -10,28 +10,22 @@ zero. Only the distance to the cap carries information about a mechanism.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 from comparison.execution.run import RunError
 from comparison.reliability.errors import (
-    BLOCKS,
-    PRIMITIVES,
     QUANTITIES,
     SliderErrors,
     half_width,
-    halved,
     integrals,
-    mismatch,
     part_edges,
-    proportion,
-    quadrature_error,
     slider_errors,
     standard_error,
 )
@@ -72,48 +66,8 @@ def sensitivity(limits: Limits, mean: Array | float, deviation: Array | float) -
     return np.asarray(-1.0 / total + beta * mean / total**2), np.asarray(-0.5 * beta / total**2)
 
 
-def implied_limit(published: float, mean: float, deviation: float) -> float:
-    """Return the upper limit, for a lower one of zero, that gives a published reliability, 0 < R < 1.
-
-    In the unit of the error; infinite from the cap on, nan where no positive limit gives R. Close to the cap
-    it grows as mean / (3 - beta): ask for the whole interval of a rounded figure.
-    """
-    beta = float(ndtri(published))
-    leading = 0.25 - beta**2 / 36.0
-    if leading <= 0.0 and mean >= 0.0:
-        return float("inf")
-    # (limit / 2 - mean)^2 = beta^2 (limit^2 / 36 + deviation^2), whose sides lost their signs
-    roots = np.roots([leading, -mean, mean**2 - (beta * deviation) ** 2])
-    real = roots[np.isreal(roots)].real
-    fitting = real[(real > 0.0) & ((real / 2.0 - mean) * beta >= 0.0)]
-    return float(fitting.min()) if fitting.size else float("nan")
-
-
 def _strength(limits: Limits) -> tuple[float, float]:  # mean and deviation, Eq. 36
     return (limits.upper + limits.lower) / 2.0, (limits.upper - limits.lower) / 6.0
-
-
-class Open(NamedTuple):
-    """What is left open of beta in one part of N cycles, by each of `PHASES` of them and by the samples."""
-
-    cycles: Array
-    halves: Array
-    excess: Array
-
-    def less(self, other: "Open", factor: float, factor_of_other: float) -> "Open":
-        """Return what is left open of a difference of these, times their factors."""
-        pairs = zip(self, other, strict=True)
-        return Open(*(factor * mine - factor_of_other * theirs for mine, theirs in pairs))
-
-    @property
-    def sampling(self) -> float:
-        """Half-width (95 %) that other cycles leave open."""
-        return float(half_width(standard_error(self.cycles)))
-
-    @property
-    def quadrature(self) -> float:
-        """Half-width that the samples leave open."""
-        return quadrature_error(self.halves, self.excess)
 
 
 @dataclass(frozen=True)
@@ -122,9 +76,9 @@ class Assessment:
 
     ``angle`` are the upper edges of the bins, degrees from the start; ``cycles`` how many went into each;
     mean and deviation those of the error over time, or of its size, as the scene says; ``index`` is beta of
-    Eq. 35, ``left_open`` what is of it; ``worst`` the first bin with the smallest reliability but for
-    round-off, ``cap`` the reliability of a mechanism without error; ``within`` is P(|e| <= upper limit), as
-    the share of the time.
+    Eq. 35, ``drawn`` what each of `PHASES` of each cycle adds to it, whose scatter other cycles leave open;
+    ``worst`` the first bin with the smallest reliability but for round-off, ``cap`` the reliability of a
+    mechanism without error; ``within`` is P(|e| <= upper limit), as the share of the time.
     """
 
     limits: Limits
@@ -137,15 +91,13 @@ class Assessment:
     minimum: float
     worst: int
     cap: float
-    left_open: list[Open]
+    drawn: list[Array]
     within: Array
-    within_low: Array
-    within_high: Array
 
-    @property
+    @cached_property
     def half_width(self) -> Array:
-        """Of the interval of beta that cycles and samples leave open."""
-        return np.array([np.hypot(left.sampling, left.quadrature) for left in self.left_open])
+        """Of the interval of beta that other cycles leave open."""
+        return np.array([half_width(standard_error(cycles)) for cycles in self.drawn])
 
     @property
     def density(self) -> Array:
@@ -164,16 +116,8 @@ class Assessment:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Interval of the smallest reliability; what samples leave open may make another bin the worst."""
-        quadrature = np.array([left.quadrature for left in self.left_open])
-        sampling = self.left_open[self.worst].sampling
-
-        def end(sign: float) -> float:
-            cycles = ndtr(self.index[self.worst] + sign * sampling) - self.minimum
-            samples = ndtr(self.index + sign * quadrature).min() - self.minimum
-            return float(np.clip(self.minimum + sign * np.hypot(cycles, samples), 0.0, 1.0))
-
-        return end(-1.0), end(1.0)
+        """Interval of the smallest reliability."""
+        return float(self.low[self.worst]), float(self.high[self.worst])
 
     @property
     def capped(self) -> BoolArray:
@@ -198,38 +142,19 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         stress = sizes if settings.errors == "absolute" else signed
         return np.array([stress, signed**2, sizes <= limits.upper], dtype=np.float64)
 
-    series = averaged(signed)
-    averages = integrals(time, series, edges) / width
+    averages = integrals(time, averaged(signed), edges) / width
     averages[2] = np.clip(averages[2], 0.0, 1.0)  # but for round-off it is
     mean, square, within = (np.array([row[k::count].mean() for k in range(count)]) for row in averages)
     deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
-    slopes = np.array(sensitivity(limits, mean, deviation))
+    slopes = sensitivity(limits, mean, deviation)
     index = reliability_index(limits, mean, deviation)
     r = np.asarray(ndtr(index))
 
-    halves = halved(time, series, edges) / width[:, None]
-    excess = np.zeros((width.size, BLOCKS))
-    if (primitive := errors.by_channel.get(PRIMITIVES.get(channel, ""))) is not None:
-        excess = mismatch(time, signed, primitive, edges) / width[:, None]
-    # What samples do not show is no larger than the largest error, and outside the limit no longer than its
-    # size over the limit.
-    largest = abs(errors.peak(channel).value)
-    steepest = np.abs(slopes[0]) + np.abs(slopes[1]) * largest
-    outside = 1.0 / limits.upper if largest > limits.upper else 0.0
-
-    left_open, low, high = [], [], []
+    drawn = []
     for k in range(count):
         instants = edges[k:-1:count, None] + width[k::count, None] * (np.arange(PHASES) + 1) / PHASES
-        e = np.interp(instants, time, signed)
-        *moments, inside = averaged(e)
-        cycles, halves_of_index = (
-            np.tensordot(slopes[:, k], values, axes=1) for values in (np.array(moments), halves[:2, k::count])
-        )
-        left_open.append(Open(cycles, halves_of_index, steepest[k] * excess[k::count]))
-        least, most = proportion(inside > 0.0, np.abs(e))
-        unseen = quadrature_error(halves[2, k::count], outside * excess[k::count])
-        low.append(max(0.0, min(float(least), within[k]) - unseen))
-        high.append(min(1.0, max(float(most), within[k]) + unseen))
+        stress, squared, _ = averaged(np.interp(instants, time, signed))
+        drawn.append(slopes[0][k] * stress + slopes[1][k] * squared)
     return Assessment(
         limits=limits,
         angle=360.0 * (np.arange(count) + 1) / settings.bins,
@@ -241,21 +166,18 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         minimum=float(r.min()),
         worst=int(np.flatnonzero(r <= r.min() + _NEAR_EQUAL)[0]),
         cap=cap(limits),
-        left_open=left_open,
+        drawn=drawn,
         within=within,
-        within_low=np.array(low),
-        within_high=np.array(high),
     )
 
 
 # ---- difference of two models, its significance, and what is run for it
 #
-# It has three uncertainties, whose squares add up. Numerical: the distances of the reliabilities from the
+# It has two uncertainties, whose squares add up. Numerical: the distances of the reliabilities from the
 # finer, the coarser and the perturbed runs of each model, and from a coarser ideal mechanism, as those of
 # any channel (`comparison.accuracy.uncertainty`). Sampling: how far it would move with other cycles,
-# paired, since the errors of both models at one instant belong together. Quadrature: what the samples leave
-# open of time averages, paired too. Where the smallest reliabilities of the two are in different bins there
-# are no pairs.
+# paired, since the errors of both models at one instant belong together; where the smallest reliabilities of
+# the two are in different bins there are no pairs. What `DENSE` samples leave open is less by decades.
 
 MARGIN = 1e-3  # of reliability: an interval that reaches further leaves open whether two models agree
 STEPS = 10_000
@@ -282,12 +204,11 @@ class Difference:
     minimum: float
     sampling: float
     numerical: float
-    quadrature: float
 
     @property
     def half_width(self) -> float:
         """Of the interval of `minimum`."""
-        return float(np.linalg.norm([self.sampling, self.numerical, self.quadrature]))
+        return float(np.hypot(self.sampling, self.numerical))
 
     @property
     def verdict(self) -> str:
@@ -406,23 +327,19 @@ def compare_reliability(
 
 
 def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
-    bins = zip(a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True)
-    paired = [left_a.less(left_b, density_a, density_b) for left_a, left_b, density_a, density_b in bins]
-    open_by_bin = np.array([(left.sampling, left.quadrature) for left in paired])
-    sampling, quadrature = open_by_bin[a.worst]
+    drawn = zip(a.density, a.drawn, b.density, b.drawn, strict=True)
+    paired = [half_width(standard_error(of_a * mine - of_b * its)) for of_a, mine, of_b, its in drawn]
+    sampling = paired[a.worst]
     if a.worst != b.worst:
-        worst = [(model.density[model.worst], model.left_open[model.worst]) for model in (a, b)]
-        sampling = np.hypot(*(density * left.sampling for density, left in worst))
-        quadrature = np.hypot(*(density * left.quadrature for density, left in worst))
+        sampling = np.hypot(*(model.density[model.worst] * model.half_width[model.worst] for model in (a, b)))
     return Difference(
         a=a,
         b=b,
         curve=a.reliability - b.reliability,
-        curve_half_width=np.linalg.norm([*open_by_bin.T, numerical[:-1]], axis=0),
+        curve_half_width=np.hypot(paired, numerical[:-1]),
         minimum=a.minimum - b.minimum,
         sampling=float(sampling),
         numerical=float(numerical[-1]),
-        quadrature=float(quadrature),
     )
 
 

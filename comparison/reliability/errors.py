@@ -9,15 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv, ndtri, stdtrit
+from scipy.special import stdtrit
 
 from comparison.tables.align import SAME_GRID, hermite
-from comparison.tables.channels import Array, BoolArray, channels
+from comparison.tables.channels import Array, channels
 from comparison.tables.table import Table, TableError, slacks
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
-PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}  # channels, and whose rate they are
 
 
 @dataclass(frozen=True)
@@ -110,17 +109,13 @@ def _extrema(table: Table, name: str) -> Array:
     return points[:, np.isfinite(points).all(axis=0)]
 
 
-# ---- time averages over parts of the crank cycle, and what samples and cycles leave open of them
+# ---- time averages over parts of the crank cycle, and what other cycles leave open of them
 #
-# Between samples a signal is linear. What that misses is estimated by every second sample, and, where the
-# signal's integral is sampled too, by its change over an interval, which tells of pulses that samples miss.
-# Both are as often positive as negative: they are taken by blocks of each part of each cycle, and squares
-# add up. The errors of a run are locked to the crank: what is drawn are cycles, and only what differs
-# between cycles at equal angle makes an average uncertain. The 95 % intervals hold the truth in 93 to 100 %
-# of trials from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
+# Between samples a signal is linear. The errors of a run are locked to the crank: what is drawn are cycles,
+# and only what differs between cycles at equal angle makes an average uncertain. The 95 % intervals hold the
+# truth in 93 to 100 % of trials from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to
+# 99 % on one.
 
-BLOCKS = 8  # of a part in one cycle
-SAFETY = 2.0  # of a normal error's deviation, 95 %
 LEVEL = 0.95
 ENOUGH = 30  # cycles, from which on their averages are the sample
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: an average and a subtraction
@@ -148,37 +143,11 @@ def integrals(time: Array, values: Array, edges: Array) -> Array:
     return np.asarray(np.diff(total[..., left] + into * (values[..., left] + 0.5 * slope * into)))
 
 
-def halved(time: Array, values: Array, edges: Array) -> Array:
-    """Return by how much integrals over blocks change with either half of the samples, (k, n, 2 BLOCKS)."""
-    changes = []
-    for half in (slice(None, None, 2), slice(1, None, 2)):
-        coarse = np.array([np.interp(time, time[half], row[half]) for row in values])
-        change = integrals(time, values - coarse, _blocks(edges))
-        changes.append(change.reshape(len(values), -1, BLOCKS))
-    return np.concatenate(changes, axis=-1)
-
-
-def mismatch(time: Array, values: Array, primitive: Array, edges: Array) -> Array:
-    """Return by how much a primitive changes more than by the integral of the size of its rate, by blocks."""
-    sizes = np.abs(values)
-    excess = np.abs(np.diff(primitive)) - 0.5 * np.diff(time) * (sizes[1:] + sizes[:-1])
-    total = np.concatenate([[0.0], np.cumsum(excess)])
-    return np.asarray(np.diff(np.interp(_blocks(edges), time, total))).reshape(-1, BLOCKS)
-
-
-def quadrature_error(halves: Array, excess: Array) -> float:
-    """Return the error (95 %) that samples leave of an average, from (N, ...) of `halved` and `mismatch`."""
-    # Either half of the samples tells the same, so that of 2 BLOCKS squares half the sum counts.
-    root = np.sqrt(0.5 * np.sum(halves**2)) + np.sqrt(np.sum(excess**2))
-    return SAFETY * float(root) / len(excess)
-
-
 class StandardError(NamedTuple):
-    """Of an average, with its degrees of freedom, and how many independent values the average is worth."""
+    """Of an average, with its degrees of freedom."""
 
     error: Array
     freedom: Array
-    independent: Array
 
 
 def standard_error(values: Array) -> StandardError:
@@ -190,8 +159,7 @@ def standard_error(values: Array) -> StandardError:
     `ENOUGH` cycles on these are the sample. Of one cycle the mean of the part is subtracted: what is locked
     to the crank counts as scatter.
     """
-    drawn = values.shape[-2]
-    if drawn >= ENOUGH:
+    if values.shape[-2] >= ENOUGH:
         values = values.mean(-1)[..., None, :]
     cycles, length = values.shape[-2:]
     count = cycles * length
@@ -214,39 +182,12 @@ def standard_error(values: Array) -> StandardError:
     # Anticorrelation that would make the average better than that of independent values is not relied upon.
     total = np.maximum(total, variance)
     freedom = np.maximum(groups * length / width[..., 0] - (not several), 1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        independent = np.where(total > 0.0, count * variance / total, float(drawn))
-    return StandardError(np.sqrt(total / count), freedom, independent)
+    return StandardError(np.sqrt(total / count), freedom)
 
 
 def half_width(estimate: StandardError) -> Array:
     """Return the half-width of the interval around the average, by Student's distribution."""
     return np.asarray(stdtrit(estimate.freedom, 0.5 + LEVEL / 2.0) * estimate.error)
-
-
-def proportion(within: BoolArray, errors: Array) -> tuple[Array, Array]:
-    """Return the interval of the share of the samples that are within a limit, shape (..., N, J).
-
-    That of Clopper and Pearson at the effective number of samples share (1 - share) / se^2, less for the few
-    degrees of freedom of se: E. L. Korn and B. I. Graubard (Surv. Methodol. 24, 1998, 193-201). Where all
-    samples are on one side, the ``errors`` that the limit is set to tell how many independent ones these are.
-    """
-    estimate = standard_error(within.astype(np.float64))
-    share, tail = within.mean((-2, -1)), (1.0 - LEVEL) / 2.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        effective = share * (1.0 - share) / estimate.error**2
-    effective *= (ndtri(1.0 - tail) / stdtrit(estimate.freedom, 1.0 - tail)) ** 2
-    effective = np.where(estimate.error > 0.0, effective, standard_error(errors).independent)
-    effective = np.minimum(effective, float(within.shape[-1] * within.shape[-2]))
-    inside = share * effective
-    outside = effective - inside
-    low = np.where(inside > 0.0, betaincinv(np.maximum(inside, 1e-300), outside + 1.0, tail), 0.0)
-    high = np.where(outside > 0.0, betaincinv(inside + 1.0, np.maximum(outside, 1e-300), 1.0 - tail), 1.0)
-    return low, high
-
-
-def _blocks(edges: Array) -> Array:
-    return np.interp(np.arange((edges.size - 1) * BLOCKS + 1) / BLOCKS, np.arange(edges.size), edges)
 
 
 def _memory(covariance: Array, count: int) -> NDArray[np.intp]:

@@ -72,18 +72,16 @@ def reliability(
     b: Results | None = None,
     *,
     ideal: Results,
-    limits: Pairs[str, tuple[float, float]] | None = None,
-    scene: Scene | str | Path | None = None,
-    period: float | None = None,
-    mapping: Mapping | str | Path | None = None,
-    at_events: str | None = None,
     finer_a: Results | None = None,
     finer_b: Results | None = None,
+    scene: Scene | str | Path | None = None,
+    mapping: Mapping | str | Path | None = None,
+    **options: Any,
 ) -> TableReliability:
     """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 34-37.
 
     Errors are those at equal time, from t = 0 s to the end of the shortest table. Intervals (95 %) hold what
-    other cycles, and what is between the samples, leave open.
+    other cycles leave open; a table whose samples leave more than a tenth of `MARGIN` open is warned of.
 
     Parameters
     ----------
@@ -92,19 +90,17 @@ def reliability(
         returns, data frames with a column ``time`` (s), or paths, also of other programs' files.
     ideal
         The motion of the mechanism without clearance; taken as exact at its times.
-    limits
-        Quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the scene.
+    finer_a, finer_b
+        The same runs at finer settings: without both the numerical uncertainty of a difference is unknown.
     scene
         Has limits, intervals of the crank cycle and period; by default the scene recorded beside a table, and
         without one the paper's limits.
-    period
-        Of the crank cycle, s, where no scene is known.
     mapping
         Of the columns of files to channels, or the path of a mapping file.
-    at_events
-        "left", "right" or "both": which rows of a time that a file repeats count.
-    finer_a, finer_b
-        The same runs at finer settings: without both the numerical uncertainty of a difference is unknown.
+    options
+        ``limits``: quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the
+        scene. ``period`` of the crank cycle, s, where no scene is known. ``at_events``: "left", "right" or
+        "both", which rows of a time that a file repeats count.
 
     Returns
     -------
@@ -133,68 +129,44 @@ def reliability(
     """
     if b is None and not (finer_a is None and finer_b is None):
         raise TableError("finer runs count only for the difference of two tables, and there is one")
-    scene = None if scene is None else as_scene(scene)
-    options: dict[str, Any] = {"limits": limits, "period": period}
     stated = _Stated(**options)
     every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
     given = {part: one for part, one in every.items() if one is not None}
     names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
     sides = [part.removeprefix("finer ") for part in given]
     sources = [as_source(one, names[part]) for part, one in given.items()]
-    read, warnings = read_tables(sources, sides, as_mapping(mapping), at_events, only=CHANNELS)
+    read, warnings = read_tables(sources, sides, as_mapping(mapping), stated.at_events, only=CHANNELS)
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
-    recorded = {part: table.scene for part, table in tables.items()}
-    if (own := recorded["ideal"]) and (joints := joints_with_clearance(own.data)):
-        rule = f"recorded of a scene with clearance ({', '.join(joints)}): the ideal motion has none"
-        raise TableError(f"{names['ideal']}: {rule}")
-    periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
-    cycle = _common_period(
-        periods
-        | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
-        | ({} if stated.period is None else {"the stated period": stated.period})
-    )
-    criteria = [  # not every record holds them
-        recorded[part]
-        for part, table in tables.items()
-        if part in ("a", "b") and "reliability" in table.provenance
-    ]
-    source = scene or next(filter(None, criteria), None) or load_scene(BASE)
+    cycle, source = _conditions(tables, names, None if scene is None else as_scene(scene), stated.period)
     values = {
         f"reliability.{quantity}.{end}": value
         for quantity, both in stated.limits.items()
         for end, value in zip(("lower", "upper"), both, strict=True)
     }
     settings = source.with_values(values).reliability
-    end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
-    interval = cycle / settings.bins
-    for part, table in tables.items():
-        if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
-            rule = f"must hold a sample and be within the {end:g} s that count"
-            raise TableError(f"{names[part]}: an interval of the crank cycle, {interval:g} s, {rule}")
-        counts = table.time <= end + SAME_GRID * cycle
-        if not counts.all():
-            count = instant(end, float(table.time[-1]))
-            warnings += (f"{names[part]}: only its first {count} s count, where {last} ends",)
-        if gaps := holes(table.time[counts]):
-            warnings += (holes_line(f"{names[part]} has", gaps),)
-        tables[part] = replace(table, frame=table.frame[counts])
+    tables, said = _within(tables, names, cycle, cycle / settings.bins)
+    warnings += said
 
-    # Between its samples the ideal motion is interpolated, which every second one tells the error of.
-    frame = tables["ideal"].frame
-    thinned = replace(tables["ideal"], frame=pd.concat([frame.iloc[:-1:2], frame.iloc[-1:]]))
-
-    def assessed(part: str, ideal: Table) -> dict[str, Assessment]:
-        shared = [name for name in tables[part].channels if name in ideal.channels]
+    def assessed(part: str, table: Table, ideal: Table) -> dict[str, Assessment]:
+        shared = [name for name in table.channels if name in ideal.channels]
         if not shared:
             raise TableError(f"{names['ideal']}: holds none of the channels of {names[part]}")
-        return assess(slider_errors(tables[part], ideal, cycle, names=shared), settings)
+        return assess(slider_errors(table, ideal, cycle, names=shared), settings)
 
-    of_a, of_thinned = assessed("a", tables["ideal"]), assessed("a", thinned)
-    change = max(np.abs(own.reliability - of_thinned[name].reliability).max() for name, own in of_a.items())
-    if change > _LEAST_CHANGE:
-        warnings += (f"{names['ideal']}: too few samples: with every second one R changes by {change:.0e}",)
+    of_a = assessed("a", tables["a"], tables["ideal"])
+    of_b = {} if b is None else assessed("b", tables["b"], tables["ideal"])
+    # Every second sample tells what is between them, of a table as of the ideal motion.
+    halves = {part: _halved(table) for part, table in tables.items()}
+    checks = [("a", of_a, assessed("a", halves["a"], tables["ideal"]))]
+    checks += [("b", of_b, assessed("b", halves["b"], tables["ideal"]))] if of_b else []
+    checks += [("ideal", of_a, assessed("a", tables["a"], halves["ideal"]))]
+    for part, usual, other in checks:
+        change = max(np.abs(own.reliability - other[name].reliability).max() for name, own in usual.items())
+        if change > _LEAST_CHANGE:
+            more = f"with every second one R changes by {change:.0e}"
+            warnings += (f"{names[part]}: too few samples: {more}",)
 
     return TableReliability(
         names=tuple(names[part] for part in ("a", "b") if part in names),
@@ -203,8 +175,8 @@ def reliability(
         source=source.name,
         period=cycle,
         a=of_a,
-        b={} if b is None else assessed("b", tables["ideal"]),
-        comparison=None if b is None else _compared(tables, thinned, cycle, settings),
+        b=of_b,
+        comparison=None if b is None else _compared(tables, halves["ideal"], cycle, settings),
         missing={
             quantity: lacking
             for quantity, channel in QUANTITIES.items()
@@ -212,6 +184,51 @@ def reliability(
         },
         warnings=warnings,
     )
+
+
+def _conditions(
+    tables: Pairs[str, Table], names: Pairs[str, str], scene: Scene | None, period: float | None
+) -> tuple[float, Scene]:
+    """Return the period of the crank cycle, s, and the scene whose limits count."""
+    recorded = {part: table.scene for part, table in tables.items()}
+    if (own := recorded["ideal"]) and (joints := joints_with_clearance(own.data)):
+        rule = f"recorded of a scene with clearance ({', '.join(joints)}): the ideal motion has none"
+        raise TableError(f"{names['ideal']}: {rule}")
+    periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
+    cycle = _common_period(
+        periods
+        | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
+        | ({} if period is None else {"the stated period": period})
+    )
+    criteria = [  # not every record holds them
+        recorded[part] for part in ("a", "b") if part in tables and "reliability" in tables[part].provenance
+    ]
+    return cycle, scene or next(filter(None, criteria), None) or load_scene(BASE)
+
+
+def _within(
+    tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, interval: float
+) -> tuple[dict[str, Table], tuple[str, ...]]:
+    """Return the tables up to the end of the shortest, with a warning for what is left out or missing."""
+    end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
+    cuts, warnings = {}, []
+    for part, table in tables.items():
+        if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
+            rule = f"must hold a sample and be within the {end:g} s that count"
+            raise TableError(f"{names[part]}: an interval of the crank cycle, {interval:g} s, {rule}")
+        counts = table.time <= end + SAME_GRID * cycle
+        if not counts.all():
+            count = instant(end, float(table.time[-1]))
+            warnings.append(f"{names[part]}: only its first {count} s count, where {last} ends")
+        if gaps := holes(table.time[counts]):
+            warnings.append(holes_line(f"{names[part]} has", gaps))
+        cuts[part] = replace(table, frame=table.frame[counts])
+    return cuts, tuple(warnings)
+
+
+def _halved(table: Table) -> Table:
+    """Return a table with every second sample, and the last."""
+    return replace(table, frame=pd.concat([table.frame.iloc[:-1:2], table.frame.iloc[-1:]]))
 
 
 def _pair(value: object) -> object:
@@ -229,6 +246,7 @@ class _Stated(Options):
         Field(default={}),
     ]
     period: Positive | None = None
+    at_events: str | None = None
 
 
 def _compared(

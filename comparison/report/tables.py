@@ -30,17 +30,6 @@ _CONTACTS = {
 """Heading -> column of the event table, its statistic and unit."""
 _MEASURES = [
     ("Peak, second − first", "at (s)", "peak_time_difference"),
-    ("Sprague and Geers", "M", "sprague_geers_magnitude"),
-    ("Sprague and Geers", "P", "sprague_geers_phase"),
-    ("Sprague and Geers", "C", "sprague_geers_combined"),
-    ("Russell", "M", "russell_magnitude"),
-    ("Russell", "P", "russell_phase"),
-    ("Russell", "C", "russell_comprehensive"),
-    ("ISO/TS 18571", "R", "iso18571"),
-    ("ISO/TS 18571", "corridor", "iso18571_corridor"),
-    ("ISO/TS 18571", "phase", "iso18571_phase"),
-    ("ISO/TS 18571", "magnitude", "iso18571_magnitude"),
-    ("ISO/TS 18571", "slope", "iso18571_slope"),
     ("Correlation", "", "correlation"),
     ("Tube", "", "tube_share"),
 ]
@@ -192,10 +181,8 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
     intervals: dict[str, Cells] = {}
     for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
         models, limits, unit = (difference.a, difference.b), difference.a.limits, unit_of(name)
-        errors = (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
-        half, cycles, numerics, quadrature = (
-            number(error, 2) if np.isfinite(error) else MISSING for error in errors
-        )
+        errors = (difference.half_width, difference.sampling, difference.numerical)
+        half, cycles, numerics = (number(error, 2) if np.isfinite(error) else MISSING for error in errors)
         at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)
         at_within = (
             "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
@@ -220,7 +207,6 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*difference.b.interval)),
             ("Parts of ±", "cycles", cycles),
             ("Parts of ±", "numerics", numerics),
-            ("Parts of ±", "quadrature", quadrature),
         ]
     return _table("Quantity", rows), _table("Quantity", intervals)
 

@@ -8,35 +8,26 @@ Roache).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf, isnan, nan
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.levels import Thresholds, thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
 from comparison.metrics.contacts import noted
-from comparison.metrics.signals import Between, scaled
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
-from comparison.tables.channels import Array, BoolArray, Channel, expected
+from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
+from comparison.verdict.channel import NO_CRITERIA, Samples, between, compare_channel, gated
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.diagnosis import diagnose, differing_keys
-from comparison.verdict.results import (
-    Basis,
-    ChannelComparison,
-    Check,
-    SceneComparison,
-    described,
-    scene_coverage,
-)
+from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, described, scene_coverage
 
-NO_CRITERIA = Criteria()
-"""Of runs with uncertainties."""
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
@@ -110,17 +101,19 @@ def compare(
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
-            u_a, u_b = (
+            uncertainties = (
                 model_uncertainty(runs, channel.name, window, more, every)
                 for runs, more in zip((a, b), ensembles, strict=True)
             )
             results[channel.name] = compare_channel(
                 channel,
-                aligned.time[::every],
-                aligned.a[channel.name][::every],
-                aligned.b[channel.name][::every],
+                Samples(
+                    aligned.time[::every],
+                    aligned.a[channel.name][::every],
+                    aligned.b[channel.name][::every],
+                    *uncertainties,
+                ),
                 scene=None if scene is None else scene.data,
-                u=(u_a, u_b),
                 within=np.logical_and.reduce(masks) if masks else None,
                 criteria=criteria,
                 limits=limits,
@@ -133,19 +126,19 @@ def compare(
             channel,
             coverage_error=_sampling_error([grid[name].coverage for grid in grids]),
             rms_error=_sampling_error([grid[name].rms_difference for grid in grids]),
-            between=_between(channel, (a.base, b.base)),
+            between=between(channel, (a.base, b.base)),
         )
         for name, channel in grids[0].items()
     }
     if criteria.gate:
-        results = {name: _gated(channel, criteria.gate) for name, channel in results.items()}
+        results = {name: gated(channel, criteria.gate) for name, channel in results.items()}
     warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
         allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
     uncertain = any(channel.u is not None for channel in results.values())
-    attribution = attribute((a, b), results, verdict=verdict, tier=tier, labels=labels, scene=scene)
+    attribution = attribute((a, b), results, verdict=verdict, labels=labels, scene=scene)
     return SceneComparison(
         labels,
         verdict,
@@ -372,142 +365,3 @@ def _exceeded_shift(
     limit = max(limit, time_tolerance) if limit else limit
     exceeded = limit and shift.seen and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan
-
-
-# ---- one channel
-#
-# After ASME V&V 20-2009 (section 1) a difference ``E`` is explained by the numerical uncertainty ``u``
-# where ``|E| <= k u``; applied sample by sample, where the uncertainty is small against the channel's
-# scale.
-
-
-def compare_channel(
-    channel: Channel,
-    time: Array,
-    a: Array,
-    b: Array,
-    *,
-    scene: Mapping[str, Any] | None,
-    u: tuple[Array | None, Array | None],
-    within: BoolArray | None = None,
-    criteria: Criteria = NO_CRITERIA,
-    limits: Thresholds,
-) -> ChannelComparison:
-    """Judge one channel on a common grid; arrays of shape (n,).
-
-    A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
-    agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
-    channel still differs if too few are explained even with all unpredictable ones counted as explained: a
-    model's error may be what makes its motion unpredictable. So does a position or a velocity if even the
-    largest uncertainty of all times explains too few samples: in a wrong unit the uncertainty, too, may be
-    too large for any sample to be predictable.
-
-    An uncertainty in ``u`` that is None makes both unused; then the scale is the range of ``a`` alone, which
-    an outlier in ``b`` must not widen. ``within`` are the samples that may be judged at all: where the
-    position that this channel follows is predictable, and its value follows from samples.
-    """
-    known, tolerance = u[0] is not None and u[1] is not None, criteria.tolerance_of(channel.name)
-    scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
-    result = ChannelComparison(
-        definition=channel,
-        scale=scale,
-        time=time,
-        a=a,
-        b=b,
-        u_a=u[0],
-        u_b=u[1],
-        tolerance=None if known or tolerance is None else tolerance * (1.0 if criteria.absolute else scale),
-        predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
-        limits=limits if known else replace(limits, share=criteria.share),
-        verdict="indeterminate",
-        basis=Basis.NO_LIMIT,
-        time_tolerance=0.0 if known else criteria.time_tolerance,
-    )
-    if result.u is not None:
-        result = replace(result, predictable=result.predictable & (result.u <= limits.alpha * scale))
-    result = replace(result, **_by_samples(result))
-    # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
-        result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
-    return result
-
-
-def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
-    """Compare the judged samples with their thresholds; return the judgement's fields."""
-    judged, threshold, limits = channel.judged, channel.threshold, channel.limits
-    count, outside = int(judged.sum()), int(channel.beyond.sum())
-    fixed = channel.u is None
-    judgement: dict[str, Any] = {"outside": outside}
-    explained = (count - outside) / count if count else 0.0
-    if threshold is not None and count:
-        # A fixed threshold may be zero: of a channel that is constant in the first table.
-        divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
-        worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
-        judgement |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
-    few_outside = not fixed and outside < limits.least_outside
-    verdict = "indeterminate"
-    if channel.extent < channel.definition.floor:
-        verdict, basis = "unexcited", Basis.RANGE
-    elif threshold is None:
-        basis = Basis.NO_LIMIT
-    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * int(channel.nonzero.sum()):
-        basis = Basis.COVERAGE
-    elif not count:
-        basis = Basis.NOTHING_JUDGED
-    elif few_outside and count < limits.least_judged:
-        basis = Basis.FEW_JUDGED
-    elif few_outside and explained < limits.share:
-        basis = Basis.FEW_OUTSIDE
-    else:
-        verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
-    return judgement | {"verdict": verdict, "basis": basis}
-
-
-def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
-    """Let a channel differ if even the largest threshold of all times explains too few samples."""
-    inside = channel.size[channel.nonzero] <= largest
-    if not inside.size or np.mean(inside) >= channel.limits.share:
-        return {}
-    return {
-        "verdict": "differ",
-        "basis": Basis.LARGEST,
-        "explained": np.nan,
-        "outside": int((~inside).sum()),
-        "worst": int(channel.size.argmax()),
-        "worst_threshold": largest,
-    }
-
-
-def _between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
-    """Return the extrema of a channel that no sample shows, of both tables or of none.
-
-    A force between two samples may be twice that of the samples. Extrema outside the compared span do not
-    count, nor those that do not hold the samples: a mapping has turned or scaled the column.
-    """
-    if channel.definition.angle or not all(channel.channel in table.extrema for table in tables):
-        return ((), ())
-    first, last = float(channel.time[0]), float(channel.time[-1])
-    rows: list[list[tuple[float, float]]] = []
-    for table, samples in zip(tables, (channel.a, channel.b), strict=True):
-        own = table.extrema[channel.channel]
-        if not own.get("min", inf) <= samples.min() <= samples.max() <= own.get("max", -inf):
-            return ((), ())
-        ends = [(own.get(f"time_of_{end}", nan), own[end]) for end in ("min", "max")]
-        rows.append([(at, value) for at, value in ends if first <= at <= last])
-    return rows[0], rows[1]
-
-
-def _gated(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
-    """Hold the metrics of a channel against their limits; a difference that samples show remains."""
-    if channel.u is not None or channel.verdict == "unexcited":
-        return channel
-    values = dict(channel.metrics)
-    values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
-    values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
-    checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
-    decided: dict[str, Any] = {}
-    if channel.verdict != "differ" and not all(check.met for check in checks):
-        decided = {"verdict": "differ", "basis": Basis.GATE}
-    elif channel.basis is Basis.NO_LIMIT:
-        decided = {"verdict": "agree", "basis": Basis.GATE}
-    return replace(channel, checks=checks, **decided)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.metrics.fits import Fit, fit
-from comparison.metrics.signals import rms
+from comparison.metrics.signals import Fit, fit, rms
 from comparison.scene.keys import flat
 from comparison.tables.align import Shift, estimate, hermite
 from comparison.tables.table import Table

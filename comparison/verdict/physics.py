@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.metrics.contacts import WINDOW, match, starts_at
-from comparison.metrics.fits import fit
+from comparison.metrics.signals import fit
 from comparison.tables.channels import CONTACTS, CORNERS, Array
 from comparison.tables.table import Table
 from comparison.verdict.results import Cause, ChannelComparison

@@ -17,8 +17,9 @@ from comparison.tables.dialect import Source
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import NO_CRITERIA, recorded_scene
+from comparison.verdict.channel import NO_CRITERIA
 from comparison.verdict.compare import compare as compare_runs
+from comparison.verdict.compare import recorded_scene
 from comparison.verdict.confirmation import decided, unconfirmed
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Doubt, SceneComparison

@@ -48,12 +48,7 @@ class Basis(Enum):
 
 
 METRICS = {
-    **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled"), 1),
-    **dict.fromkeys((f"sprague_geers_{part}" for part in ("magnitude", "phase", "combined")), 1),
-    **dict.fromkeys((f"russell_{part}" for part in ("magnitude", "phase", "comprehensive")), 1),
-    "peak_time_difference": 1,
-    "iso18571": -1,
-    **dict.fromkeys((f"iso18571_{part}" for part in ("corridor", "phase", "magnitude", "slope")), -1),
+    **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled", "peak_time_difference"), 1),
     **dict.fromkeys(("tube_share", "correlation"), -1),
 }
 """Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
@@ -281,23 +276,17 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Attribution:
-    """What the difference of a scene at one tier is due to; unknown values are nan or empty."""
+    """Numbers of what a scene's difference at one tier is due to; unknown values are nan or empty."""
 
     explained: float = nan  # share of the judged samples of all excited channels that are within k u
-    cause: str = ""  # "a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"
-    # Remaining share of the difference with the run of "a", "b" or "both" refined; the same by channel
+    # Share of the difference that is left with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
-    channels: dict[str, dict[str, float]] = field(default_factory=dict)
-    # "a", "b": share of the samples outside the band near which refinement moves the run by as much
-    still_moves: dict[str, float] = field(default_factory=dict)
-    # Why samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
-    # alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices.
+    refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
+    # Samples of the indeterminate channels that are not predictable: share by the u of "a" alone, of "b"
+    # alone, of "each" by itself, of the two only "together"
     unpredictable: dict[str, float] = field(default_factory=dict)
-    unpredictable_from: float = nan  # first of the most frequent of these, s
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
-    refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
-    strict_helps: bool = False  # the model that limits the coverage runs coarser than at "strict"
 
 
 @dataclass(frozen=True)
@@ -347,9 +336,7 @@ class Confirmation:
     excess: float = nan  # least distance of a run from the other's ensemble over that of its farthest member
     factor: float = nan  # by which the uncertainty was underestimated
     since: float = nan  # first sample at which the difference exceeded k u, s
-    clustered: bool = False  # clusters farther apart than they are wide, and than the uncertainty
-    parting: Parting | None = None  # first contact that occurs in some runs only and separates them
-    parted: tuple[str, str] = ("", "")  # models whose runs it separates; twice the same of one ensemble
+    parting: Parting | None = None  # first contact that runs of only one model have
 
     @property
     def fewest(self) -> int:
@@ -359,7 +346,7 @@ class Confirmation:
     @property
     def suspicious(self) -> bool:
         """Whether a discontinuous event decides, possibly an intermittent fault of a model."""
-        return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
+        return self.outcome == "underestimated" and self.factor > SUSPICIOUS
 
 
 @dataclass(frozen=True)
@@ -385,7 +372,7 @@ class SceneComparison:
     error: str = ""  # why nothing could be compared: one line, without the scene
     failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
-    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.confirmation`
+    refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)

@@ -1,17 +1,10 @@
-"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
 
-With what its verdicts come to of three or more models, and against those on record of the shipped scenes.
-"""
-
-import json
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from importlib.resources import files
-from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -31,8 +24,8 @@ from comparison.scene import Scene, SceneError, as_scene
 from comparison.tables.arguments import Options
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import settle, without_violation
 from comparison.verdict.criteria import Criteria
+from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
 Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
@@ -309,98 +302,3 @@ def _failed(outcomes: Outcomes) -> Outcomes:
     return {
         which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
     }
-
-
-# ---- three or more models: the verdicts of all pairs taken together
-
-Pair = tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """Position of the models of a scene to each other.
-
-    ``outcome``: "agree", all pairs; "outlier", one model differs from all others, which agree; "differ"
-    without an outlier; "undecided", a pair is indeterminate; "cannot compare", fewer than two models can be
-    compared.
-    """
-
-    outcome: str
-    outlier: str
-    compared: tuple[str, ...]
-    left_out: tuple[str, ...]  # cannot be compared with any other model
-    verdicts: Mapping[Pair, str]  # of the pairs of those compared
-
-
-def pairs(models: Sequence[str]) -> list[Pair]:
-    """Return all pairs of the models, in their order."""
-    return list(combinations(models, 2))
-
-
-def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
-    """Judge the verdicts of all `pairs` of three or more models."""
-    comparable = {
-        model for pair, verdict in verdicts.items() if verdict != "cannot compare" for model in pair
-    }
-    compared = tuple(model for model in models if model in comparable)
-    left_out = tuple(model for model in models if model not in comparable)
-    counted = {pair: verdicts[pair] for pair in pairs(compared)}
-    outlier, values = "", set(counted.values())
-    for model in compared if len(compared) > 2 else ():  # of two neither is one
-        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in counted.items()):
-            outlier = model
-    if not compared:
-        outcome = "cannot compare"
-    elif values == {"agree"}:
-        outcome = "agree"
-    elif outlier:
-        outcome = "outlier"
-    else:
-        outcome = "differ" if values <= {"agree", "differ"} else "undecided"
-    return Standing(outcome, outlier, compared, left_out, counted)
-
-
-# ---- the verdicts of the shipped scenes on record: ``verdicts.toml``, written by ``make reports``
-
-_HEAD = """\
-# The verdicts of `sixbar validate` on the shipped scenes, those of the README. Written by `make reports`.
-#
-# A scene: `hash`, of everything that can change a result; its verdict at each tier.
-"""
-
-
-class Departure(NamedTuple):
-    """A verdict that is not the one on record."""
-
-    scene: str
-    tier: str
-    verdict: str
-    recorded: str
-
-
-def as_toml(scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], made: Mapping[str, str]) -> str:
-    """Return what is recorded of scenes and their comparisons, made with which machine on which date."""
-    # A string of JSON is one of TOML too.
-    lines = [_HEAD, "[made]", *(f"{key} = {json.dumps(value)}" for key, value in made.items())]
-    for scene, comparison in zip(scenes, comparisons, strict=True):
-        lines += ["", f'[scenes."{scene.name}"]', f'hash = "{scene.hash}"']
-        lines += [f'{tier.tier} = "{tier.verdict}"' for tier in comparison.tiers]
-    return "\n".join(lines) + "\n"
-
-
-def verdicts_record() -> dict[str, Any]:
-    """Read ``verdicts.toml``: ``made`` (machine and date) and ``scenes``."""
-    return tomllib.loads(files("comparison.verdict").joinpath("verdicts.toml").read_text("utf-8"))
-
-
-def departures(
-    scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], record: Mapping[str, Any]
-) -> list[Departure]:
-    """Return the verdicts that are not those on record, of scenes that are as they are shipped."""
-    return [
-        Departure(scene.name, tier.tier, tier.verdict, known[tier.tier])
-        for scene, comparison in zip(scenes, comparisons, strict=True)
-        if (known := record["scenes"].get(scene.name, {})).get("hash") == scene.hash
-        for tier in comparison.tiers
-        if tier.verdict != known.get(tier.tier, tier.verdict)
-    ]

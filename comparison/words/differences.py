@@ -1,6 +1,6 @@
 """Sentences about a difference: its instant, its confirmation by ensembles, and what it is due to."""
 
-from math import inf, isfinite, isnan
+from math import isfinite, isnan, nan
 
 import pandas as pd
 
@@ -9,8 +9,6 @@ from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.results import (
     SUSPICIOUS,
-    Attribution,
-    Confirmation,
     Doubt,
     Refinement,
     SceneComparison,
@@ -18,11 +16,6 @@ from comparison.verdict.results import (
 
 _CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
 _MANY = 5  # contacts that begin in it
-_CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
-# Of the samples outside, near which a run must still move as far. Where a stiffness of 0.1 % makes the
-# difference it is 65 % at the standard tier, whose band is not much narrower.
-_SUSPECT = 0.9
-_MOST = 0.5  # of the samples that are not predictable
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 _DOUBTS = {
     Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
@@ -30,14 +23,6 @@ _DOUBTS = {
     Doubt.SLOW: "both models are too slow for an ensemble",
     Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
     Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
-}
-_CAUSES = {
-    "a": "explained by {own_a}; {b}",
-    "b": "explained by {own_b}; {a}",
-    "round-off": "at round-off: no setting has an effect",
-    "both": "both contribute: {a}, {b}, {both}",
-    "neither": "within the uncertainty, but not resolved by refinement: {a}, {b}, {both}",
-    "models": "difference of models: no refinement removes it ({a}, {b})",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",
@@ -119,9 +104,8 @@ def confirmation(scene: SceneComparison) -> str:
         factor = f"the uncertainty was underestimated by a factor {result.factor:.2g}"
         text = f"no difference of models, {factor}{since}: {inside}"
         if result.suspicious:
-            text += "; they split into clusters" if result.clustered else f"; a factor above {SUSPICIOUS:g}"
-            text += ", which indicates a discontinuous event, possibly an intermittent fault: "
-            text += parting(result) or "no single contact"
+            what = "a discontinuous event, possibly an intermittent fault"
+            text += f"; a factor above {SUSPICIOUS:g} indicates {what}"
         return text
     outside = "each model's run is outside those of the other"
     if 0 in result.members:
@@ -132,88 +116,51 @@ def confirmation(scene: SceneComparison) -> str:
     text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
-    return text if result.parting is None else f"{text}; they are first separated by {parting(result)}"
+    return text if result.parting is None else f"{text}; they are first separated by {parting(scene)}"
 
 
-def parting(result: Confirmation) -> str:
+def parting(scene: SceneComparison) -> str:
     """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
-    if result.parting is None:
+    if scene.confirmation is None or (contact := scene.confirmation.parting) is None:
         return ""
-    having, sizes = result.parting.having, result.parting.sizes
-    counts = list(zip(having, sizes, result.parted, strict=True))
-    if result.parted[0] == result.parted[1]:  # two parts of one ensemble
-        counts = [(sum(having), sum(sizes), result.parted[0])]
+    counts = zip(contact.having, contact.sizes, scene.labels, strict=True)
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    place, start = _place(result.parting.corner), result.parting.start
-    return f"the contact of the {place} at {start:.6g} s, which occurs in {occurs}"
+    return f"the contact of the {_place(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:
-    """Return what the difference of a scene is due to, most important first; empty if nothing is known."""
+    """Return the numbers of what the difference of a scene is due to; empty if none is known."""
     result, known = scene.attribution, not isnan(scene.attribution.explained)
     lines = [f"{plain_percent(result.explained)} of the judged samples explained"] if known else []
-    lines += [_cause(result)] if result.cause else []
+    if not isnan(result.remaining.get("both", nan)):
+        shares = [_share(result.remaining[key]) for key in ("a", "b", "both")]
+        refined = [*map(_refined, result.refinements), "both"]
+        left = [f"{share} with {what}" for share, what in zip(shares, refined, strict=True)]
+        lines.append(f"left of the difference: {', '.join(left)}")
     if result.outside_in:
         what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")
-    lines += [
-        f"but near {result.still_moves[key]:.0%} of the samples outside {label} still changes under "
-        "refinement by as much as the difference: its uncertainty may be underestimated"
-        for key, label in zip("ab", scene.labels, strict=True)
-        if result.still_moves.get(key, 0.0) >= _SUSPECT
-    ]
-    return [*lines, _unpredictable(result, scene.labels)] if known and result.unpredictable else lines
+    if result.unpredictable:
+        whose = (
+            f"{words.format(*scene.labels)} {result.unpredictable[key]:.0%}"
+            for key, words in _UNPREDICTABLE.items()
+            if result.unpredictable[key] >= 0.005
+        )
+        lines.append(f"not predictable in the indeterminate channels by {', '.join(whose)}")
+    return lines
 
 
-def _cause(result: Attribution) -> str:
-    left, (a, b) = result.remaining, result.refinements
-    words = {"both": f"both together {_effect(left['both'], min(a.gain, b.gain))}"}
-    if left["both"] > 1 + _CHANGED:
-        words["both"] += "; it grows, as accumulated round-off does with more steps"
-    for key, change in zip("ab", result.refinements, strict=True):
-        removed = _effect(left[key], change.gain, "the difference")
-        words[f"own_{key}"] = f"{_setting(change)}: {_refining(change, 'it')} {removed}"
-        words[key] = f"{_refining(change, _setting(change))} {_effect(left[key], change.gain)}"
-    return _CAUSES[result.cause].format(**words)
+def _refined(change: Refinement) -> str:
+    """Return "exudyn's step / 2 (2e-06 s; with its tolerance, 1e-07; 25% if all were its error)"."""
+    (chief, value), *others = change.settings.items() or [("setting", nan)]
+    now = [] if isnan(value) else [f"{value:g}{' s' if chief == 'step' else ''}"]
+    now += [f"with its {key}, {other:g}" for key, other in others]
+    now.append(f"{1 / change.gain:.3g} of its own error")
+    return f"{change.label}'s {chief} / {change.factor:g} ({'; '.join(now)})"
 
 
-def _refining(change: Refinement, setting: str) -> str:
-    return f"halving {setting}" if change.factor == 2 else f"dividing {setting} by {change.factor:g}"
-
-
-def _setting(change: Refinement) -> str:
-    """Return "exudyn's step (2e-06 s; with its tolerance, 1e-7)"."""
-    if not change.settings:
-        return f"{change.label}'s setting"
-    (chief, value), *others = change.settings.items()
-    along = "".join(f"; with its {key}, {other:g}" for key, other in others)
-    return f"{change.label}'s {chief} ({value:g}{' s' if chief == 'step' else ''}{along})"
-
-
-def _effect(remaining: float, gain: float, what: str = "it") -> str:
-    if remaining <= 1 - _CHANGED:
-        return f"divides {what} by {1 / remaining if remaining else inf:.2g} ({gain:.3g} expected)"
-    if abs(remaining - 1) < 5e-4:
-        return f"changes {what} by less than 0.1%"
-    return f"changes {what} by {remaining - 1:+.1%}"
-
-
-def _unpredictable(result: Attribution, labels: tuple[str, str]) -> str:
-    """State whose uncertainty makes samples of the indeterminate channels unpredictable, and the remedy."""
-    whose = {key: words.format(*labels) for key, words in _UNPREDICTABLE.items()}
-    shares = sorted(((result.unpredictable[key], words) for key, words in whose.items()), reverse=True)
-    (chief, words), *others = [item for item in shares if item[0] >= 0.005]
-    rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""
-    text = (
-        f"of the samples that are not predictable in the indeterminate channels, {words} makes "
-        f"{chief:.0%} so, from {result.unpredictable_from:.4g} s on{rest}"
-    )
-    neighbours = result.unpredictable["neighbours"]
-    if neighbours >= _MOST:
-        what = "the spread of neighbouring starts suffices, whatever the setting"
-        return f"{text}; for {neighbours:.0%} of them {what}"
-    # The tight tier has its own settings, independent of --accuracy.
-    return f"{text}; try --accuracy strict" if result.strict_helps else text
+def _share(remaining: float) -> str:
+    return f"{remaining:.1%}" if remaining < 10.0 else f"{remaining:.2g} times"
 
 
 def plain_percent(share: float) -> str:

@@ -21,9 +21,7 @@ _OF_CHANNEL = (
     "rms_scaled", "ratio", "largest_ratio", "worst_time", "worst_difference", "worst_size", "worst_threshold",
     "time_tolerance", "outside",
 )  # fmt: skip
-_OF_MODEL = (
-    "reliability", "low", "high", "capped", "mean", "deviation", "within", "within_low", "within_high",
-)  # fmt: skip
+_OF_MODEL = ("reliability", "low", "high", "capped", "mean", "deviation", "within")
 Status = Literal["passed", "failed", "skipped", "error"]
 _STATUS: dict[str, Status] = {
     "agree": "passed",
@@ -125,11 +123,11 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     result = comparison.confirmation
     if result is None:
         return None
-    left_out = ("doubt", "parting", "parted")
+    left_out = ("doubt", "parting")
     return {
         **{key: value for key, value in asdict(result).items() if key not in left_out},
         "suspicious": result.suspicious,
-        "contact": differences.parting(result),
+        "contact": differences.parting(comparison),
         "sentence": differences.confirmation(comparison),
     }
 
@@ -182,7 +180,6 @@ def _quantity(name: str, models: Mapping[str, Assessment], difference: Differenc
             "difference": difference.minimum,
             "half_width_sampling": difference.sampling,
             "half_width_numerical": difference.numerical,
-            "half_width_quadrature": difference.quadrature,
             "half_width": difference.half_width,
             "differences": difference.curve.tolist(),
             "half_widths": difference.curve_half_width.tolist(),

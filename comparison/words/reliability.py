@@ -122,9 +122,9 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
-        if any(len(_known(own)) < 3 for own in result.comparison.quantities.values()):
+        if any(len(_known(own)) < 2 for own in result.comparison.quantities.values()):
             lines.append(
-                "± holds what other cycles and samples leave open, not the numerical error of the tables: "
+                "± holds what other cycles leave open, not the numerical error of the tables: "
                 "that is known from finer runs of both (--finer-a, --finer-b)."
             )
     for name, tables in result.missing.items():
@@ -138,5 +138,4 @@ def table_notes(result: TableReliability) -> list[str]:
 
 
 def _known(difference: Difference) -> list[float]:
-    parts = (difference.sampling, difference.quadrature, difference.numerical)
-    return [part for part in parts if np.isfinite(part)]
+    return [part for part in (difference.sampling, difference.numerical) if np.isfinite(part)]

@@ -15,6 +15,7 @@ from comparison.formatting import instant, number, quantity
 from comparison.scene import Scene, command_line
 from comparison.tables.align import Shift
 from comparison.verdict.confirmation import ENOUGH, MEMBERS, OTHER_MEMBERS
+from comparison.verdict.overall import Departure, Standing
 from comparison.verdict.results import (
     METRICS,
     Basis,
@@ -24,7 +25,6 @@ from comparison.verdict.results import (
     decisive,
     rank,
 )
-from comparison.verdict.validate import Departure, Standing
 from comparison.words.causes import causes
 from comparison.words.differences import attribution_lines, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
@@ -407,7 +407,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         other_members=OTHER_MEMBERS,
         members=MEMBERS["reference"],
         enough=ENOUGH,
-        attributed=any(tier.attribution.cause for tier in judged),
+        attributed=any(tier.attribution.remaining for tier in judged),
         late=[quantity(time, "s") for time in dict.fromkeys(c.time_tolerance for c in channels) if time],
         limits=", ".join(
             dict.fromkeys(f"{check.metric} {bound(check)}" for c in channels for check in c.checks)

@@ -236,7 +236,7 @@ MISUSES = [
     ("compare(A, B, gate={'rms': 1})", "gate: 'rms' is not a metric"),
     ("compare(A, B, gate={'max_scaled': nan})", "gate.max_scaled = nan must be finite"),
     ("compare(A, B, gate={'max_scaled': -1})", "gate: max_scaled = -1 must be >= 0"),
-    ("compare(A, B, gate={'iso18571': 94})", "gate: iso18571 = 94 must be -1 to 1"),
+    ("compare(A, B, gate={'correlation': 94})", "gate: correlation = 94 must be -1 to 1"),
     ("compare(A, B, gate='max_scaled')", "gate = 'max_scaled' must be a dict"),
     ("compare(A, B, channels='slider_x')", "channels = 'slider_x' must be a list of names"),
     ("compare(A, B, channels=[])", "channels = []"),

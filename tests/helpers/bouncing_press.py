@@ -9,7 +9,8 @@ import pandas as pd
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import Attribution, SceneComparison
 
 PERIOD = 0.4  # s
@@ -104,7 +105,7 @@ def make_scene(name="press", cycles=2, seed=0, alter=lambda columns: columns, ti
             continue
         u = spread(a[key], neighbour[key], channel.round_off)
         results[key] = compare_channel(
-            channel, time, a[key], b[key], scene=scene.data, u=(u, u), limits=thresholds(tier)
+            channel, Samples(time, a[key], b[key], u, u), scene=scene.data, limits=thresholds(tier)
         )
     return SceneComparison(
         name=name,

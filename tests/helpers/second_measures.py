@@ -18,14 +18,6 @@ def root_mean_square(time, values):
     return largest * math.sqrt(area / (edges[-1] - edges[0]))
 
 
-def sprague_geers(time, m, c):
-    """By the formulas as they are printed; an arc cosine near 0 or pi keeps half of the digits."""
-    mm, cc, mc = (math.fsum(np.diff(time) * (of[1:] + of[:-1]) / 2) for of in (m * m, c * c, m * c))
-    magnitude = math.sqrt(cc / mm) - 1
-    phase = math.acos(max(-1.0, min(1.0, mc / math.sqrt(mm * cc)))) / math.pi
-    return magnitude, phase, math.hypot(magnitude, phase)
-
-
 def tube_share(time, m, c, width=0.002):
     """Share of samples in the tube about a polyline: its corners and ends within each window."""
     reach, height, inside = width * (time[-1] - time[0]), width * (m.max() - m.min()), 0

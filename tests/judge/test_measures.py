@@ -6,7 +6,7 @@ import pytest
 import second_measures
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.metrics.signals import rms, sprague_geers, tube_share
+from comparison.metrics.signals import rms, tube_share
 from comparison.tables.align import estimate, resample
 
 
@@ -24,8 +24,6 @@ def test_measures_of_random_signals(seed):
     assert rms(time, first - other) == pytest.approx(
         second_measures.root_mean_square(time, first - other), rel=1e-13
     )
-    expected = second_measures.sprague_geers(time, first, other)
-    assert sprague_geers(time, first, other) == pytest.approx(expected, abs=1e-7)  # the arc cosine's
     even = np.linspace(0.0, 7.0, 1237)  # 0.002 of it are two and a half samples
     first, other = (np.interp(even, np.linspace(0.0, 7.0, 60), of) for of in (first, other))
     other = first + 0.01 * np.ptp(first) * np.sin(9 * even)  # outside where it is flat

@@ -13,7 +13,8 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
-from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.criteria import Criteria
 
 EXACT = ("verdict", "outside")
@@ -155,18 +156,15 @@ def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
     b[:beyond] -= digit
     u = np.where(np.arange(200) < predictable, digit, 1.0)
     result = compare_channel(
-        channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), limits=thresholds()
+        channels()["slider_ax"], Samples(time, a, b, 3 * u, 4 * u), scene=None, limits=thresholds()
     )
     assert (result.verdict, result.coverage, result.outside) == (verdict, predictable / 200, beyond)
     assert result.worst_threshold == 10 * digit
     assert scene_verdict({"slider_ax": result}, thresholds().coverage) == verdict
     by_tolerance = compare_channel(
         channels()["slider_ax"],
-        time,
-        a,
-        b,
+        Samples(time, a, b),
         scene=None,
-        u=(None, None),
         criteria=Criteria(tolerance=5 * digit),
         limits=thresholds(),
     )

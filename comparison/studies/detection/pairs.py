@@ -28,7 +28,7 @@ from comparison.studies.detection.faults import RECORDS, Fault, load_copy, scene
 from comparison.studies.shared.scenes import at_tier, clearance_and_start, leaves, log_uniform
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import settle, without_violation
+from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason

@@ -94,7 +94,7 @@ def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
             for model, side in zip(MODELS, (each.a, each.b), strict=True):
                 row |= {f"{model}_smallest": side.minimum, f"{model}_at_deg": side.angle[side.worst]}
             row |= {"difference": each.minimum, "half_width": each.half_width, "other_cycles": each.sampling}
-            row |= {"numerics": each.numerical, "quadrature": each.quadrature, "verdict": each.verdict}
+            row |= {"numerics": each.numerical, "verdict": each.verdict}
             row |= {"smallest_P": each.a.within.min(), "largest_mean": each.a.mean.max()}
             rows.append(row)
     return pd.DataFrame(rows)

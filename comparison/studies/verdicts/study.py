@@ -17,8 +17,9 @@ from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies.shared.study import Study, markdown, write_csv
+from comparison.verdict.overall import as_toml
 from comparison.verdict.results import SceneComparison
-from comparison.verdict.validate import as_toml, validate
+from comparison.verdict.validate import validate
 from comparison.words.verdicts import headline, mark
 
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples

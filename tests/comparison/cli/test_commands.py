@@ -19,8 +19,9 @@ from comparison.models import MODELS
 from comparison.scene import load_scene, parse_set
 from comparison.verdict import confirmation
 from comparison.verdict import validate as judge
+from comparison.verdict.overall import Departure
 from comparison.verdict.results import no_comparison
-from comparison.verdict.validate import Departure, Validation
+from comparison.verdict.validate import Validation
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 

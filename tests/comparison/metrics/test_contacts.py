@@ -11,8 +11,6 @@ from contact_tables import contacts_of
 from comparison.execution.run import run_one
 from comparison.metrics.contacts import (
     PULSE_POINTS,
-    compare_impacts,
-    impacts_of,
     noted,
     pin_share,
     time_shares,
@@ -23,17 +21,6 @@ from comparison.tables.table import Table
 
 CORNERS = ("ll", "lr", "ul", "ur")
 END = 8.0
-
-
-def test_without_contacts_there_are_no_shares():
-    empty = pd.DataFrame()
-    none = compare_impacts(empty, empty, 0.1)
-    assert (none.count_a, none.count_b, len(none.pairs)) == (0, 0, 0)
-    assert np.isnan([none.precision, none.recall]).all()
-    predictable = {"ll": np.ones(2, dtype=bool)}
-    impacts = impacts_of(empty, empty, time=np.arange(2.0), period=1.0, predictable=predictable)
-    assert list(impacts) == ["all", "predictable"]
-    assert impacts_of(empty, None, time=np.arange(2.0), period=1.0, predictable={}) is None
 
 
 def shares(events):
@@ -109,10 +96,7 @@ def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_
     ("model", "changes"),
     [
         ("reference", {}),
-        ("reference", {"solver.reference.formulation": "multiplier"}),
-        ("reference", {"contact.law": "foundation"}),
         ("exudyn", {"solver.exudyn.formulation": "full"}),
-        ("exudyn", {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-9}),
         # A side is one contact
         ("exudyn", {"solver.exudyn.formulation": "tree", "contact.law": "foundation"}),
     ],

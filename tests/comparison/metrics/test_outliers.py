@@ -1,4 +1,4 @@
-"""The statistic is exact in rank, its floor keeps noise out, and clusters and their contact are found."""
+"""The statistic is exact in rank, its floor keeps noise out, and a contact parts two groups."""
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
 from comparison.metrics.contacts import WINDOW, parting_contact
-from comparison.metrics.signals import clustered, distances, split
+from comparison.metrics.signals import distances
 
 
 def heavy_tailed(rng, count):
@@ -63,21 +63,6 @@ def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, sid
     u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble).max(axis=0), 1e-3)
     of_members, of_run = distances(ensemble, side * thresholds().k * u, u)
     assert of_run >= of_members.max() * (1 - 1e-12)
-
-
-def test_two_families_are_clusters_and_errors_over_six_decades_are_not():
-    rng = np.random.default_rng(7)
-    families, lonely = (
-        1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < count, 1e-6, 0.0)[:, None]
-        for count in (12, 1)
-    )
-    assert clustered(families, np.full(30, 1e-8)).all()
-    # Not where they are no farther apart than u, nor where only a straggler is: one run is no family.
-    assert not clustered(families, np.full(30, 1e-5)).any()
-    assert not clustered(lonely, np.full(30, 1e-8)).any()
-    assert not clustered(families[:3], np.full(30, 1e-8)).any()
-    assert sum(clustered(heavy_tailed(rng, 99), np.full(20, 1e-10)).any() for _ in range(1000)) <= 5
-    np.testing.assert_array_equal(split(families[:, 0]), np.arange(99) < 12)
 
 
 def test_the_first_contact_that_parts_two_groups_is_named():

@@ -2,7 +2,6 @@
 
 import string
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,7 @@ from hypothesis import strategies as st
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs, model_uncertainty
 from comparison.execution.run import Job
-from comparison.models import _processor, platform_name, versions
+from comparison.models import platform_name
 from comparison.regression.record import (
     COUNT,
     Baseline,
@@ -132,18 +131,6 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
     assert np.all(np.array(list(x.values())) >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
     before = [point.threshold for point in alone.channels["slider_x"]]
     assert np.median(list(x.values())) > 5 * np.median(before)
-
-
-def test_the_processor_is_named_with_what_it_can_do(tmp_path):
-    path = tmp_path / "cpuinfo"
-    path.write_text(
-        "processor : 0\nmodel : 1\nmodel name : Some CPU\ncpu family : 25\nflags : fpu avx2 fma\n\n"
-        "processor : 1\nmodel : 2\nmodel name : Another\n"
-    )
-    assert _processor(path) == "Some CPU 25/1 avx2 fma"
-    assert isinstance(_processor(Path("nowhere")), str)
-    assert platform_name().split(", ")[0]
-    assert set(versions()) == {"python", "numpy", "scipy", "numba", "exudyn"}
 
 
 @pytest.mark.parametrize(

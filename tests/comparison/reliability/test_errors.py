@@ -28,15 +28,6 @@ def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(
     assert not slider_errors(press(), press(), PERIOD).by_channel["slider_vy"].any()
 
 
-def test_only_what_both_cover_counts_and_cycles_may_be_left_out(press):
-    errors = slider_errors(press(3.0, cycles=3), press(cycles=1.5), PERIOD)
-    assert errors.time[-1] == pytest.approx(1.5 * PERIOD)
-    time = press(cycles=3).time
-    later = slider_errors(press(time, cycles=3), press(cycles=3), PERIOD, start=PERIOD)
-    assert (later.time[0], later.time.size) == (0.0, 2001)
-    assert later.by_channel["slider_ay"] == pytest.approx(time[1000:], abs=1e-12)
-
-
 def test_tables_that_cannot_be_held_against_each_other_are_refused_in_one_line(press):
     usual, bare = press(), Table(press().frame.drop(columns="slider_ay"))
     late = Table(usual.frame.assign(time=usual.time + 0.1))

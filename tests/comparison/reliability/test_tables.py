@@ -42,29 +42,16 @@ def test_at_the_samples_of_validate_the_numbers_are_its_own(validated):
         assert difference.verdict == "undecided"  # without finer runs
 
 
-def test_at_fewer_samples_the_numbers_are_within_the_error_that_these_leave(validated):
+def test_too_few_samples_are_warned_of(validated):
     a, b, ideal = tables(SCENE)
     for given, period in (((a, b, ideal), None), ((a.frame, b.frame, ideal.frame), SCENE.period)):
         result = sixbar.reliability(*given[:2], ideal=given[2], period=period)
+        assert [line.partition(":")[0] for line in result.warnings] == ["table a", "table b"]
         for name, both in validated.items():
-            for own, dense in ((result.a[name], both.a), (result.b[name], both.b)):
-                left = own.density * [left.quadrature for left in own.left_open]
-                # And the error of Exudyn's own ideal motion.
-                assert np.all(np.abs(own.reliability - dense.reliability) <= left + both.numerical)
-                assert own.interval[0] < dense.minimum < own.interval[1]
-            change = result.comparison.quantities[name].minimum - both.minimum
-            assert abs(change) <= both.half_width + result.comparison.quantities[name].quadrature
-
-
-def test_finer_runs_give_the_difference_its_numerical_uncertainty(validated):
-    finer = SCENE.with_values({"solver.reference.tolerance": 1e-10, "solver.exudyn.tolerance": 1e-9})
-    (a, b, ideal), (finer_a, finer_b, _) = tables(SCENE), tables(finer)
-    result = sixbar.reliability(a, b, ideal=ideal, finer_a=finer_a, finer_b=finer_b)
-    assert result.comparison.verdict == "agree"
-    for name, difference in result.comparison.quantities.items():
-        assert 0 < difference.numerical < 1e-4
-        both = validated[name]
-        assert abs(difference.minimum - both.minimum) <= difference.half_width + both.half_width
+            # Whatever the samples miss, they miss in both.
+            assert abs(result.comparison.quantities[name].minimum - both.minimum) <= both.half_width
+            # Every second sample changes R by 2e-3, which the warning tells.
+            assert np.abs(result.a[name].reliability - both.a.reliability).max() < 2e-3
 
 
 def test_a_table_that_was_recorded_with_clearance_is_no_ideal_one():

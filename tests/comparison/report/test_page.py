@@ -19,7 +19,8 @@ from comparison.reliability.assessment import ReliabilityComparison, compare_rel
 from comparison.report.page import anchors, code_version, origin, render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
-from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Attribution, Refinement
 from comparison.words.differences import attribution_lines
@@ -235,12 +236,11 @@ def test_a_page_of_tables_speaks_of_what_was_compared(scene, tolerance):
     """The same from two tables that carry nothing but columns."""
     how = {
         "scene": None,
-        "u": (None, None),
         "criteria": Criteria(tolerance=tolerance),
         "limits": thresholds(),
     }
     channels = {
-        name: compare_channel(channel.definition, scene.time, channel.a, channel.b, **how)
+        name: compare_channel(channel.definition, Samples(scene.time, channel.a, channel.b), **how)
         for name, channel in scene.channels.items()
     }
     foreign = replace(
@@ -349,4 +349,4 @@ def test_other_measures_are_closed_and_said_to_be_information(scene):
     own = part(html, '<details class="more"><summary>Other measures of similarity', "</details>")
     assert "no verdict depends on them" in own
     # Nothing ever touches the upper left corner.
-    assert {name: len(cells) for name, cells in rows(own).items()} == {"slider_x": 15, "corner_ll_normal": 15}
+    assert {name: len(cells) for name, cells in rows(own).items()} == {"slider_x": 4, "corner_ll_normal": 4}

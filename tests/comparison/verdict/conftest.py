@@ -5,7 +5,6 @@ from fake_ensemble import COARSE, MODELS, Fake
 
 from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Outcome, RunError, run_key, run_one
 from comparison.scene import load_scene
 
 
@@ -34,25 +33,3 @@ def fake(fake_model, small):
         return Fake(fake_model.signals, of, draw, **options)
 
     return make
-
-
-@pytest.fixture
-def ran(fake_models, monkeypatch):  # noqa: ARG001
-    """What `validate` runs, each once, by the fake models; without worker processes."""
-    jobs, outcomes = {}, {}
-
-    def run(job):
-        try:
-            return Outcome("success", table=run_one(job.scene, job.model))
-        except RunError as error:
-            return error.outcome
-
-    def run_all(several, *_):
-        keys = [run_key(job.scene, job.model, "") for job in several]
-        for key, job in zip(keys, several, strict=True):
-            if key not in jobs:
-                jobs[key], outcomes[key] = job, run(job)
-        return [outcomes[key] for key in keys]
-
-    monkeypatch.setattr("comparison.verdict.validate.run_all", run_all)
-    return jobs

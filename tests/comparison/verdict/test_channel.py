@@ -1,17 +1,14 @@
 """One channel's verdict on known signals; its bounds and numbers are asked for in `tests/judge`."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from judged_runs import decided
 
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.compare import compare_channel, scene_verdict
+from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.compare import scene_verdict
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import scene_coverage
 
@@ -26,8 +23,8 @@ def judge(a, b, u=None, channel="slider_ax", **options):
     """Compare with this uncertainty in both, or in either; None: none."""
     both = u if isinstance(u, tuple) else (u, u)
     both = tuple(None if each is None else np.broadcast_to(each, a.shape).astype(float) for each in both)
-    usual = {"scene": None, "u": both, "limits": LIMITS} | options
-    return compare_channel(channels()[channel], np.linspace(0, 0.4, a.size), a, b, **usual)
+    usual = {"scene": None, "limits": LIMITS} | options
+    return compare_channel(channels()[channel], Samples(np.linspace(0, 0.4, a.size), a, b, *both), **usual)
 
 
 def test_a_force_that_is_zero_throughout_differs_from_rare_impacts():
@@ -75,43 +72,3 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
         overall, why = decided({name: judged[name] for name in names})
         assert (overall, said in why) == (verdict, True), why
     assert scene_coverage({name: judged[name] for name in "aboq"}) == pytest.approx(2 / 3)
-
-
-# The one number of a channel
-
-
-def apart(times, name="slider_vx", limits=LIMITS, u=1e-6):
-    """A channel whose difference is ``times`` its threshold, by sample."""
-    times = np.asarray(times, float)
-    a = 0.5 + np.sin(15.7 * np.linspace(0.0, 0.4, times.size))
-    return judge(a, a - times * 2.0 * u, u / np.sqrt(2.0), name, limits=limits)
-
-
-@given(st.integers(2, 3000), st.integers(0, 40), st.sampled_from([0.99, 0.95, 0.9995, 1.0]))
-def test_the_ratio_is_at_most_one_exactly_where_the_share_of_the_rule_is_within(count, outside, share):
-    outside = min(outside, count - 1)
-    times = np.r_[np.full(outside, 3.0), np.full(count - outside, 0.5)]
-    channel = apart(times, limits=replace(LIMITS, share=share))
-    if channel.verdict == "indeterminate":  # too few samples
-        assert outside < LIMITS.least_outside
-        assert np.isnan(channel.ratio)
-    else:
-        assert (channel.ratio <= 1.0) == (channel.verdict == "agree") == (channel.explained >= share)
-    assert channel.largest_ratio == pytest.approx(3.0 if outside else 0.5, rel=1e-6)
-
-
-def test_the_channel_with_the_largest_ratio_is_named_of_equal_ones_that_with_the_largest_maximum():
-    def spiked(times, spike):
-        return np.r_[spike, np.full(299, times)]
-
-    usual = {"slider_x": apart(spiked(0.1, 0.1), "slider_x")}
-    usual["slider_omega"] = apart(spiked(0.8, 0.8), "slider_omega")
-    for name, times, said in (
-        ("slider_vx", spiked(0.3, 0.3), "nearest to its limit slider_omega, |E|/2u (99%) = 0.80"),
-        ("slider_y", spiked(0.8, 0.9), "nearest to its limit slider_y, "),
-        ("slider_y", spiked(1.1, 50.0), "1 of 3 channels differ, most of all slider_y, |E|/2u (99%) = 1.1"),
-    ):
-        assert said in decided(usual | {name: apart(times, name)})[1]
-    # A single sample decides nothing.
-    both = {"slider_y": apart(spiked(1.1, 50.0), "slider_y"), "slider_vx": apart(spiked(4.0, 4.0))}
-    assert "most of all slider_vx, |E|/2u (99%) = 4.0" in decided(both)[1]

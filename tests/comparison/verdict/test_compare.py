@@ -1,25 +1,18 @@
 """Whole tables of runs: what cannot be compared, what is found, and what is carried along."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from by_keywords import compare
-from contact_tables import contacts_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics.contacts import SITUATIONS
-from comparison.scene import load_scene
-from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import recorded_scene
-from comparison.words.record import as_mapping
 from comparison.words.verdicts import scene_reason
 
 LABELS = ("reference", "exudyn")
 KINDS = ("", " finer", " perturbed", " other perturbed", " coarser")
-OF_EVENT = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 def test_errors_explain_a_difference_or_do_not_or_are_too_large_to_tell(scene, make_runs):
@@ -83,35 +76,6 @@ def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(
     none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
     assert (none, "drive" in warning) == (None, True)
     assert recorded_scene(recorded(), make_table()) == (None, ())
-    # Of a table of version 0.2.0, which knew neither a load nor another damping.
-    old = recorded()
-    record = old.provenance["scene"]
-    del record["load"], record["contact"]["damping"], record["contact"]["damping_depth"]
-    record["contact"]["impact_speed"] = "frozen"
-    for pair in ((old, recorded()), (recorded(), old), (old, old)):
-        result, warnings = recorded_scene(*pair)
-        assert (result.data["contact"], warnings) == (scene.data["contact"], ())
-    record["contact"]["impact_speed"] = "current"
-    none, (warning,) = recorded_scene(old, recorded())
-    assert (none, "contact" in warning) == (None, True)
-
-
-def test_many_rows_of_nine_channels_are_not_looped_over(lines_run):
-    names, rows = list(channels())[:9], 300_000
-    rng = np.random.default_rng(0)
-    t = np.arange(rows) * 1e-5
-    frame = pd.DataFrame({"time": t, **{name: np.sin(9 * t + k) for k, name in enumerate(names)}})
-    output = {"output.groups": ["accelerations"], "output.samples_per_cycle": 40000}
-    scene = load_scene("150rpm-0.2mm", output | {"drive.cycles": (rows - 1) / 40000})
-
-    def noisy():
-        return Table(frame + 1e-9 * rng.normal(size=frame.shape) * (frame.columns != "time"))
-
-    a, b = (Runs(*(noisy() for _ in range(3))) for _ in range(2))
-    results = []
-    # One loop over the samples of one channel is 300,000.
-    assert lines_run(lambda: results.append(compare(a, b, scene=scene))) < 200_000
-    assert len(results[0].channels) == 9
 
 
 FAULTS = {
@@ -150,61 +114,3 @@ def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel
     assert (said == "differ") == differs
     assert said not in ("agree", "indeterminate")
     assert "\n" not in said
-
-
-# Contacts
-
-
-def contacts(*rows):
-    return contacts_of(*rows).assign(**dict.fromkeys(OF_EVENT, 1.0))
-
-
-HITS = contacts(*((c, 0.1 * n + 0.01 * k, 0.1 * n + 0.01 * k + 1e-3)
-                  for k, c in enumerate(("ll", "lr", "ul", "ur")) for n in range(1, 6)))  # fmt: skip
-
-
-def test_the_shares_of_contact_situations_of_both_results_where_they_mean_something(make_table, scene):
-    table = make_table().frame
-    a, b = (Runs(Table(table, events)) for events in (contacts(("ll", 0.0, 0.2)), contacts()))
-    shares = as_mapping(compare(a, b, scene=scene, labels=LABELS))["situations"]
-    assert shares["reference"]["one_corner"] == pytest.approx(0.25, abs=1e-15)  # of 0.8 s
-    assert (shares["exudyn"]["free"], set(shares["exudyn"])) == (1.0, set(SITUATIONS))
-    assert compare(b, Runs(make_table()), scene=scene).situations[1] is None  # without events
-    assert compare(a, b, scene=scene).pin_contact == (None, None)
-    # Of the crank pin, where it has clearance; of a slider without there are none.
-    pin = load_scene("crank-pin", {"output.groups": []})
-    frame = make_table(scene=pin).frame
-    touching = Runs(Table(frame[frame.columns[:7]], contacts(("pin", 0.0, frame["time"].iloc[-1] / 4))))
-    result = compare(touching, touching, scene=pin, labels=LABELS, only=list(frame.columns[1:7]))
-    assert result.situations == (None, None)
-    assert as_mapping(result)["crank_pin_contact"]["exudyn"] == pytest.approx(0.25, abs=1e-15)
-
-
-def test_impacts_are_told_where_both_have_events_and_a_period(scene, make_table):
-    a, bare = Table(make_table().frame, HITS), make_table()
-    impacts = as_mapping(compare(Runs(a), Runs(a), scene=scene, tolerance=1e-3))["impacts"]
-    # Without uncertainties nothing tells which part is predictable.
-    assert list(impacts) == ["all"]
-    assert (impacts["all"]["matched"], impacts["all"]["recall"]) == (20, 1.0)
-    assert "pairs" not in impacts["all"]
-    for pair, known in (((a, bare), scene), ((bare, a), scene), ((a, a), None)):
-        assert compare(*map(Runs, pair), scene=known).impacts is None
-
-
-def test_a_contact_is_predictable_where_the_gap_of_its_corner_is(scene, make_table):
-    """Gaps decide for their corners; where there are none, and for the crank pin, x does."""
-    tables = [Table(make_table(part).frame) for part in (1e-6, 2.5e-7, 4e-6, 4e-6)]
-    # One finer run is far off in the gap at lower right, in the second half.
-    tables[1].frame.loc[tables[1].time > 0.4, "corner_lr_gap"] += 1e-3
-    start = [0.6, 0.1, 0.6, 0.6]
-    events = HITS.iloc[:4].assign(corner=["ll", "lr", "lr", "pin"], start=start, end=0.7)
-    run = Runs(Table(tables[0].frame, events), *tables[1:])
-    result = compare(run, run, scene=scene)
-    assert result.channels["corner_lr_gap"].coverage == pytest.approx(0.5, abs=0.02)
-    assert sorted(result.impacts["predictable"].pairs[:, 0]) == [0, 1, 3]
-    motion = ["time", *tables[0].channels[:6]]
-    bare = [Table(table.frame[motion].copy()) for table in tables]
-    bare[1].frame["slider_x"] += 1e-3
-    run = Runs(Table(bare[0].frame, events), *bare[1:])
-    without = scene.with_values({"output.groups": []})
-    assert compare(run, run, scene=without).impacts["predictable"].count_a == 0

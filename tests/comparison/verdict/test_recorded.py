@@ -1,6 +1,5 @@
 """Runs from files: the uncertainty and the verdict of `sixbar validate`, and what is missing is said."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,53 +8,10 @@ import pytest
 from by_keywords import compare_recorded
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.cli import main
-from comparison.scene import load_scene
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import read, write
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.recorded import Recorded
-from comparison.verdict.validate import validate
 from comparison.words.differences import confirmation
-from comparison.words.verdicts import scene_reason
-
-KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}
-
-
-@pytest.mark.usefixtures("ran", "elsewhere")
-def test_files_of_a_validation_give_its_uncertainty_and_verdict_bit_for_bit(
-    scene_file, gravity, tmp_path, capsys
-):
-    scene = load_scene(scene_file("own", gravity.differ))
-    (run,) = validate([scene], tiers=["standard"])
-    expected, programs, words = run.comparison, [], []
-    for side, (model, runs) in zip("ab", run.runs.items(), strict=True):
-        paths = {
-            kind: write(getattr(runs, kind), tmp_path / f"{model}-{kind}.csv") for kind in ("base", *KINDS)
-        }
-        words.insert(len(programs), str(paths["base"]))
-        words += [word for kind, name in KINDS.items() for word in (f"--{name}-{side}", str(paths[kind]))]
-        base, finer, coarser, *perturbed = map(read, paths.values())
-        programs.append(Recorded(base, finer, coarser, perturbed))
-    result = compare_recorded(*programs, scene=scene, labels=("reference", "exudyn"))
-    for name, channel in expected.channels.items():
-        for part in ("u_a", "u_b", "difference", "predictable", "explained", "scale", "worst_time"):
-            mine, theirs = (np.asarray(getattr(each, part)) for each in (result.channels[name], channel))
-            assert mine.tobytes() == theirs.tobytes(), (name, part)
-    reason = scene_reason(expected)
-    assert (result.verdict, scene_reason(result)) == (expected.verdict, reason)
-    capsys.readouterr()
-    # The command line finds the scene beside the tables.
-    assert main(["compare", *words, "--json"]) == 1
-    out, err = capsys.readouterr()
-    numbers = json.loads(out)
-    explained = pytest.approx(expected.attribution.explained, rel=1e-15)
-    assert (numbers["reason"], numbers["attribution"]["explained"]) == (reason, explained)
-    # `validate` ran ensembles; from files there is none.
-    assert expected.confirmation.outcome == "confirmed"
-    assert numbers["confirmation"]["outcome"] == "unconfirmed"
-    assert "differ (unconfirmed, 0 runs)" in err
-
 
 TIME = np.arange(401) * 2e-3
 

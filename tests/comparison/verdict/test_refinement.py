@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake, narrow
 
+from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import ENOUGH_LEVELS, MOST_LEVELS, settle
+from comparison.verdict.refinement import ENOUGH_LEVELS, MOST_LEVELS, settle, without_violation
 from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6
@@ -142,3 +143,12 @@ def test_models_with_ensembles_of_their_own_are_not_refined(fake):
     before = compare(*runs, scene=model.scene, labels=MODELS)
     result = settle(before, runs, scene=model.scene, models=MODELS, run=model.run, run_families=pytest.fail)
     assert (result.comparison.verdict, result.comparison.refined) == ("differ", 0)
+
+
+def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it(levels):
+    model, failed = levels(lambda _: 0.0), ("exudyn", Outcome(VIOLATED, "lower the step"))
+    scene, _, (warning,) = without_violation(model.fake.scene, [failed], MODELS, model.families)
+    assert (scene.data["solver"]["exudyn"]["step"], model.asked[0][0]) == (STEP / 2, STEP / 2)
+    assert warning.endswith("at which five bodies fail: lower the step")
+    for other in (("reference", failed[1]), ("exudyn", Outcome("crashed"))):
+        assert without_violation(model.fake.scene, [failed, other], MODELS, model.families) is None

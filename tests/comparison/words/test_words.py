@@ -192,7 +192,7 @@ def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
     )
     confirmed = replace(differing, confirmation=Confirmation("confirmed", members=(99, 30)))
     corrected = replace(scene, confirmation=Confirmation("underestimated", members=(99, 30), factor=6.4))
-    suspicious = replace(corrected, confirmation=replace(corrected.confirmation, clustered=True))
+    suspicious = replace(corrected, confirmation=replace(corrected.confirmation, factor=64.0))
     strict = "sixbar validate press --accuracy strict"
     undecided = replace(scene, verdict="indeterminate", closer_command=strict)
     failed = Job(load_scene("150rpm-0.2mm"), "exudyn")
@@ -201,7 +201,7 @@ def test_a_card_has_the_reason_the_confirmation_and_what_to_do():
         (scene, "", "", ""),
         (confirmed, "confirmed by at least 30 runs", "Find which model errs, by a third opinion:", "--set "),
         (corrected, "uncertainty underestimated 6.4 times", "", ""),
-        (suspicious, "uncertainty underestimated 6.4 times", "A discontinuous event decides.", ""),
+        (suspicious, "uncertainty underestimated 64 times", "A discontinuous event decides.", ""),
         (undecided, "", "See whether finer settings decide it:", strict),
         (crashed, "", "Repeat the run that failed, alone:", "sixbar run 150rpm-0.2mm --model exudyn --out "),
         (replace(crashed, failed=None), "", "Run the scene again once the cause is removed:", scene.command),

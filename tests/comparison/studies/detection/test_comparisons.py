@@ -25,7 +25,7 @@ from comparison.studies.detection.pairs import (
 )
 from comparison.tables.table import TableError
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import Settled
+from comparison.verdict.refinement import Settled
 from comparison.verdict.results import Confirmation
 
 FAULTS = catalogue()

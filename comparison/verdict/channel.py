@@ -1,0 +1,163 @@
+"""Verdict on one channel of two results.
+
+After ASME V&V 20-2009 (section 1) a difference ``E`` is explained by the numerical uncertainty ``u`` where
+``|E| <= k u``; applied sample by sample, where the uncertainty is small against the channel's scale. Without
+uncertainties a tolerance is the threshold, beside or without limits of metrics.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from comparison.accuracy.levels import Thresholds
+from comparison.metrics.signals import Between, scaled
+from comparison.tables.channels import Array, BoolArray, Channel
+from comparison.tables.table import Table
+from comparison.verdict.criteria import Criteria
+from comparison.verdict.results import Basis, ChannelComparison, Check
+
+NO_CRITERIA = Criteria()
+"""Of runs with uncertainties."""
+
+
+class Samples(NamedTuple):
+    """A channel of two results at common times (s), with their uncertainties, if known; shape (n,)."""
+
+    time: Array
+    a: Array
+    b: Array
+    u_a: Array | None = None
+    u_b: Array | None = None
+
+
+def compare_channel(
+    channel: Channel,
+    samples: Samples,
+    *,
+    scene: Mapping[str, Any] | None,
+    within: BoolArray | None = None,
+    criteria: Criteria = NO_CRITERIA,
+    limits: Thresholds,
+) -> ChannelComparison:
+    """Judge one channel on a common grid.
+
+    A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
+    agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
+    channel still differs if too few are explained even with all unpredictable ones counted as explained: a
+    model's error may be what makes its motion unpredictable. So does a position or a velocity if even the
+    largest uncertainty of all times explains too few samples: in a wrong unit the uncertainty, too, may be
+    too large for any sample to be predictable.
+
+    An uncertainty that is None makes both unused; then the scale is the range of ``a`` alone, which an
+    outlier in ``b`` must not widen. ``within``, shape (n,), are the samples that may be judged at all: where
+    the position that this channel follows is predictable, and its value follows from samples.
+    """
+    time, a, b, u_a, u_b = samples
+    known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel.name)
+    scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
+    result = ChannelComparison(
+        definition=channel,
+        scale=scale,
+        time=time,
+        a=a,
+        b=b,
+        u_a=u_a,
+        u_b=u_b,
+        tolerance=None if known or tolerance is None else tolerance * (1.0 if criteria.absolute else scale),
+        predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
+        limits=limits if known else replace(limits, share=criteria.share),
+        verdict="indeterminate",
+        basis=Basis.NO_LIMIT,
+        time_tolerance=0.0 if known else criteria.time_tolerance,
+    )
+    if result.u is not None:
+        result = replace(result, predictable=result.predictable & limits.predictable(result.u, scale))
+    result = replace(result, **_by_samples(result))
+    # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
+    if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
+        result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
+    return result
+
+
+def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
+    """Compare the judged samples with their thresholds; return the judgement's fields."""
+    judged, threshold, limits = channel.judged, channel.threshold, channel.limits
+    count, outside = int(judged.sum()), int(channel.beyond.sum())
+    fixed = channel.u is None
+    judgement: dict[str, Any] = {"outside": outside}
+    explained = (count - outside) / count if count else 0.0
+    if threshold is not None and count:
+        # A fixed threshold may be zero: of a channel that is constant in the first table.
+        divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
+        worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
+        judgement |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
+    few_outside = not fixed and outside < limits.least_outside
+    verdict = "indeterminate"
+    if channel.extent < channel.definition.floor:
+        verdict, basis = "unexcited", Basis.RANGE
+    elif threshold is None:
+        basis = Basis.NO_LIMIT
+    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * int(channel.nonzero.sum()):
+        basis = Basis.COVERAGE
+    elif not count:
+        basis = Basis.NOTHING_JUDGED
+    elif few_outside and count < limits.least_judged:
+        basis = Basis.FEW_JUDGED
+    elif few_outside and explained < limits.share:
+        basis = Basis.FEW_OUTSIDE
+    else:
+        verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
+    return judgement | {"verdict": verdict, "basis": basis}
+
+
+def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
+    """Let a channel differ if even the largest threshold of all times explains too few samples."""
+    inside = channel.size[channel.nonzero] <= largest
+    if not inside.size or np.mean(inside) >= channel.limits.share:
+        return {}
+    return {
+        "verdict": "differ",
+        "basis": Basis.LARGEST,
+        "explained": np.nan,
+        "outside": int((~inside).sum()),
+        "worst": int(channel.size.argmax()),
+        "worst_threshold": largest,
+    }
+
+
+def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
+    """Return the extrema of a channel that no sample shows, of both tables or of none.
+
+    A force between two samples may be twice that of the samples. Extrema outside the compared span do not
+    count, nor those that do not hold the samples: a mapping has turned or scaled the column.
+    """
+    if channel.definition.angle or not all(channel.channel in table.extrema for table in tables):
+        return ((), ())
+    first, last = float(channel.time[0]), float(channel.time[-1])
+    rows: list[list[tuple[float, float]]] = []
+    for table, samples in zip(tables, (channel.a, channel.b), strict=True):
+        own = table.extrema[channel.channel]
+        if not own.get("min", inf) <= samples.min() <= samples.max() <= own.get("max", -inf):
+            return ((), ())
+        ends = [(own.get(f"time_of_{end}", nan), own[end]) for end in ("min", "max")]
+        rows.append([(at, value) for at, value in ends if first <= at <= last])
+    return rows[0], rows[1]
+
+
+def gated(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
+    """Return a channel with its metrics held against their limits; what samples show remains."""
+    if channel.u is not None or channel.verdict == "unexcited":
+        return channel
+    values = dict(channel.metrics)
+    values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
+    values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
+    checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
+    decided: dict[str, Any] = {}
+    if channel.verdict != "differ" and not all(check.met for check in checks):
+        decided = {"verdict": "differ", "basis": Basis.GATE}
+    elif channel.basis is Basis.NO_LIMIT:
+        decided = {"verdict": "agree", "basis": Basis.GATE}
+    return replace(channel, checks=checks, **decided)
