@@ -282,7 +282,7 @@ def test_rates_that_are_none_are_refused(capsys):
     for text, said in texts.items():
         record.RATES.write_text(text)
         assert gate("--update") == 2
-        assert f"detection.json: {said}" in capsys.readouterr().err
+        assert f"trust.json: {said}" in capsys.readouterr().err
 
 
 def test_a_coarser_run_may_violate_an_invariant_as_it_may_in_a_comparison(scene_file, monkeypatch, capsys):

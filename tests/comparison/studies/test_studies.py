@@ -21,9 +21,6 @@ from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {
-    "campaign": "campaign.json scenes.csv opinions.csv failures.csv",
-    "detection": "detection.json comparisons.csv faults.csv",
-    "ensembles": "tests.csv",
     "extremes": "cells.csv classes.csv",
     "paper": "report.html printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv "
     "criteria.csv",
@@ -32,6 +29,7 @@ OTHER_FILES = {
     "paper/laws": "runs.csv",
     "paper/nonlinear": "exponents.csv",
     "paper/reliability": "differences.csv random-inputs.csv",
+    "trust": "trust.csv trust.json",
     "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
     "verdicts": "verdicts.csv verdicts.toml",
 }
@@ -92,10 +90,12 @@ def test_a_study_writes_page_figures_and_tables_and_a_second_call_runs_nothing(
 
 
 def test_a_study_that_is_a_part_now_says_so_and_a_part_that_is_none_is_refused(capsys):
-    for name, part in MOVED.items():
+    for name, words in MOVED.items():
         assert main(["study", name, "--small", "--jobs", "1"]) == 2
-        assert f"sixbar study paper --part {part}" in capsys.readouterr().err
-        assert part in PARTS
+        assert f": sixbar study {words}\n" in capsys.readouterr().err
+        study, _, part = words.partition(" --part ")
+        assert study in NAMES
+        assert part in ("", *PARTS)
     assert main(["study", "paper", "--part", "nonlinera"]) == 2
     assert "'nonlinera'" in capsys.readouterr().err
 
