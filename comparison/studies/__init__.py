@@ -1,8 +1,8 @@
 """Multi-run studies: questions that one comparison cannot answer. Each writes its own folder.
 
 A study is a package here, with a module `study` that holds its ``STUDY`` (`comparison.studies.shared.study`):
-what it is asked with, small and full; what it measures, by `comparison.execution`, so that an interrupted
-study resumes and a second call is quick; the template of its page and its figures.
+its extent, small and full; its measurement by `comparison.execution`, so that an interrupted study resumes
+and a second call is quick; the template of its page and its figures.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ STUDIES = {
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 to 15 minutes.",
     "extremes": "Both models at extreme parameters: limits, failures, messages; two hours on two cores.",
 }
-"""What each one is about."""
+"""Study -> its subject, in one line."""
 NAMES = tuple(STUDIES)
 MOVED = {
     "as-published": "paper --part main",
@@ -44,7 +44,7 @@ def write_study(
     small: bool = False,
     parts: Sequence[str] = (),
 ) -> list[Path]:
-    """Let a study write its folder; return the paths of its pages.
+    """Write the folder of a study; return the paths of its pages.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What several studies do with scenes: keys, settings of a tier, formulations."""
+"""Scenes of several studies: keys, settings of a tier, formulations."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ class Method:
     name: str  # both, as reports print them
     model: str  # "reference" or "exudyn"
     changes: Mapping[str, object] = field(hash=False)
-    """What selects it: dotted keys of a scene and their values, without tolerances and step sizes."""
+    """Its selection: dotted keys of a scene and their values, without tolerances and step sizes."""
 
     @property
     def title(self) -> str:
