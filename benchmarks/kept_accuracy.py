@@ -1,4 +1,4 @@
-"""Whether `--accuracy` is kept on random scenes: the hypercube of study extremes, or those of study campaign.
+"""Whether `--accuracy` is kept on random scenes: the hypercube of study extremes, or those of study trust.
 
 Each scene runs by the reference and by Exudyn's tree, over part of a cycle, at every accuracy. The table is
 judged on its predictable part by the strict run of the other model, by that of its own where the other has
@@ -6,7 +6,7 @@ none; once on all of that part, and once where the judge's own estimate is as sm
 "Strict reaches": the estimate of the model's own strict run is as small on as many samples. Scenes that were
 measured are cached, so that a pass can be resumed.
 
-    python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--campaign]
+    python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--trust]
 """
 
 import argparse
@@ -25,9 +25,9 @@ from comparison.execution.run import Outcome, RunError, run_one
 from comparison.execution.store import append_row, cache_folder, read_rows
 from comparison.models import code_hash, fingerprint, platform_name
 from comparison.scene import Scene, SceneError, digest, load_scene
-from comparison.studies.campaign.population import case
 from comparison.studies.extremes.cells import SAMPLES, hypercube
 from comparison.studies.extremes.runs import BASE
+from comparison.studies.trust.population import random_scene
 
 MODELS = {"reference": "auto", "exudyn": "tree"}
 ACCURACIES = (1e-6, 1e-8)
@@ -74,11 +74,11 @@ def limited(model: str, limit: float) -> Callable[[Sequence[Scene]], list[Outcom
     return run
 
 
-def population(number: int, seed: int, *, campaign: bool) -> Scene:
+def population(number: int, seed: int, *, trust: bool) -> Scene:
     """Return one of the random scenes; raises `SceneError` where there is no such scene."""
-    if not campaign:
+    if not trust:
         return hypercube(200, seed)[number].scene
-    return case(number, seed).scene.with_values({"output.groups": [], "output.samples_per_cycle": SAMPLES})
+    return random_scene(number, seed).with_values({"output.groups": [], "output.samples_per_cycle": SAMPLES})
 
 
 def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
@@ -166,7 +166,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cycles", type=float, default=1.0)
     parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
-    parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
+    parser.add_argument("--trust", action="store_true", help="scenes of study trust")
     asked = parser.parse_args()
     ledger = cache_folder() / "kept-accuracy.jsonl"
     ledger.parent.mkdir(parents=True, exist_ok=True)
@@ -175,10 +175,10 @@ def main() -> None:
     for model, name in MODELS.items():  # compile
         run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)
     for number in range(asked.scenes):
-        key = digest([asked.campaign, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
+        key = digest([asked.trust, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
         if key not in cached:
             try:
-                drawn = population(number, asked.seed, campaign=asked.campaign)
+                drawn = population(number, asked.seed, trust=asked.trust)
                 result = measure(drawn, asked.cycles, asked.limit)
             except SceneError:
                 result = []  # there is no such scene

@@ -3,7 +3,7 @@
 Each recommended setting is held against runs that are more accurate than any it was chosen by: the reference
 at 1e-14 and Exudyn's tree at 1e-12, whichever is farther, where `sixbar settings` calls the motion known.
 
-    python benchmarks/kept_settings.py [--first 0] [--scenes 50] [--seconds 60] [--seed 1] [--campaign]
+    python benchmarks/kept_settings.py [--first 0] [--scenes 50] [--seconds 60] [--seed 1] [--trust]
 """
 
 import argparse
@@ -48,13 +48,13 @@ def main() -> None:
     for name, default in {"scenes": 50, "seed": 1, "jobs": 2}.items():
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
+    parser.add_argument("--trust", action="store_true", help="scenes of study trust")
     asked = parser.parse_args()
     rows: list[list[str]] = []
     outside = 0
     for number in range(asked.first, asked.first + asked.scenes):
         try:
-            drawn = population(number, asked.seed, campaign=asked.campaign)
+            drawn = population(number, asked.seed, trust=asked.trust)
         except SceneError:
             continue
         scene = drawn.with_values({"drive.cycles": 1.0})

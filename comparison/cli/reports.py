@@ -20,8 +20,8 @@ REPORTS = Path("reports")
 TIMES = "times.md"
 PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
-OF_THE_VERDICT = ("detection", "campaign")
-"""Studies that test the verdict itself; their findings follow the table in the README."""
+OF_THE_VERDICT = "trust"
+"""Study that tests the verdict itself; its finding follows the table in the README."""
 
 
 def index(pages: dict[str, str]) -> str:
@@ -60,13 +60,11 @@ def times() -> str:
 
 def generated(pages: dict[str, str], measured: str) -> str:
     """Return what the README has between its markers, from the pages of the studies, by their paths."""
-    rates = [
-        f"- [{name}](reports/{name}/README.md): {finding(pages[f'{name}/README.md'])}"
-        for name in OF_THE_VERDICT
-    ]
+    page = f"{OF_THE_VERDICT}/README.md"
+    rates = f"The verdict itself, tested: {finding(pages[page])} [More](reports/{page})."
     verdicts = pages["verdicts/README.md"]
     table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
-    return "\n".join([table, "", "The verdict itself, tested:", "", *rates, "", measured.strip()])
+    return "\n\n".join([table, rates, measured.strip()])
 
 
 def with_generated(readme: str, text: str) -> str:

@@ -69,19 +69,19 @@ def _paper(
     return _write("paper", out, jobs, small, quiet, list(dict.fromkeys(part or ())))
 
 
-def _moved(name: str, part: str) -> Callable[[], int]:
-    return lambda: complain(f"study {name} is a part of another now: sixbar study paper --part {part}", 2)
+def _moved(name: str, words: str) -> Callable[[], int]:
+    return lambda: complain(f"study {name} is a part of another now: sixbar study {words}", 2)
 
 
 for _name, _about in STUDIES.items():
     studies.command(_name, help=f"{_about} Writes a README.md with figures.", short_help=_about)(
         _paper if _name == "paper" else _command(_name)
     )
-for _name, _part in MOVED.items():
+for _name, _words in MOVED.items():
     # With whatever options it once had.
     studies.command(
         _name, hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True}
-    )(_moved(_name, _part))
+    )(_moved(_name, _words))
 
 
 @studies.command()

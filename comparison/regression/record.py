@@ -62,7 +62,7 @@ CONFIRMING = range(8, 28)
 LATER = 5
 """Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
-RATES = Path("reports/detection/detection.json")
+RATES = Path("reports/trust/trust.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
 
 HEADER = """\

@@ -1,8 +1,8 @@
 """Multi-run studies: questions that one comparison cannot answer. Each writes its own folder.
 
 A study is a package here, with a module `study` that holds its ``STUDY`` (`comparison.studies.shared.study`):
-what it is asked with, small and full; what it measures, by `comparison.execution`, so that an interrupted
-study resumes and a second call is quick; the template of its page and its figures.
+its extent, small and full; its measurement by `comparison.execution`, so that an interrupted study resumes
+and a second call is quick; the template of its page and its figures.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,24 +14,25 @@ from comparison.studies.paper import MAIN, PARTS
 STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
     "paper": "The paper: its numbers and statements against both models, and parts on what they need; hours.",
-    "ensembles": "Distributions of the motion in both models, where single runs are not predictable.",
-    "detection": "Detection power and false-alarm rate of the verdict; an hour on two cores.",
-    "campaign": "Random scenes in both models, and which model errs where they differ; an hour on two cores.",
+    "trust": "The verdict under test: false alarms on random scenes, seeded faults; hours.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 to 15 minutes.",
     "extremes": "Both models at extreme parameters: verdicts, failures, messages; two hours on two cores.",
 }
-"""What each one is about."""
+"""Study -> its subject, in one line."""
 NAMES = tuple(STUDIES)
 MOVED = {
-    "as-published": "main",
-    "identification": "identification",
-    "nonlinear": "nonlinear",
-    "reliability": "reliability",
-    "random-inputs": "main",
-    "crank-pin": "main",
-    "contact-laws": "laws",
+    "as-published": "paper --part main",
+    "identification": "paper --part identification",
+    "nonlinear": "paper --part nonlinear",
+    "reliability": "paper --part reliability",
+    "random-inputs": "paper --part main",
+    "crank-pin": "paper --part main",
+    "contact-laws": "paper --part laws",
+    "detection": "trust",
+    "campaign": "trust",
+    "ensembles": "trust",
 }
-"""Former study -> part of the study paper that it has become."""
+"""Former study -> study, or part of one, that it has become."""
 
 
 def write_study(
@@ -43,7 +44,7 @@ def write_study(
     small: bool = False,
     parts: Sequence[str] = (),
 ) -> list[Path]:
-    """Let a study write its folder; return the paths of its pages.
+    """Write the folder of a study; return the paths of its pages.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 """Sweeps: runs over any keys of a scene, in a grid, a list or a Latin hypercube; a table with a row a run."""
 
 import csv
-import difflib
 import logging
 import math
 import socket
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import islice, product
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from comparison.studies.shared.scenes import settable
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
 
-# ---- which values of which keys are run
+# ---- the points
 
 Point = dict[str, object]  # dotted keys of a scene and their values
 MOST = 1_000_000
@@ -38,13 +38,13 @@ LARGEST_LIST = 200_000_000  # bytes of a list of points
 
 
 class SweepError(ValueError):
-    """A sweep that cannot be started or gone on with; the message is one line."""
+    """A sweep that cannot start or continue; the message is one line."""
 
 
 def chosen_points(
     axes: Sequence[str] | None, file: Path | None, ranges: Sequence[str] | None, count: int, seed: int
 ) -> list[Point]:
-    """Return the points that one of three ways gives: `grid`, `listed` or `latin_hypercube`."""
+    """Return the points of a `grid`, a `listed` file or a `latin_hypercube`, whichever is given."""
     ways = [name for name, given in (("--grid", axes), ("--list", file), ("--latin", ranges)) if given]
     if len(ways) > 1:
         raise SweepError(f"{' and '.join(ways)}: give one of --grid, --list and --latin")
@@ -110,14 +110,8 @@ def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
     return [dict(zip(ranges, map(float, row), strict=True)) for row in qmc.scale(sample, lows, highs)]
 
 
-def close_to(name: str, known: Iterable[str]) -> str:
-    """Return a hint at the name that may have been meant; nothing where none is near."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {close[0]!r}?" if close else ""
-
-
 def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str]]:
-    """Return the key of each axis and what it says of it; no key twice."""
+    """Return the key of each axis and its text; no key twice."""
     split: dict[str, str] = {}
     for axis in axes:
         key, equals, text = axis.partition("=")
@@ -130,11 +124,11 @@ def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str]]:
 
 
 def _value(text: str) -> object:
-    """Read a TOML value; what is none is a string."""
+    """Read a TOML value; any other text is a string."""
     return parse_set([f"key={text}"])["key"]
 
 
-# ---- what is measured of each run, on which processes
+# ---- the quantities of each run, and the processes
 
 LEDGER, TABLE = "runs.jsonl", "sweep.csv"
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
@@ -146,7 +140,7 @@ PATIENCE = 10.0  # s, after which waiting for a scheduler that does not answer i
 
 
 def names() -> list[str]:
-    """List every quantity that a run may be asked for; no model writes channels of the crank."""
+    """List every quantity of a run; no model writes channels of the crank."""
     written = [name for name, channel in channels().items() if channel.group != "crank"]
     return [
         *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
@@ -159,7 +153,7 @@ def names() -> list[str]:
 
 
 def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float | None:
-    """Return one of the `names` of a run; None where it has not what that needs.
+    """Return one of the `names` of a run; None where the run lacks the channel or its contacts.
 
     A peak error is the largest over the second cycle, as in the paper; over all where there is no second.
     """
@@ -188,7 +182,7 @@ def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float
 
 @dataclass(frozen=True)
 class SweepRun(Task):
-    """A run: the base scene with a point's values, by a model; what it is asked for."""
+    """Run of the base scene with a point's values by a model, and the quantities to measure."""
 
     base: Scene
     point: Point
@@ -197,7 +191,7 @@ class SweepRun(Task):
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Its fields; of the point texts: JSON has neither nan nor dates, which a run refuses."""
+        """Its fields, the point as texts: JSON has neither nan nor dates, which a run refuses."""
         return super().identity | {"point": _texts(self.point)}
 
     @property
@@ -211,7 +205,7 @@ def _texts(point: Point) -> dict[str, str]:
 
 
 def run_point(task: SweepRun, progress: Progress) -> Row:
-    """Run and measure."""
+    """Run a point and measure its quantities."""
     del progress
     scene = task.base.with_values(task.point)
     run, ideal = run_one(scene, task.model), None
@@ -233,13 +227,15 @@ def sweep(
     """Run all points by all models; return the path of the table and how many runs did not succeed.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
-    does not depend on who ran what when; failed runs are rows too, with their reason. The folder is made once
-    all that is asked for is known; what is not is a `SweepError`, a row that cannot be kept a `LedgerError`.
+    does not depend on the order of the runs; failed runs are rows too, with their reason. The folder is made
+    once all keys and quantities are known: an unknown one is a `SweepError`, a row that cannot be kept a
+    `LedgerError`.
     """
     known = names()
     for name in asked:
         if name not in known:
-            hint = close_to(name, known) or "such as " + ", ".join(USUAL)
+            close = get_close_matches(name, known, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else f"such as {', '.join(USUAL)}"
             raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
     keys = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
@@ -266,7 +262,7 @@ def sweep(
 
 
 def on_cluster(address: str) -> Spread:
-    """Return what spreads work over the workers of a Dask scheduler, which have this package installed."""
+    """Return a `Spread` over the workers of a Dask scheduler, which have this package installed."""
     try:
         from distributed import Client, as_completed
     except ImportError as error:
@@ -318,5 +314,5 @@ def on_cluster(address: str) -> Spread:
 
 
 def _alone(attempt: Attempt, task: Task) -> Any:
-    """Work off a task of which nobody asks how far it is (on the cluster)."""
+    """Run a task on the cluster, where no progress is reported."""
     return attempt(task, lambda _: None)

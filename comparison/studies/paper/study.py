@@ -284,5 +284,4 @@ STUDY = Study(
     measure=measure,
     page=page,
     draw=draw,
-    one_file=True,
 )

@@ -1,9 +1,5 @@
-"""A study: what it is asked with, what it measures, the page that it fills and the figures that it draws.
+"""A study: extent, measurement, page and figures; tables, curves and rates of several pages."""
 
-And what pages of several studies are made of: tables of frames, a panel of curves, observed rates.
-"""
-
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -13,8 +9,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 import pandas as pd
 from jinja2 import Environment, StrictUndefined
-from markdown_it import MarkdownIt
-from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
@@ -23,7 +17,6 @@ from scipy.stats import binomtest
 from comparison.execution.run import Progress
 from comparison.files import replacing, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, number, percent, quantity, table
-from comparison.report.page import TEMPLATES, style
 
 C = TypeVar("C")
 R = TypeVar("R")
@@ -35,17 +28,15 @@ class Study(Generic[C, R]):
 
     name: str  # as the command line takes it; also of its template, and of its package or module
     small: C
-    full: C  # what it is asked with: to try it, or for its report
+    full: C  # its extent: for a trial, or for its report
     measure: Callable[[C, int, Progress | None], R]
     """Runs and measures, with so many worker processes and progress from 0 to 1."""
     page: Callable[[R], Mapping[str, object]]
-    """What the template asks for: tables, numbers and texts."""
+    """Returns the tables, numbers and texts of the template."""
     draw: Callable[[R, Path], None]
     """Writes figures and tables into a folder."""
     data: Callable[[R], Mapping[str, Any]] | None = None
-    """What goes into ``NAME.json`` beside the page; None: nothing."""
-    one_file: bool = False
-    """Whether page and figures go into one file too, ``report.html``."""
+    """Returns the content of ``NAME.json`` beside the page; None: there is no such file."""
     part_of: str = ""
     """Study of which it is a part: its page is NAME.md there, all else in a folder NAME beside the page."""
 
@@ -65,71 +56,23 @@ class Study(Generic[C, R]):
             write_json(self.data(results), beside / f"{self.name}.json")
         page = folder / (f"{self.name}.md" if self.part_of else "README.md")
         write_text(self.text(results), page)
-        if self.one_file:
-            write_text(single_page(page), folder / "report.html")
         return page
 
     def text(self, results: R) -> str:
-        """Return the page: its template with what is measured."""
+        """Return the page: its template with the results."""
         name = self.name.replace("-", "_")
         template = files(f"comparison.studies.{self.part_of or name}") / f"{name}.md"
         return _PAGES.from_string(template.read_text("utf-8")).render(self.page(results))
 
 
 def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
-    """Return what reports the progress of a part, which takes the whole from one share to another."""
+    """Return the progress function of a part, which takes the whole from one share to another."""
     return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
-
-
-_ONE_FILE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
-<title>{{ title }}</title>
-<style>{{ css }}</style>
-</head>
-<body>
-<main>
-{{ body }}
-</main>
-</body>
-</html>
-"""
-
-
-def single_page(readme: Path) -> str:
-    """Return HTML with the text of a README, whose own HTML is shown as text, and the figures beside it.
-
-    Links to figures and headings lead to their places on the page.
-    """
-
-    def heading(match: re.Match[str]) -> str:
-        anchor = re.sub(r"[^\w-]", "", match[1].lower().replace(" ", "-"))
-        return f'<h2 id="{anchor}">{match[1]}</h2>'
-
-    def figure(match: re.Match[str]) -> str:
-        name, caption = match.groups()  # Markdown has escaped it
-        drawing = (readme.parent / f"{name}.svg").read_text("utf-8")
-        return (
-            f'<figure id="{name}"><div role="img" aria-label="{caption}">{drawing}</div>'
-            f"<figcaption>{caption}</figcaption></figure>"
-        )
-
-    text = readme.read_text("utf-8")
-    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
-    body = body.replace("<table>", '<div class="scroll"><table>').replace("</table>", "</table></div>")
-    body = re.sub(r"<h2>(.*?)</h2>", heading, body)
-    body = re.sub(r'href="([\w-]+)\.svg"', r'href="#\1"', body)
-    body = re.sub(r'<p><img src="([\w-]+)\.svg" alt="([^"]*)" ?/?></p>', figure, body)
-    title = text.partition("\n")[0].removeprefix("# ")
-    return TEMPLATES.from_string(_ONE_FILE).render(title=title, css=style(), body=Markup(body))
 
 
 # ---- tables
 
-Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and what writes a value of it
+Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and the function that writes its values
 Quantities = Mapping[str, str | tuple[Any, ...]]
 """Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
 
@@ -146,7 +89,7 @@ def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | 
 
 
 def quantities(frame: pd.DataFrame, columns: Quantities) -> str:
-    """Return a table of the columns; what is missing is said."""
+    """Return a table of the columns; missing values are marked."""
     shown = {}
     for heading, what in columns.items():
         name, form = (what, ()) if isinstance(what, str) else (what[0], what[1:])
@@ -175,7 +118,7 @@ def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | No
             frame.to_csv(part, index=False, float_format=digits)
 
 
-# What is measured stands in the template of a page in braces: {runs.x.max() | number}.
+# Results stand in the template of a page in braces: {runs.x.max() | number}.
 _PAGES = Environment(
     variable_start_string="{",
     variable_end_string="}",

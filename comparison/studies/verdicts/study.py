@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from math import nan
+from math import isnan
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Progress
@@ -16,7 +15,7 @@ from comparison.models import made_on
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies.shared.study import Study, markdown, write_csv
+from comparison.studies.shared.study import Study, markdown
 from comparison.verdict.overall import as_toml
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import validate
@@ -27,11 +26,6 @@ ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
 """What `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
 X = "largest difference of x"
-SHOWN = [
-    "scene", "standard tier", "channels that agree", "samples predictable", X,
-    "tight tier", "channels that agree, tight", "samples predictable, tight", f"{X}, tight",
-]  # fmt: skip
-"""Columns of `row` on the page; all are in ``verdicts.csv``."""
 
 
 class Results(NamedTuple):
@@ -51,25 +45,18 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
     rows = pd.DataFrame(map(row, results.comparisons))
-    texts = {"finding": headline(results.comparisons), "table": markdown(rows[SHOWN])}
+    texts = {"finding": headline(results.comparisons), "table": markdown(rows)}
     return texts | results.made | {"above": ABOVE, "target": f"{TARGET:.0e}"}
 
 
 def row(scene: SceneComparison) -> dict[str, str]:
     """Return a scene's line of the table."""
-    tight, all_samples = scene.tight, nan
-    if scene.channels:
-        all_samples = scene.channels["slider_x"].max_difference
-    both = _tier(scene, "") | _tier(tight, ", tight")
+    tight = scene.tight
+    cells = {"scene": scene.title, "standard tier": _verdict(scene), **_tier(scene, "")}
+    cells |= {"tight tier": _verdict(tight), **_tier(tight, ", tight")}
     if tight and tight.channels and tight.channels["slider_x"].largest_predictable > TARGET:
-        both[f"{X}, tight"] += f" {ABOVE}"
-    return {
-        "scene": scene.title,
-        "standard tier": _verdict(scene),
-        "tight tier": _verdict(tight),
-        **both,
-        f"{X}, all samples": _metres(all_samples),
-    }
+        cells[f"{X}, tight"] += f" {ABOVE}"
+    return cells
 
 
 def _verdict(scene: SceneComparison | None) -> str:
@@ -79,35 +66,28 @@ def _verdict(scene: SceneComparison | None) -> str:
 
 
 def _tier(scene: SceneComparison | None, tier: str) -> dict[str, str]:
-    agree = predictable = explained = x = MISSING
+    agree = predictable = x = MISSING
     if scene is not None and scene.channels:
         excited = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
         agree = f"{excited.count('agree')} of {len(excited)}"
         predictable = percent(scene.coverage, scene.coverage_error)
-        explained = percent(scene.attribution.explained) if scene.attribution else MISSING
-        x = _metres(scene.channels["slider_x"].largest_predictable)
+        largest = scene.channels["slider_x"].largest_predictable
+        x = MISSING if isnan(largest) else f"{largest:.1e} m"
     return {
         f"channels that agree{tier}": agree,
         f"samples predictable{tier}": predictable,
-        f"of these explained{tier}": explained,
         f"{X}{tier}": x,
     }
 
 
-def _metres(value: float) -> str:
-    return MISSING if np.isnan(value) else f"{value:.1e} m"
-
-
 def draw(results: Results, folder: Path) -> None:
-    """Write the picture of the README, the verdicts to be recorded and the whole table."""
+    """Write the picture of the README and the verdicts to be recorded."""
     named = {comparison.name: comparison for comparison in results.comparisons}
     shown = named["150rpm-0.2mm"]
     figure = channel_figure(shown, shown.channels["slider_x"], "readme")
     write_text(standalone(figure), folder / "slider_x.svg")
     record = as_toml([load_scene(name) for name in named], results.comparisons, results.made)
     write_text(record, folder / RECORD)
-    table = pd.DataFrame(map(row, results.comparisons)).replace(r"\*\*", "", regex=True)
-    write_csv({"verdicts": table}, folder)
 
 
 # The table of the README has all of them in any case.

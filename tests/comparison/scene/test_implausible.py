@@ -6,7 +6,7 @@ import pytest
 import reference_model
 from comparison.scene import load_scene, shipped_scenes
 from comparison.scene.loading import contact_time
-from comparison.studies.detection.pairs import changed, scenes_with_clearance
+from comparison.studies.trust.population import changed, scenes_with_clearance
 
 PAPER = "150rpm-0.2mm"
 FORMULATION, STEP = "solver.exudyn.formulation", "solver.exudyn.step"

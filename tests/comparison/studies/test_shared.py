@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import beta
 
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import (
@@ -12,7 +13,6 @@ from comparison.studies.shared.study import (
     rate,
     rows_table,
     share,
-    single_page,
     upper_limit,
 )
 
@@ -31,9 +31,10 @@ def test_rows_and_columns_stand_in_the_order_in_which_they_come_first_and_what_l
 def test_rates_and_their_limits():
     assert rate([1.0, 2.0, np.nan, 4.0, 8.0], [3.0, 12.0, 1.0, 48.0, -1.0]) == pytest.approx(2.0)
     assert np.isnan(rate([1.0, 2.0], [1.0, 0.0]))
-    # Of 0 in n the limits solve (1 - p)^n = 0.025 and 0.05.
-    assert interval(0, 10) == (0.0, pytest.approx(1 - 0.025**0.1))
-    assert upper_limit(0, 10) == pytest.approx(1 - 0.05**0.1)
+    # Of Clopper and Pearson: quantiles of the beta distribution.
+    assert interval(3, 40) == pytest.approx((beta.ppf(0.025, 3, 38), beta.ppf(0.975, 4, 37)))
+    assert upper_limit(3, 40) == pytest.approx(beta.ppf(0.95, 4, 37))
+    assert upper_limit(20, 20) == 1.0
     assert (interval(0, 0), upper_limit(0, 0)) == ((0.0, 1.0), 1.0)
     assert [share(rate) for rate in (0.0123, 0.9951)] == ["1.2\u00a0%", "99.5\u00a0%"]
 
@@ -46,22 +47,3 @@ def test_figures_come_from_the_published_table_with_half_a_unit_of_their_last_di
     figure = published(row)
     assert figure.value == value
     assert figure.rounding == pytest.approx(rounding, rel=1e-12)
-
-
-def test_the_page_holds_the_figures_and_shows_html_as_text(tmp_path):
-    (tmp_path / "figure-1.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0"/></svg>')
-    readme = tmp_path / "README.md"
-    readme.write_text(
-        "# Title & <b>\n\n[to](figure-1.svg) [it](#the-runs)\n\n## The runs\n\n"
-        '| a |\n|---|\n| <script>x</script> |\n\n![Fig. 1: "x" < y](figure-1.svg)\n'
-    )
-    html = single_page(readme)
-    assert "<script>" not in html
-    assert "<img" not in html
-    for part in (
-        "<title>Title &amp; &lt;b&gt;</title>", "&lt;script&gt;",
-        '<figure id="figure-1">', '<path d="M0 0"/>',
-        "<td>", 'href="#figure-1"', 'href="#the-runs"', '<h2 id="the-runs">',
-        "<figcaption>Fig. 1: &quot;x&quot; &lt; y</figcaption>",
-    ):  # fmt: skip
-        assert part in html

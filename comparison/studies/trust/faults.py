@@ -18,19 +18,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparison.accuracy.levels import TIERS
 from comparison.accuracy.uncertainty import Runs
-from comparison.models import GROUP, OWN, load
+from comparison.models import GROUP, MODELS, OWN, load
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.scenes import at_tier, leaves
+from comparison.scene.keys import flat
+from comparison.studies.shared.scenes import at_tier
 from comparison.tables.table import Table
 
-_FOLDER = files("comparison.studies.detection")
-RECORDS: dict[str, Any] = {
-    key: value
-    for name in ("faults.toml", "draws.toml")
-    for key, value in tomllib.loads(_FOLDER.joinpath(name).read_text("utf-8")).items()
-}
-KINDS = ("number", "code", "table")
+RECORDS: dict[str, Any] = tomllib.loads(
+    files("comparison.studies.trust").joinpath("faults.toml").read_text("utf-8")
+)
+KINDS = {"number": "parameters", "code": "code", "table": "tables"}
+"""Kind of a fault in the catalogue, and what it is in, as the page says it."""
 LATE = 1e-4  # s, a quarter of the usual sample
 
 
@@ -38,7 +38,7 @@ LATE = 1e-4  # s, a quarter of the usual sample
 class Fault:
     """One entry of the catalogue."""
 
-    kind: str  # one of `KINDS`, or "rearranged": other rounding, no fault
+    kind: str  # one of `KINDS`
     name: str
     scene: str = "press"
     key: str = ""  # of a wrong number, which is ``value``, or ``factor`` times the right one
@@ -56,18 +56,29 @@ class Fault:
     missed: str = ""  # why it is not detected, where that is so
 
     def given(self, scene: Scene) -> Scene:
-        """Return the scene as the faulty model is given it."""
+        """Return a scene as the faulty model is given it."""
         if self.kind != "number":
             return scene
-        right = leaves(scene.data)[self.key]
-        return scene.with_values({self.key: self.factor * right if self.value is None else self.value})
+        value = self.factor * flat(scene.data)[self.key] if self.value is None else self.value
+        return scene.with_values({self.key: value})
+
+    @property
+    def places(self) -> list[tuple[str, str]]:
+        """Models and tiers in which it is looked for: no wrong number in five bodies, which are slow."""
+        only = self.model or ("exudyn" if self.kind == "table" else "")
+        return [
+            (model, tier)
+            for tier in ([self.tier] if self.tier else TIERS)
+            for model in ([only] if only else MODELS)
+            if self.kind != "number" or (model, tier) != ("exudyn", "standard")
+        ]
 
 
-def catalogue(only: Sequence[str] = KINDS) -> list[Fault]:
+def catalogue(*kinds: str) -> list[Fault]:
     """Return the faults, only those of some `KINDS` if asked, in the order of the file."""
     return [
         Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
-        for kind in only
+        for kind in kinds or KINDS
         for row in RECORDS[kind]
     ]
 

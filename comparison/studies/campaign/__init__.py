@@ -1,1 +1,0 @@
-"""Differential campaign: random scenes through both models, and who errs where they differ."""

@@ -1,0 +1,1 @@
+"""The verdict under test: false alarms, seeded faults, and the scenes that both models run."""

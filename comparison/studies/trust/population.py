@@ -1,0 +1,111 @@
+"""The random scenes: shipped ones whose start is moved and of which keys are drawn (``population.toml``)."""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from math import cos, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from comparison.accuracy import uncertainty
+from comparison.models import joints_with_clearance
+from comparison.scene import Scene, load_scene, shipped_scenes
+from comparison.scene.keys import flat
+from comparison.scene.schema import PARTNERS
+from comparison.tables.channels import has_load
+
+DATA: dict[str, Any] = tomllib.loads(
+    files("comparison.studies.trust").joinpath("population.toml").read_text("utf-8")
+)
+_shipped = cache(load_scene)
+
+
+def of_users(number: int) -> bool:
+    """Return whether a scene of the population has few keys drawn, as users change them."""
+    return number % 2 == 0
+
+
+def random_scene(number: int, seed: int = DATA["seed"]) -> Scene:
+    """Draw one scene of the population; the same one every time."""
+    rng, names = np.random.default_rng([seed, number]), scenes_with_clearance()
+    scene = _shipped(names[number // 2 % len(names)])
+    return moved(changed(scene, rng) if of_users(number) else pushed(scene, rng), DATA["moved"], rng)
+
+
+@cache
+def scenes_with_clearance() -> list[str]:
+    """Name the shipped scenes in which a joint has clearance."""
+    return [name for name in shipped_scenes() if joints_with_clearance(_shipped(name).data)]
+
+
+def changed(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Return a scene with one to a few keys drawn, as a user changes them; each key is equally probable."""
+    ways = drawn_keys(scene, "users")
+    count = int(rng.integers(1, DATA["most_keys"] + 1))
+    chosen = map(str, rng.choice(list(ways), size=count, replace=False))
+    return _drawn(scene, {key: ways[key] for key in chosen}, rng)
+
+
+def pushed(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Return a scene with all keys drawn, up to the extremes."""
+    return _drawn(scene, drawn_keys(scene, "extremes"), rng)
+
+
+def drawn_keys(scene: Scene, which: str) -> dict[str, Any]:
+    """Return the keys that a scene uses, of "users" or "extremes", with how each is drawn."""
+    parts = ["all", *joints_with_clearance(scene.data)]
+    if "slider" in parts:
+        parts.append(scene.data["contact"]["law"])
+    if has_load(scene.data):
+        parts.append("load")
+    return {key: how for part in parts for key, how in DATA[which].get(part, {}).items()}
+
+
+def _drawn(scene: Scene, ways: Mapping[str, Mapping[str, Any]], rng: np.random.Generator) -> Scene:
+    known, values = flat(scene.data), dict[str, object]()
+    # A start is drawn between the walls of the clearance and the slider that are drawn.
+    for key in sorted(ways, key=lambda key: key.startswith("initial.")):
+        partners = [partner for partner in PARTNERS if f"{key}.{partner}" in known]
+        if partners:
+            each = {partner: _value(rng, known, f"{key}.{partner}", ways[key]) for partner in partners}
+            values[key] = each
+        else:
+            known[key] = values[key] = _value(rng, known, key, ways[key])
+    return scene.with_values(values)
+
+
+def _value(rng: np.random.Generator, known: Mapping[str, Any], key: str, how: Mapping[str, Any]) -> object:
+    def log(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(*np.log([low, high]))))
+
+    match dict(how):
+        case {"log": [low, high], **rest}:
+            return log(low, high) * (-1.0 if rng.uniform() < rest.get("reversed", 0.0) else 1.0)
+        case {"uniform": [low, high]}:
+            return float(rng.uniform(low, high))
+        case {"times": factor}:
+            return known[key] * log(1.0 / factor, factor)
+        case {"clearances": share, "length": power}:
+            reach = share * known["clearance.slider"] / known["mechanism.slider.length"] ** power
+            return float(rng.uniform(-reach, reach))
+        case {"choice": values}:
+            return int(rng.choice(values))
+        case {"other": [first, second]}:
+            return first if known[key] == second else second
+    raise ValueError(f"population.toml: {key}: {how}")
+
+
+def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
+    """Return the scene with its start moved by up to a share of the clearance.
+
+    The slider, uniformly in the disc of offset and angle times its length; where only the crank pin has
+    clearance the crank, to either side.
+    """
+    clearance = scene.data["clearance"]
+    if uncertainty.movable(scene) != "slider":
+        return uncertainty.moved(scene, share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0), 0.0)
+    shift = share * clearance["slider"] * sqrt(rng.uniform())
+    direction = rng.uniform(0.0, 2.0 * pi)
+    return uncertainty.moved(scene, shift * cos(direction), shift * sin(direction))

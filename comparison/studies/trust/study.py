@@ -1,0 +1,254 @@
+"""The verdict under test: what the study runs, its one table, and the page and figures made from that."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.levels import TIERS, thresholds, thresholds_record
+from comparison.accuracy.uncertainty import movable
+from comparison.execution.run import Progress
+from comparison.execution.store import Row
+from comparison.formatting import MISSING, number
+from comparison.models import made_on, platform_name, versions
+from comparison.report import svg
+from comparison.studies.shared.scenes import at_tier
+from comparison.studies.shared.study import (
+    Study,
+    crossed,
+    interval,
+    markdown,
+    part,
+    plain_ticks,
+    rows_table,
+    share,
+    upper_limit,
+    write_csv,
+)
+from comparison.studies.trust import adjudication, distributions, judge, population
+from comparison.studies.trust.faults import KINDS, RECORDS, Fault, catalogue, installed, scenes
+from comparison.studies.trust.judge import Comparison, LeastChange, Measured, detected, find_all, trials
+
+SCENES = 800  # of which half are judged at both tiers: one alarm in 473 still has a limit of 1 %
+MEMBERS = 64  # runs in an ensemble
+RANDOM, CONTROL, FAULT, LEAST, ENSEMBLES = ("random scene", "no fault", "fault", "least change", "ensembles")
+"""Groups of rows of the table."""
+COLUMNS = {
+    "group": "", "name": "", "kind": "", "scene": "", "model": "", "tier": "", "verdict": "",
+    "confirmation": "", "detected": None, "change": None, "predictable": None, "failed": "", "errs": "",
+    "tests": None, "differing": None, "speed_rpm": None, "clearance_m": None, "reason": "",
+}  # fmt: skip
+"""Columns of the table, and the value where a row has none."""
+# Which model gets the change whose least is sought, at which tier.
+PLACES = (("reference", "tight"), ("exudyn", "tight"), ("reference", "standard"))
+# The rare ones last, so that they lie on top.
+_MARKS: dict[str, dict[str, Any]] = {
+    "agree": {"marker": ".", "color": svg.SERIES[0], "ms": 3},
+    "indeterminate": {"marker": "o", "color": svg.THRESHOLD, "mfc": "none", "ms": 4},
+    "cannot compare": {"marker": "x", "color": svg.INK, "ms": 4},
+    "differ": {"marker": "D", "color": svg.OUTSIDE, "ms": 5},
+}
+
+
+def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Judge random scenes and seeded faults, search for the least changes, compare ensembles: the table."""
+    faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
+    asked = [*_random(SCENES if full else 2), *_faults(faults), *_least(full)]
+    with installed([fault for fault in faults if fault.engine]):
+        rows = find_all([task for _, task in asked], n_jobs, part(on_progress, 0.0, 0.95))
+    lines = []
+    for (head, task), row in zip(asked, rows, strict=True):
+        line = head | {name: row[name] for name in COLUMNS if name in row}
+        if isinstance(task, Comparison) and task.fault:
+            line["detected"] = detected(task.fault, row)
+        lines.append(line)
+    compared = distributions.compare_ensembles(MEMBERS if full else 3, n_jobs, part(on_progress, 0.95, 1.0))
+    return as_table(lines + [{"group": ENSEMBLES} | row for row in compared])
+
+
+def as_table(lines: Sequence[Row]) -> pd.DataFrame:
+    """Return the table of its rows, each of which has some of the `COLUMNS`."""
+    return pd.DataFrame([COLUMNS | line for line in lines])[list(COLUMNS)]
+
+
+def _random(count: int) -> Iterator[tuple[Row, Measured]]:
+    for n in range(count):
+        scene, users = population.random_scene(n), population.of_users(n)
+        line = {"group": RANDOM, "name": str(n), "kind": "users" if users else "extremes"}
+        line |= {"scene": scene.name, "speed_rpm": scene.data["drive"]["speed_rpm"]}
+        line |= {"clearance_m": scene.data["clearance"][movable(scene)]}
+        for tier in TIERS if users else ("tight",):
+            yield line | {"tier": tier}, Comparison(at_tier(scene, tier), tier)
+
+
+def _faults(faults: Sequence[Fault]) -> Iterator[tuple[Row, Measured]]:
+    tried = trials(faults)
+    for task, fault in tried:
+        what = {"group": FAULT, "name": fault.name, "kind": KINDS[fault.kind], "scene": fault.scene}
+        yield what | {"model": task.faulty, "tier": task.tier}, task
+    for name, tier in dict.fromkeys((fault.scene, task.tier) for task, fault in tried):
+        yield {"group": CONTROL, "name": name, "tier": tier}, Comparison(scenes(tier)[name], tier)
+
+
+def _least(full: bool) -> Iterator[tuple[Row, Measured]]:
+    for name, what in list(RECORDS["smallest"].items())[: None if full else 1]:
+        for model, tier in PLACES:
+            halvings = judge.HALVINGS if full else 1
+            task = LeastChange(scenes(tier)[what["scene"]], tier, what["key"], model, halvings)
+            yield {"group": LEAST, "name": name, "model": model, "tier": tier}, task
+
+
+# ---- numbers
+
+
+def count(rows: pd.DataFrame) -> dict[str, Any]:
+    """Count how comparisons without a fault ended; the upper limit of the rate of alarms is one-sided."""
+    verdicts = rows["verdict"]
+    # Tables that cannot be compared though both models ran are an alarm as well.
+    wrong = (verdicts == "differ") | ((verdicts == "cannot compare") & (rows["failed"] == ""))
+    alarms = int(wrong.sum())
+    decided = alarms + int((verdicts == "agree").sum())
+    corrected = (verdicts == "agree") & (rows["confirmation"] == "underestimated")
+    return {
+        "draws": int((verdicts != "").sum()),
+        "decided": decided,
+        "underestimated": int(corrected.sum()),
+        "alarms": alarms,
+        "upper_limit_95": round(upper_limit(alarms, decided), 5),
+    }
+
+
+def record(table: pd.DataFrame) -> dict[str, Any]:
+    """Return the rates, which `comparison.regression.record` reads."""
+    random, faults = (table[table["group"] == group] for group in (RANDOM, FAULT))
+    hits = {tier: faults.loc[faults["tier"] == tier, "detected"].astype(bool) for tier in reversed(TIERS)}
+    return {
+        "machine": platform_name(),
+        "versions": versions(),
+        "thresholds": thresholds_record(),
+        "false_alarms": {
+            f"both models, {tier}": count(random[random["tier"] == tier]) for tier in reversed(TIERS)
+        },
+        "detected": {
+            tier: {
+                "faults": len(own),
+                "detected": int(own.sum()),
+                "interval_95": [round(bound, 4) for bound in interval(int(own.sum()), len(own))],
+            }
+            for tier, own in hits.items()
+        },
+    }
+
+
+# ---- page
+
+
+def page(table: pd.DataFrame) -> dict[str, object]:
+    """Return what stands in the page."""
+    groups = {group: table[table["group"] == group] for group in (RANDOM, CONTROL, FAULT, LEAST, ENSEMBLES)}
+    random, faults, least = groups[RANDOM], groups[FAULT], groups[LEAST]
+    tight, failed = random[random["tier"] == "tight"], random[random["verdict"] == "cannot compare"]
+    rates, numbers = record(table), count(random)
+    hits = faults.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
+    why = {fault.name: fault.missed or "not expected" for fault in catalogue()}
+    noted = (random["verdict"] == "differ") | (random["confirmation"] != "") | (random["errs"] != "")
+    failures = failed.groupby(["tier", "failed", "errs", "reason"], sort=False)["name"].agg(["count", _some])
+    return {
+        "alarms": numbers["alarms"],
+        "decided": numbers["decided"],
+        "tried": len(faults),
+        "found": int(faults["detected"].sum()),
+        "ran": share(1.0 - float((tight["verdict"] == "cannot compare").mean())),
+        "detected": "; ".join(
+            f"{one['detected']} of {one['faults']} at the {tier} tier "
+            f"({' to '.join(map(share, one['interval_95']))} at 95 %)"
+            for tier, one in rates["detected"].items()
+        ),
+        "overview": rows_table(
+            _counted(f"{tier}, {kind or 'all'}", random, tier, kind)
+            for tier, kinds in (("tight", ("", "users", "extremes")), ("standard", ("",)))
+            for kind in kinds
+        ),
+        "machine": made_on(),
+        "seed": population.DATA["seed"],
+        "scenes": population.scenes_with_clearance(),
+        "keys": population.DATA["most_keys"],
+        "moved": share(population.DATA["moved"]),
+        "floors": {tier: share(thresholds(tier).coverage) for tier in TIERS},
+        "listed": random[noted].to_dict("records"),
+        "failures": markdown(
+            failures.reset_index().set_axis(["tier", "status", "errs", "run", "runs", "scenes"], axis=1)
+        ),
+        "failed": len(failed),
+        "controls": ", ".join(
+            f"{times} times {verdict}" for verdict, times in groups[CONTROL]["verdict"].value_counts().items()
+        ),
+        "faults": crossed(
+            "fault in the",
+            [kind for kind, *_ in hits.index],
+            [_place(model, tier) for _, model, tier in hits.index],
+            [f"{found} of {size}" for found, size in hits.to_numpy()],
+        ),
+        "missed": [
+            row | {"why": why[row["name"]]}
+            for row in faults[~faults["detected"].astype(bool)].to_dict("records")
+        ],
+        "bounds": (judge.LEAST, judge.MOST),
+        "least": crossed(
+            "number",
+            list(least["name"]),
+            [_place(*place) for place in least[["model", "tier"]].to_numpy()],
+            [MISSING if np.isnan(change) else number(change, 2) for change in least["change"].astype(float)],
+        ),
+        "ensembles": groups[ENSEMBLES].to_dict("records"),
+        "members": MEMBERS,
+        "cycles": distributions.CYCLES,
+        "spread": share(distributions.SPREAD),
+        "instants": distributions.INSTANTS,
+        "rate": share(distributions.RATE),
+        "step": adjudication.SMALL_STEP,
+    }
+
+
+def _counted(label: str, rows: pd.DataFrame, tier: str, kind: str) -> dict[str, str]:
+    own = rows[(rows["tier"] == tier) & (rows["kind"].isin([kind] if kind else list(rows["kind"])))]
+    counts = count(own)
+    return {
+        "random scenes": label,
+        "comparisons": str(counts["draws"]),
+        "decided": str(counts["decided"]),
+        "false alarms": str(counts["alarms"]),
+        "rate at most, 95 %": share(upper_limit(counts["alarms"], counts["decided"])),
+        "indeterminate": str((own["verdict"] == "indeterminate").sum()),
+        "cannot compare": str((own["verdict"] == "cannot compare").sum()),
+        "agree with a corrected uncertainty": str(counts["underestimated"]),
+    }
+
+
+def _some(names: pd.Series) -> str:
+    return ", ".join(names[:12]) + (" ..." if len(names) > 12 else "")
+
+
+def _place(model: str, tier: str) -> str:
+    return f"{'Exudyn' if model == 'exudyn' else model}, {tier}"
+
+
+def draw(table: pd.DataFrame, folder: Path) -> None:
+    """Draw where the random scenes lie; write the table."""
+    write_csv({"trust": table}, folder, "%.6g")
+    random = table[(table["group"] == RANDOM) & (table["tier"] == "tight")]
+    with svg.panels(folder / "scenes.svg") as (axes,):
+        for verdict, mark in _MARKS.items():
+            own = random[random["verdict"] == verdict]
+            if len(own):
+                label = f"{verdict} ({len(own)})"
+                axes.plot(own["speed_rpm"].abs(), 1e3 * own["clearance_m"], linestyle="", label=label, **mark)
+        axes.set(xscale="log", xlabel="speed of the crank (rpm)", yscale="log", ylabel="clearance (mm)")
+        plain_ticks(axes.xaxis, (10, 30, 100, 300, 1000))
+        plain_ticks(axes.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
+        svg.legend_above(axes)
+
+
+STUDY = Study("trust", small=False, full=True, measure=measure, page=page, draw=draw, data=record)

@@ -1,0 +1,314 @@
+"""The study of the verdict: faults, random scenes, the judge, who errs, what it writes; parts for real."""
+
+import json
+import os
+import re
+import secrets
+import sys
+from collections import Counter
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from contact_tables import contacts_of
+from scipy.stats import beta
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.models import MODELS, EngineError, engine_names, find
+from comparison.regression.record import Detection
+from comparison.scene import load_scene
+from comparison.scene.keys import flat
+from comparison.studies.shared.scenes import at_tier
+from comparison.studies.trust import adjudication, judge, population, study
+from comparison.studies.trust import faults as seeded
+from comparison.studies.trust.faults import Fault, catalogue, installed, scenes
+from comparison.studies.trust.judge import Comparison, detected, trials
+from comparison.tables.channels import expected
+from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import compare
+
+FAULTS = catalogue()
+CODE = catalogue("code")
+SEED_VARIABLE = "SIXBAR_TRUST_SEED"
+
+
+# ---- faults
+
+
+@pytest.mark.parametrize("fault", CODE, ids=lambda fault: fault.engine)
+def test_other_code_replaces_exactly_one_place_of_the_present_sources(fault):
+    text = seeded.changed(fault)
+    assert fault.new in text
+    compile(text, fault.file, "exec")
+    for old, times in (("a = b", "0"), ("=", r"\d\d+")):
+        with pytest.raises(seeded.CatalogueError, match=f"'{old}' is {times} times in {fault.file} of"):
+            seeded.changed(replace(fault, old=old))
+
+
+def test_a_copy_is_a_model_of_its_own_and_vanishes():
+    folders, fault = list(sys.path), next(fault for fault in CODE if "/" in fault.file)
+    with installed([fault]):
+        copy = Path(find_spec(fault.engine).origin).parent
+        assert find(fault.engine).value == f"{fault.engine}:simulate"
+        assert fault.new in (copy / fault.file).read_text()
+        assert fault.engine in engine_names()
+    assert sys.path == folders
+    with pytest.raises(EngineError):
+        find(fault.engine)
+
+
+def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
+    assert len({(fault.name, fault.model) for fault in FAULTS}) == len(FAULTS)
+    assert {fault.spoil for fault in FAULTS if fault.kind == "table"} == seeded.SPOILS.keys()
+    tried = trials(FAULTS)
+    counts = Counter((fault.kind, task.faulty, task.tier) for task, fault in tried)
+    assert len(tried) == sum(counts.values()) == 144
+    assert counts["number", "exudyn", "standard"] == counts["table", "reference", "tight"] == 0
+    assert {counts["number", *place] for place in study.PLACES} == {len(catalogue("number"))}
+    for task, fault in tried:
+        assert task.scene == scenes(task.tier)[fault.scene]
+        faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
+        assert (task.given(task.scene, faulty).hash != task.scene.hash) == (fault.kind == "number")
+        assert task.given(task.scene, other) == task.scene
+        assert (task.engine(faulty), task.engine(other)) == (fault.engine or faulty, other)
+        assert set(fault.shows) <= set(expected(task.scene.data))
+
+
+@pytest.fixture(scope="module")
+def twins():
+    """Two results of the reference that differ by numerics alone."""
+    press = scenes("tight")["press"]
+    tables = []
+    for tolerance in (1e-12, 2e-12):
+        scene = press.with_values({"solver.reference.tolerance": tolerance})
+        outcomes = Comparison(press, "tight").family(scene, "reference")
+        tables.append(Runs(**{kind: outcome.table for kind, outcome in outcomes.items()}))
+    return *tables, press
+
+
+@pytest.mark.parametrize("fault", catalogue("table"), ids=lambda fault: fault.spoil)
+def test_no_spoiled_table_agrees(fault, twins):
+    a, b, scene = twins
+    assert compare(*seeded.spoiled("", a, b), scene=scene, tier="tight").verdict == "agree"
+    before = b.base.frame.copy()
+    sides = seeded.spoiled(fault.spoil, a, b)
+    assert b.base.frame.equals(before)  # what is spoiled is a copy
+    try:
+        row = judge.summary(compare(*sides, scene=scene, tier="tight"))
+    except TableError as error:
+        row = judge.refusal(str(error))
+    # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
+    assert detected(fault, row) == (not fault.missed)
+
+
+# ---- random scenes
+
+
+def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_their_walls():
+    drawn = [population.random_scene(n, 1) for n in range(4 * len(population.scenes_with_clearance()))]
+    assert [scene.hash for scene in drawn] == [population.random_scene(n, 1).hash for n in range(len(drawn))]
+    assert len({scene.hash for scene in [*drawn, population.random_scene(0, 2)]}) == len(drawn) + 1
+    assert Counter(scene.source for scene in drawn) == dict.fromkeys(population.scenes_with_clearance(), 4)
+    pushed = [scene.data for n, scene in enumerate(drawn) if not population.of_users(n)]
+    for data in pushed:
+        start, length = data["initial"], data["mechanism"]["slider"]["length"]
+        outermost = abs(start["slider_offset"]) + abs(start["slider_angle"]) * length / 2
+        assert data["joints"]["slider"] == "ideal" or outermost < data["clearance"]["slider"]
+    speeds = [data["drive"]["speed_rpm"] for data in pushed]
+    assert min(speeds) < -300.0 < 300.0 < max(speeds)
+
+
+def test_one_to_three_keys_that_the_scene_uses_are_changed_and_each_at_some_time():
+    scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
+    before = flat(scene.data)
+    drawn = []
+    for _ in range(400):
+        after = flat(population.changed(scene, rng).data)
+        drawn.append({key for key in after if after[key] != before[key] and not key.startswith("scene.")})
+    assert {len(one) for one in drawn} == {1, 2, 3}
+    assert set().union(*drawn) == population.drawn_keys(scene, "users").keys()
+
+
+# ---- the judge
+
+
+def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models_and_without_it_they_agree():
+    press = scenes("tight")["press"]
+    fault = Fault(kind="number", name="gravity", key="environment.gravity", value=9.0)
+    row = Comparison(press, "tight", fault, "reference").row()
+    assert (row["verdict"], row["confirmation"], row["errs"]) == ("differ", "confirmed", "")
+    assert "99 reference and 30 exudyn runs" in row["reason"]
+    assert detected(fault, row)
+    row = Comparison(press, "tight").row()
+    assert (row["verdict"], row["confirmation"], row["errs"], row["reason"]) == ("agree", "", "", "")
+    refused = Comparison(press.with_values({"solver.reference.tolerance": 1e-30}), "tight").row()
+    assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
+
+
+@dataclass(frozen=True)
+class Known(judge.LeastChange):
+    """A search in which families show and ensembles confirm changes above known ones."""
+
+    shown: float = 0.0
+    confirmed: float = 0.0
+
+    def comparison(self, change):
+        """Return what answers as a comparison with this change does."""
+        verdict = "differ" if change >= self.confirmed else "agree"
+        methods = {"shows": lambda _: change >= self.shown, "row": lambda _: {"verdict": verdict}}
+        return type("Answer", (), methods)()
+
+
+@pytest.mark.parametrize("least", [3e-9, 0.09, 1.0])
+@pytest.mark.parametrize("shown", [judge.LEAST, None])
+def test_the_search_ends_within_a_third_of_the_least_change_that_ensembles_confirm(least, shown):
+    search = Known(None, "tight", "", "", shown=shown or least, confirmed=least)
+    change = search.row()["change"]
+    if least > judge.MOST:
+        assert change is None
+    else:
+        assert least <= change <= least * (judge.MOST / judge.LEAST) ** (1 / 64) * (1 + 1e-9)
+
+
+@pytest.mark.slow
+def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    few = ("stiffness +0.1 %", "friction drives instead of braking", "slider x in millimetres")
+    tried = [(task, fault) for task, fault in trials(FAULTS) if fault.name in few and task.tier == "tight"]
+    assert len({(fault.kind, task.faulty) for task, fault in tried}) == 5
+    healthy = [Comparison(scenes("tight")[name], "tight") for name in ("press", "impact")]
+    with installed([fault for _, fault in tried if fault.engine]):
+        rows = judge.find_all([*healthy, *(task for task, _ in tried)], 2)
+    assert [row["verdict"] for row in rows[:2]] == ["agree", "agree"]
+    for (_, fault), row in zip(tried, rows[2:], strict=True):
+        if row["verdict"] == "cannot compare":  # its own run refutes it before anybody compares
+            assert row["failed"] == "invariant-violated", row["reason"]
+            continue
+        assert row["verdict"] == "differ", fault
+        assert {name for name, verdict in row["channels"].items() if verdict == "differ"} >= {*fault.shows}
+
+
+# ---- who errs
+
+
+def table_with(gap, *contacts):
+    time = np.linspace(0.0, 1.0, len(gap))
+    return Table(pd.DataFrame({"time": time, "corner_ul_gap": gap}), contacts_of(*contacts))
+
+
+@pytest.mark.parametrize(
+    ("depths", "contacts", "breach"),
+    [
+        ((1e-6, 3e-6, 2e-6), [("ul", 0.35, 0.65)], []),
+        ((1e-6, 3e-6, 2e-6), [("ur", 0.35, 0.65)], [("open-depth", 3e-6, 0.5, 0.4, 0.6)]),
+        ((1e-6, 3e-6, 2e-6), [("ul", 0.35, 0.55)], [("open-depth", 2e-6, 0.6, 0.6, 0.6)]),
+        ((0.9e-11,) * 3, [("ur", 0.0, 0.1)], []),
+        # Contacts of one corner may follow each other and not overlap.
+        ((-1e-5,) * 3, [("ul", 0.1, 0.2), ("ul", 0.2, 0.3), ("ur", 0.15, 0.25)], []),
+        # The first covers the second, and the third begins in it: the longest overlap counts.
+        (
+            (-1e-5,) * 3,
+            [("ul", 0.1, 0.9), ("ul", 0.2, 0.3), ("ul", 0.4, 0.95)],
+            [("overlap", 0.7, 0.2, 0.2, 0.9)],
+        ),
+    ],
+)
+def test_a_corner_is_inside_its_wall_only_in_a_contact_and_in_one_at_a_time(depths, contacts, breach):
+    gap = np.full(11, 1e-5)
+    gap[4:7] = np.negative(depths)
+    said = adjudication.breaches(table_with(gap, *contacts))
+    assert [(one["name"], one["corner"]) for one in said] == [(name, "ul") for name, *_ in breach]
+    for one, (_, *numbers) in zip(said, breach, strict=True):
+        assert [one[key] for key in ("value", "time", "since", "until")] == pytest.approx(numbers)
+
+
+def test_who_errs_needs_evidence_against_one_model_alone():
+    bases, judged = [np.zeros(3), np.array([0.0, 1.0, 50.0])], np.array([True, True, False])
+    for value, side in ((0.2, "reference"), (0.5, ""), (0.8, "exudyn"), (3.0, "")):
+        assert adjudication.stands(np.array([0.0, value, 0.0]), bases, judged) == side
+    for ours, theirs, errs in ((["a"], [], "reference"), ([], ["b"], "exudyn"), (["a"], ["b"], "open")):
+        assert adjudication.decide({"reference": ours, "exudyn": theirs})[0] == errs
+    assert adjudication.decide({"reference": [], "exudyn": []})[0] == "open"
+
+
+@pytest.mark.parametrize("wrong", MODELS)
+def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
+    """A run with the wrong gravity in place of one model's: what this model says otherwise refutes it."""
+    scene = at_tier(load_scene("150rpm-0.2mm", {"drive.cycles": 0.05}), "tight")
+    fault = Fault(kind="number", name="gravity", key="environment.gravity", value=9.0)
+    runs = Comparison(scene, "tight", fault, wrong).families(scene)
+    result = compare(*runs, scene=scene, labels=MODELS, tier="tight")
+    assert result.verdict == "differ"
+    errs, why = adjudication.adjudicate(result, runs, scene)
+    assert errs == wrong, why
+    assert "its own code stands with the other model's run" in why
+
+
+# ---- what is written
+
+
+def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
+    def random(number, verdict, tier="tight", **more):
+        where = {"name": str(number), "kind": "extremes" if number % 2 else "users", "tier": tier}
+        return where | {"group": study.RANDOM, "scene": "s", "verdict": verdict, "speed_rpm": 150.0} | more
+
+    tried = [
+        {"group": study.FAULT, "name": fault.name, "kind": study.KINDS[fault.kind], "model": task.faulty}
+        | {"tier": task.tier, "verdict": "differ", "detected": fault.name != "one nan"}
+        for task, fault in trials(FAULTS)
+    ]
+    table = study.as_table(
+        [
+            *(random(n, "agree", clearance_m=2e-4) for n in range(300)),
+            random(300, "agree", confirmation="underestimated", reason="too small"),
+            random(301, "differ", errs="exudyn", reason="it is outside"),
+            random(302, "indeterminate"),
+            random(303, "cannot compare", failed="work-limit", reason="shorten"),
+            random(304, "cannot compare", reason="other times"),
+            random(300, "agree", "standard"),
+            *tried,
+            {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
+            {"group": study.LEAST, "name": "mass", "model": "exudyn", "tier": "tight", "change": 1.23456e-7},
+            {"group": study.LEAST, "name": "mass", "model": "reference", "tier": "tight", "change": None},
+            {"group": study.ENSEMBLES, "name": "a and b", "kind": "nothing", "tests": 3, "differing": 1},
+        ]
+    )
+    page = study.STUDY.report(table, tmp_path).read_text("utf-8")
+    rates = json.loads((tmp_path / "trust.json").read_text("utf-8"))
+    read = Detection(false_alarms=rates["false_alarms"], detected=rates["detected"])
+    # Tables that cannot be compared are an alarm; a run that fails is none.
+    numbers = {"draws": 305, "decided": 303, "underestimated": 1, "alarms": 2}
+    limit = round(beta.ppf(0.95, 3, 301), 5)  # of Clopper and Pearson
+    assert read.false_alarms["both models, tight"] == numbers | {"upper_limit_95": limit}
+    assert {tier: (one["faults"], one["detected"]) for tier, one in read.detected.items()} == {
+        tier: (sum(line["tier"] == tier for line in tried), sum(line["tier"] == tier for line in tried) - 1)
+        for tier in ("tight", "standard")
+    }
+    for text in (
+        "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected; both",
+        "| tight, all | 305 | 303 | 2 |",
+        "- scene 300 (s), tight: agree: too small.",
+        "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
+        "| tight | work-limit |  | shorten | 1 | 303 |",
+        "- one nan (exudyn, tight): not expected.",
+        "| mass | 1.2·10⁻⁷ | n/a |",
+        "| a and b | nothing | 3 | **1** |",
+    ):
+        assert text in page
+    assert not re.search(r"\{\w*\}|\bnan\b", page.replace("one nan", ""))
+    assert len(pd.read_csv(tmp_path / "trust.csv")) == len(table)
+
+
+@pytest.mark.slow
+def test_ten_fresh_scenes_break_no_invariant_and_show_no_confirmed_difference(capsys):
+    """Other scenes every time; what cannot be decided or compared is no failure, what is broken is."""
+    seed = int(os.environ.get(SEED_VARIABLE) or secrets.randbelow(2**31))
+    with capsys.disabled():
+        sys.stdout.write(f"\nfresh scenes: {SEED_VARIABLE}={seed}\n")
+    drawn = [at_tier(population.random_scene(n, seed), "tight") for n in range(10)]
+    rows = {n: Comparison(scene, "tight").row() for n, scene in enumerate(drawn)}
+    faults = {n: row["reason"] for n, row in rows.items() if row["errs"] or row["verdict"] == "differ"}
+    assert not faults, f"{SEED_VARIABLE}={seed}: {faults}"
