@@ -12,7 +12,7 @@ from math import log10, nan
 import numpy as np
 
 from comparison.execution.pool import Died, Share, work
-from comparison.execution.store import fetch, keep
+from comparison.execution.store import drop_unused, fetch, keep
 from comparison.formatting import number, percent, quantity
 from comparison.models import OWN, EngineError, code_hash, fingerprint, load, platform_name
 from comparison.models import check as check_scene
@@ -143,6 +143,7 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
         if on_progress:
             on_progress(sum(by_key[key].cost * share for key, share in shares.items()) / total)
 
+    drop_unused()
     waiting = _in_order({key: job for key, job in by_key.items() if key not in outcomes})
     with closing(_outcomes(waiting, n_jobs, report)) as finished:
         for key, outcome in finished:

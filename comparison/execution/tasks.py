@@ -19,7 +19,7 @@ from pydantic import BaseModel
 
 from comparison.execution.pool import Attempt, Died, Late, Share, work
 from comparison.execution.run import Progress, RunError
-from comparison.execution.store import Row, append_row, cache_folder, read_rows
+from comparison.execution.store import ROWS, Row, cache_folder, drop_unused, fetch_row, keep_row
 from comparison.models import code_hash, fingerprint, platform_name, versions
 from comparison.scene import Scene, SceneError, digest
 
@@ -63,22 +63,21 @@ def measure_all(
     spread: Spread,
     on_progress: Progress | None = None,
     *,
-    ledger: Path | None = None,
+    folder: Path | None = None,
 ) -> list[Row]:
     """Measure tasks without a stored row, equal tasks once, the longest first; return rows in their order.
 
     ``"status"`` of a row is `SUCCESS` if the measure, a function of a module, returned, else the kind of
     failure, with one line in ``"message"``; ``"seconds"`` are of processor time, but where the process was
-    stopped. Rows are stored in the ledger, by default one in `comparison.execution.store.cache_folder`; a
-    `LedgerError` if they cannot be. That of a process that died is not: it is tried again.
+    stopped. Rows are stored in the folder, by default one in `comparison.execution.store.cache_folder`; an
+    `OSError` if they cannot be. That of a process that died is not: it is tried again.
     """
-    if ledger is None:
-        code = code_hash(measure.__module__)
-        ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
+    if folder is None:
+        drop_unused()
+        folder = cache_folder() / ROWS / "-".join(measure.__module__.split(".")[-2:])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    stored = read_rows(ledger)
-    rows = {key: stored[key] for key in by_key if key in stored}
+    rows = {key: row for key in by_key if (row := fetch_row(folder, key)) is not None}
     waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
     done = total - sum(by_key[key].cost for key in waiting)
@@ -89,7 +88,7 @@ def measure_all(
                 if isinstance(row, Died):
                     rows[key] = {"status": CRASHED, "message": row.words}
                 else:
-                    rows[key] = append_row(ledger, key, row)
+                    rows[key] = keep_row(folder, key, row)
                 done += by_key[key].cost
                 if on_progress:
                     on_progress(min(1.0, done / total))

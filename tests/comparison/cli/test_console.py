@@ -13,8 +13,6 @@ import typer
 
 from comparison.cli import console, main
 from comparison.cli.console import SILENCE, Lines, progress
-from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
-from comparison.execution.store import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep import LARGEST_LIST
@@ -231,10 +229,3 @@ def test_a_file_beside_a_table_that_is_too_large_is_named_and_not_read(name, mos
     os.truncate(name, most + 1)
     assert main([*SOUND.split(), "--tolerance", "1"]) == 0
     assert f"{name}: is larger than {most} bytes" in capsys.readouterr().err
-
-
-def test_a_store_of_rows_that_is_too_large():
-    Path("rows.jsonl").touch()
-    os.truncate("rows.jsonl", LARGEST_STORE + 1)
-    with pytest.raises(LedgerError, match=f"is larger than {LARGEST_STORE} bytes"):
-        read_rows(Path("rows.jsonl"))
