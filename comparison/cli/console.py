@@ -1,5 +1,6 @@
 """What all commands share: lines that fit the terminal, warnings and errors in a line, progress, options."""
 
+import inspect
 import json
 import logging
 import os
@@ -11,8 +12,9 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -244,6 +246,21 @@ REPORTS = Path("reports/out")
 """Default parent folder of reports."""
 MAIN = "150rpm-0.2mm"
 """The paper's central case."""
+Options = TypeVar("Options")
+
+
+def taking(options: type[Options]) -> Callable[[Callable[[Options], int]], Callable[..., int]]:
+    """Let a command take its options as one object of a dataclass, whose fields are annotated for typer."""
+
+    def taken(command: Callable[[Options], int]) -> Callable[..., int]:
+        @wraps(command)
+        def with_options(**values: Any) -> int:
+            return command(options(**values))
+
+        vars(with_options)["__signature__"] = inspect.signature(options, eval_str=True)
+        return with_options
+
+    return taken
 
 
 def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:

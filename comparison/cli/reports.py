@@ -9,9 +9,11 @@ import tempfile
 import time
 from pathlib import Path
 
+from comparison.accuracy.levels import TIERS
 from comparison.cli.console import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
+from comparison.formatting import table
 from comparison.studies import NAMES, write_study
 from comparison.studies.verdicts.study import RECORD
 
@@ -64,9 +66,19 @@ def generated(pages: dict[str, str], measured: str) -> str:
         f"- [{name}](reports/{name}/README.md): {finding(pages[f'{name}/README.md'])}"
         for name in OF_THE_VERDICT
     ]
-    verdicts = pages["verdicts/README.md"]
-    table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
-    return "\n".join([table, "", "The verdict itself, tested:", "", *rates, "", measured.strip()])
+    verdicts = pages["verdicts/README.md"].splitlines()
+    rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
+    both = [rows[0].index(f"{tier} tier") for tier in TIERS]
+    cells = [(row[0].removeprefix("| "), *(row[column] for column in both)) for row in rows]
+    made = [line for line in verdicts if line.startswith("Made on ")]
+    parts = [
+        table(cells[0], cells[1:]),
+        *made,
+        "The verdict itself, tested:",
+        "\n".join(rates),
+        measured.strip(),
+    ]
+    return "\n\n".join(parts)
 
 
 def with_generated(readme: str, text: str) -> str:

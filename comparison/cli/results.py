@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from glob import escape
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from comparison.accuracy.levels import solver_values
+from comparison.accuracy.levels import TIERS, solver_values
 from comparison.accuracy.refine import family
 from comparison.cli import console
 from comparison.cli.console import (
@@ -29,12 +29,13 @@ from comparison.cli.console import (
     warn,
     wrapped,
 )
+from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.models import MODELS
 from comparison.report.ci import write_job_summary, write_junit
 from comparison.report.page import Row, origin, render, write_pairwise
-from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, shipped_scenes
+from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, parse_set, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
 from comparison.verdict import validate as judge
@@ -46,10 +47,13 @@ from comparison.words.causes import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
 from comparison.words.verdicts import ratio_name
 
+if TYPE_CHECKING:
+    from comparison.cli.compare import Validation as Options
+
 
 @dataclass(frozen=True)
 class Request:
-    """What a user asks to be validated, and to be shown."""
+    """Scenes to be validated, with the options that say how, and what is printed."""
 
     names: Sequence[str]
     changes: dict[str, object]
@@ -60,6 +64,18 @@ class Request:
     verbose: bool
     quiet: bool
     json: bool
+
+    @classmethod
+    def of(cls, asked: "Options") -> "Request":
+        """Return what the options of the command ask for."""
+        same = ("accuracy", "allow_indeterminate", "verbose", "quiet", "json")
+        return cls(
+            names=asked.scenes or [],
+            changes=parse_set(asked.overrides or []),
+            tiers=TIERS[:1] if asked.quick else TIERS,
+            jobs=asked.jobs or cpus(),
+            **{name: getattr(asked, name) for name in same},
+        )
 
     def command(self, models: Sequence[str]) -> str:
         """Return the command that does the same."""

@@ -77,7 +77,7 @@ def measure_all(
         folder = cache_folder() / ROWS / "-".join(measure.__module__.split(".")[-2:])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    rows = {key: row for key in by_key if (row := fetch_row(folder, key)) is not None}
+    rows = {key: known for key in by_key if (known := fetch_row(folder, key)) is not None}
     waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
     done = total - sum(by_key[key].cost for key in waiting)

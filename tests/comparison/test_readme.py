@@ -15,6 +15,7 @@ from comparison.studies.paper import MAIN, PARTS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
+VERDICTS = (ROOT / "docs" / "verdicts.md").read_text("utf-8")
 REPORTS = ROOT / "reports"
 
 
@@ -59,8 +60,18 @@ def test_the_index_has_the_finding_of_a_study_and_its_first_picture():
     )
 
 
-def test_the_numbers_in_its_sentences_are_those_of_the_code():
-    said = " ".join(README.split())
+def test_it_is_short():
+    """Generated text and code are not counted as paragraphs."""
+    assert len(README) <= 7000
+    for block in README.split("\n\n"):
+        if not block.startswith(("    ", "```", "<!--", "|")):
+            assert max(len(part.split()) for part in block.split("\n- ")) <= 80, block
+        for cell in block.split("|") if block.startswith("|") else ():
+            assert len(cell.split()) <= 30, cell
+
+
+def test_the_numbers_in_the_sentences_of_the_verdicts_are_those_of_the_code():
+    said = " ".join(VERDICTS.replace("$", "").split())
     standard, tight = thresholds("standard"), thresholds("tight")
     assert f"u must be {standard.alpha / tight.alpha:g} times smaller" in said
     assert {2.0: "within twice the combined u"}[standard.k] in said
@@ -74,5 +85,5 @@ def test_a_readme_without_marks_is_refused():
 
 
 def test_every_file_that_the_readme_names_exists():
-    for name in re.findall(r"`([a-z_./]+\.(?:toml|cff|py|svg))`|\]\(([a-z_./]+)\)", README):
+    for name in re.findall(r"`([a-z_./]+\.(?:toml|cff|py|svg))`|\]\(([A-Za-z_./-]+)\)", README):
         assert (ROOT / (name[0] or name[1])).exists(), name

@@ -33,34 +33,22 @@ EVENTS = pd.DataFrame(
     ],
     columns=["corner", "start", "end"],
 )
-BOTH = "the first contact of the lower left corner and the first contact of the upper left corner"
-SAME = "0.0201 s, during the first contact of the upper right corner"
+SAME = "0.0201 s, during contact of the upper right corner"
 
 
 @pytest.mark.parametrize(
     ("time", "words"),
     [
         (0.005, "before the first contact"),
-        (0.0105, f"during {BOTH}"),
-        (0.0115, "during the first contact of the lower left corner"),
-        (0.015, f"after {BOTH}"),  # both may have made what is seen
-        (0.025, "after the first contact of the upper right corner"),
-        (0.0455, "during the third contact of the lower left corner and the first contact of the crank pin"),
-        (0.050, "during the first contact of the crank pin"),
+        (0.0105, "during contact of the lower left corner and the upper left corner"),
+        (0.015, "after contact of the lower left corner"),
+        (0.0455, "during contact of the lower left corner and the crank pin"),
+        (0.050, "during contact of the crank pin"),
     ],
 )
-def test_the_contact_in_progress_or_the_last_one_counted_by_corner(time, words):
+def test_the_contact_in_progress_or_the_last_one(time, words):
     assert contact(time, EVENTS) == words
     assert contact(time, EVENTS.iloc[::-1]) == words  # whatever the order of the rows
-
-
-@pytest.mark.parametrize(
-    ("count", "word"), [(1, "first"), (10, "tenth"), (11, "11th"), (22, "22nd"), (111, "111th")]
-)
-def test_many_contacts_are_counted_in_figures(count, word):
-    starts = np.arange(1.0, count + 1.0)
-    events = pd.DataFrame({"corner": "lr", "start": starts, "end": starts + 0.5})
-    assert contact(count + 0.1, events).split()[2] == word
 
 
 def compared(events=(None, None), scene=None):
@@ -74,7 +62,7 @@ def compared(events=(None, None), scene=None):
         ((EVENTS, EVENTS.copy()), SAME),
         ((None, EVENTS), SAME),
         ((EVENTS, EVENTS.assign(corner="lr")),
-         f"{SAME} (a), during the third contact of the lower right corner (b)"),
+         f"{SAME} (a), during contact of the lower right corner (b)"),
         ((None, None), "0.0201 s"),
     ],
 )  # fmt: skip
@@ -83,18 +71,12 @@ def test_both_models_are_named_only_where_they_are_in_different_contacts(events,
 
 
 @pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
-def test_cycle_and_angle_of_the_crank_follow_the_scene_and_chatter_is_told(speed, angle):
+def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
     where = f"0.42 s (cycle 2, crank at {angle}°)"
     assert instant_of(0.42, compared(scene=scene)) == where
-    starts = np.array([0.401, 0.405, 0.41, 0.414, 0.419])
-    events = pd.DataFrame({"corner": "ll", "start": starts, "end": starts + 1e-4})
-    said = "after the fifth contact of the lower left corner"
-    chatter = "just after chatter (5 contacts in the 20 ms before)"
-    assert instant_of(0.42, compared((events, None), scene)) == f"{where}, {said}, {chatter}"
-    assert "chatter" not in instant_of(0.42, compared((events.iloc[1:], None), scene))
 
 
 # Accuracy
