@@ -129,7 +129,7 @@ def compare(asked: Comparison) -> int:
     from comparison.files import check_folder
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
-    from comparison.words.causes import lead
+    from comparison.words.differences import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 

@@ -128,18 +128,6 @@ def warn(warnings: Sequence[str]) -> None:
     say(*(f"sixbar: warning: {' '.join(warning.split())}" for warning in warnings), err=True)
 
 
-def warn_about_the_cache() -> None:
-    """Warn once per command where nothing, or not the usual folder, is the cache."""
-    from comparison.execution.store import cache_folder, cache_warnings
-    from comparison.files import FolderError
-
-    messages = cache_warnings()
-    warn(messages)
-    with suppress(FolderError):
-        if messages:  # nor could matplotlib keep its fonts in the usual place
-            os.environ.setdefault("MPLCONFIGDIR", str(cache_folder() / "matplotlib"))
-
-
 def complain(text: str, code: int) -> int:
     """Print one line to stderr and return the exit code."""
     with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
@@ -186,7 +174,9 @@ Reporter = Callable[..., None]
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
     """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
-    warn_about_the_cache()
+    from comparison.execution.store import cache_warning
+
+    warn(list(filter(None, [cache_warning()])))
     if quiet:
         yield _silence
     elif not sys.stderr.isatty():

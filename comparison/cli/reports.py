@@ -1,12 +1,7 @@
 """``make reports`` in the folder of the README: all studies, their index, and what the README has of them."""
 
 import argparse
-import os
 import re
-import subprocess
-import sys
-import tempfile
-import time
 from pathlib import Path
 
 from comparison.accuracy.levels import TIERS
@@ -19,7 +14,6 @@ from comparison.studies.verdicts.study import RECORD
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
-TIMES = "times.md"
 PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
 OF_THE_VERDICT = ("detection", "campaign")
@@ -43,24 +37,7 @@ def finding(readme: str) -> str:
     return " ".join(bold[1].split()) if bold else ""
 
 
-def times() -> str:
-    """Return a sentence on how long `sixbar validate` takes on this machine, measured."""
-    seconds = []
-    with tempfile.TemporaryDirectory() as folder:
-        for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
-            place = dict.fromkeys(("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR"), f"{folder}/{cache}")
-            words = ["-m", "comparison", "validate", *options, "-q", "--out", f"{folder}/out"]
-            begun = time.perf_counter()
-            subprocess.run([sys.executable, *words], env=os.environ | place, check=True, capture_output=True)
-            seconds.append(f"{time.perf_counter() - begun:.0f} s")
-    quick, cold, stored = seconds
-    return (
-        f"With neither runs nor compiled code stored `sixbar validate --quick` took {quick} and "
-        f"`sixbar validate` {cold}, with all runs stored {stored} ({cpus()} processors).\n"
-    )
-
-
-def generated(pages: dict[str, str], measured: str) -> str:
+def generated(pages: dict[str, str]) -> str:
     """Return what the README has between its markers, from the pages of the studies, by their paths."""
     rates = [
         f"- [{name}](reports/{name}/README.md): {finding(pages[f'{name}/README.md'])}"
@@ -76,7 +53,6 @@ def generated(pages: dict[str, str], measured: str) -> str:
         *made,
         "The verdict itself, tested:",
         "\n".join(rates),
-        measured.strip(),
     ]
     return "\n\n".join(parts)
 
@@ -99,10 +75,7 @@ def main(*, small: bool = False) -> None:
                 written[page.relative_to(REPORTS).as_posix()] = page.read_text("utf-8")
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")
-    if not small:
-        write_text(times(), REPORTS / TIMES)
-    measured = (REPORTS / TIMES).read_text("utf-8") if (REPORTS / TIMES).is_file() else ""
-    write_text(with_generated(readme.read_text("utf-8"), generated(written, measured)), readme)
+    write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)
     write_text((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 

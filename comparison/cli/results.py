@@ -43,7 +43,7 @@ from comparison.verdict.criteria import check_gate
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
-from comparison.words.causes import lead
+from comparison.words.differences import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
 from comparison.words.verdicts import ratio_name
 

@@ -13,7 +13,7 @@ from comparison.tables.channels import channels
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
-from comparison.words.causes import causes
+from comparison.words.differences import causes
 from comparison.words.reliability import missing
 
 _OF_CHANNEL = (

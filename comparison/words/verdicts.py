@@ -25,8 +25,7 @@ from comparison.verdict.results import (
     rank,
 )
 from comparison.verdict.validate import Departure, Standing
-from comparison.words.causes import causes
-from comparison.words.differences import attribution_lines, confirmation, plain_percent
+from comparison.words.differences import attribution_lines, causes, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
 
 SYMBOLS = {
@@ -64,12 +63,6 @@ _PAIRS = {
     "indeterminate": "{}: indeterminate",
     "cannot compare": "{}: cannot compare",
     "agree": "{} agree",
-}
-_OUTCOMES = {
-    "agree": "all models that can be compared agree",
-    "differ": "models differ without an outlier",
-    "undecided": "no outlier can be told",
-    "cannot compare": "no two models can be compared",
 }
 _MARKS = {
     "confirmed": "confirmed by at least {0.fewest} runs",
@@ -303,17 +296,6 @@ def standing(result: Standing) -> str:
     if result.left_out:
         text += f"; {listed(result.left_out)} cannot be compared"
     return f"{_capital(text)}."
-
-
-def standings(results: Sequence[Standing]) -> str:
-    """Return one sentence for all scenes of three or more models: which is the outlier, how often."""
-    if len(results) == 1:
-        return standing(results[0])
-    outliers = Counter(result.outlier for result in results if result.outlier)
-    parts = [f"{model} is the outlier on {count}" for model, count in outliers.items()]
-    outcomes = Counter(result.outcome for result in results)
-    parts += [f"{text} on {outcomes[outcome]}" for outcome, text in _OUTCOMES.items() if outcomes[outcome]]
-    return f"Of {len(results)} scenes: {'; '.join(parts)}."
 
 
 def listed(names: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.cli.reports import BEGIN, END, TIMES, generated, index, with_generated
+from comparison.cli.reports import BEGIN, END, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.paper import MAIN, PARTS
@@ -21,7 +21,7 @@ REPORTS = ROOT / "reports"
 
 def test_the_verdicts_and_rates_are_those_of_the_reports():
     pages = {path: (REPORTS / path).read_text("utf-8") for path in (f"{name}/README.md" for name in NAMES)}
-    text = generated(pages, (REPORTS / TIMES).read_text("utf-8"))
+    text = generated(pages)
     assert sum(line[:1] == "|" for line in text.splitlines()) == 2 + len(shipped_scenes())
     assert re.search(r"\d+ false alarms in \d{3,} decided comparisons", text)
     assert with_generated(README, text) == README
@@ -49,15 +49,6 @@ def test_the_list_of_the_studies_is_that_of_their_reports():
         assert text.startswith("# ")
         for link in re.findall(r"\]\(([\w./-]+\.(?:svg|csv|md))\)", text):
             assert (REPORTS / path).parent.joinpath(link).is_file(), f"{path}: {link}"
-
-
-def test_the_index_has_the_finding_of_a_study_and_its_first_picture():
-    text = (
-        "# A title\n\nAbout.\n\n**Of 3 runs\n2 agree.** More.\n\n**No.**\n\n![a](one.svg)\n\n![b](two.svg)\n"
-    )
-    assert index({"runs/README.md": text, "runs/bare.md": "# Bare\n"}).partition("\n\n## ")[2] == (
-        "[A title](runs/README.md)\n\nOf 3 runs 2 agree.\n\n![a](runs/one.svg)\n\n## [Bare](runs/bare.md)\n"
-    )
 
 
 def test_it_is_short():

@@ -12,15 +12,13 @@ import pandas as pd
 import pytest
 
 from comparison.execution.store import (
-    cache_folder,
-    cache_warnings,
+    cache_warning,
     drop_unused,
     fetch,
     fetch_row,
     keep,
     keep_row,
 )
-from comparison.files import FolderError
 from comparison.tables.table import Table
 
 KEY = "0" * 64
@@ -91,33 +89,15 @@ def test_no_damaged_result_is_used_and_each_is_reported(stored, fetched, cache, 
             assert [record.levelno for record in caplog.records] == [logging.WARNING]  # once: it is deleted
 
 
-def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
-    cache, make_table, fetched, monkeypatch
-):
-    assert cache_warnings() == []
+def test_a_cache_that_cannot_be_written_is_not_needed(cache, make_table, fetched, monkeypatch):
+    assert cache_warning() == ""
     file = cache.parent / "file"
     file.touch()
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(file))
     keep(KEY, make_table())
-    assert fetched().frame.equals(make_table().frame)
-    (temporary,) = (cache.parent / "tmp").iterdir()
-    assert stat.S_IMODE(temporary.stat().st_mode) == 0o700
-    (warning,) = cache_warnings()
-    assert warning.startswith(f"{file} cannot be written: the cache is in {temporary}; ")
-    with monkeypatch.context() as usual:  # which is not searched where the usual one is written
-        usual.setenv("SIXBAR_CACHE_DIR", str(cache))
-        assert fetched() is None
-        home = {"SIXBAR_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": str(cache.parent / "home")}
-        for name, value in home.items():  # what is empty is not set
-            usual.setenv(name, value)
-        assert cache.parent / "home" in cache_folder().parents
-    temporary.chmod(0o755)  # another user may have written to it before
+    drop_unused()
     assert fetched() is None
-    keep(KEY, make_table())
-    with pytest.raises(FolderError, match="no cache folder can be written"):
-        cache_folder()
-    (warning,) = cache_warnings()
-    assert warning.startswith("no cache folder can be written: nothing is cached")
+    assert cache_warning().startswith(f"{file}: is not a folder: no result is stored; ")
 
 
 def test_a_cache_that_can_only_be_read_is_used(stored, fetched, make_table, monkeypatch):
@@ -126,7 +106,7 @@ def test_a_cache_that_can_only_be_read_is_used(stored, fetched, make_table, monk
     def refuse(*_arguments, **_options):
         raise PermissionError(13, "read-only")
 
-    for name in ("tempfile.TemporaryFile", "os.utime", "pathlib.Path.mkdir", "pathlib.Path.unlink"):
+    for name in ("os.utime", "pathlib.Path.mkdir", "pathlib.Path.unlink"):
         monkeypatch.setattr(name, refuse)
     assert fetched().frame.equals(make_table().frame)
     keep("1" * 64, make_table())

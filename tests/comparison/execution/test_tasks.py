@@ -135,18 +135,6 @@ def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
     assert sorted(number for number, _ in here[1]) == [3.0, 3.0, 5.0, 7.0, 13.0]
 
 
-def test_tasks_of_one_environment_follow_one_another_and_progress_goes_by_the_expected_time(here):
-    shares = []
-    tasks = [Square(number, variant) for number in (1.0, 4.0) for variant in ((), (("A", "1"),))]
-    measure_all(square, tasks[:1], here[0])
-    rows = measure_all(square, tasks, here[0], shares.append)
-    assert [row["square"] for row in rows] == [1.0, 1.0, 16.0, 16.0]
-    _, *environments = (environment for _, environment in here[1])
-    assert sorted(environments) in (environments, environments[::-1])
-    # Of 10 s 1 is done before; of each environment, whichever comes first, the longer one precedes.
-    assert shares in (pytest.approx([0.5, 0.9, 1.0]), pytest.approx([0.5, 0.6, 1.0]))
-
-
 def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():
     tasks = {name: Square(number) for name, number in (("usual", 2.0), ("dies", 11.0), ("hangs", 17.0))}
     rows = dict(on_processes(1, limit=4.0)(square, tasks))  # each has 40 s to start

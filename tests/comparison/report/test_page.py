@@ -1,24 +1,16 @@
 """The page: the verdict first, complete, honest, safe, small, the same every time."""
 
 import re
-import shutil
-import subprocess
 from collections import Counter
 from dataclasses import replace
 from html import escape, unescape
 
-import numpy as np
-import pandas as pd
 import pytest
 from outline import Outline, page, words
 
 from comparison.accuracy.levels import thresholds
-from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import number, percent, quantity
-from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
-from comparison.report.page import anchors, code_version, origin, render
-from comparison.scene.schema import Reliability
-from comparison.tables.table import Table
+from comparison.report.page import anchors, render
 from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Attribution, Refinement
@@ -82,51 +74,6 @@ def test_the_grid_shows_numbers_leads_to_cards_and_has_the_worst_scene_first(sce
         assert re.findall("<dt>(.*?)</dt>", part(page(comparison), '<dl class="terms">', "</dl>")) == terms
 
 
-def test_a_page_that_lacks_scenes_is_no_agreement(scene, differing):
-    """Its headline says so and which; what differs is still said."""
-    for scenes, colours in (((scene,), ["incomplete"]), ((scene, differing), ["incomplete", "differ"])):
-        html = render(scenes, title="Press", command="sixbar validate", missing=["<late>", "later"])
-        header = part(html, "<header>", "</header>").partition('<p class="failing">')[0]
-        said = f"Incomplete: interrupted after {len(scenes)} of {len(scenes) + 2} scenes. Not compared: "
-        assert text(header).startswith(f"Press ! {said}<late>, later.")
-        assert re.findall(r'class="(?:lead )?verdict (\w+)"', header) == colours
-        cells = rows(part(html, '<table class="grid', "</table>"))
-        assert cells["later"] == ["not compared"]
-    assert "incomplete" not in page(scene).partition("<body")[2].partition("<script")[0]
-
-
-def test_what_the_models_are_and_where_the_page_comes_from(scene):
-    made = {"time": "2026-01-02 03:04 UTC", "code": "commit <abc>", "machine": "a machine"}
-    shown = words(render([scene], title="Press", command="x", origin=made))
-    assert "reference a hand-written solver of the paper's equations; two degrees of freedom" in shown
-    assert "2026-01-02 03:04 UTC, commit <abc>" in shown
-    assert "a machine" in shown
-    assert "UTC" not in words(page(scene))
-    assert origin()["time"].endswith(" UTC")
-
-
-@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
-def test_the_commit_is_that_of_the_tracked_file_and_of_no_other_project(tmp_path):
-    def git(*arguments):
-        command = ["git", "-C", str(tmp_path), "-c", "user.name=x", "-c", "user.email=x@example.org"]
-        return subprocess.check_output([*command, *arguments], text=True).strip()
-
-    file, other = tmp_path / "module.py", tmp_path / "site" / "module.py"
-    other.parent.mkdir()
-    for path in (file, other):
-        path.write_text("x = 1\n")
-    assert "commit" not in code_version(file)
-    git("init", "-q")
-    git("add", "module.py")
-    git("commit", "-qm", "first")
-    commit = git("rev-parse", "--short=10", "HEAD")
-    assert code_version(file).endswith(f"commit {commit}")
-    # A package installed inside another project's checkout.
-    assert "commit" not in code_version(other)
-    file.write_text("x = 2\n")
-    assert code_version(file).endswith(f"commit {commit} with modifications")
-
-
 # ---- the whole page
 
 
@@ -154,19 +101,6 @@ def test_anchors_are_the_names_of_scenes_valid_and_unique():
     # No hyphen twice, which is between a scene and its part; nothing that a link would have to escape.
     assert all(re.fullmatch(r"[\w.+=]+(-[\w.+=]+)*", anchor, re.ASCII) for anchor in given)
     assert "overview" not in given
-
-
-def test_the_navigation_has_no_section_that_is_not_there(scene, broken):
-    contacts = replace(scene, events=(None, scene.events[1].iloc[:0]))
-    for comparison, names in (
-        (scene, "Overview Plots Why Channels Contacts Runs Definition Reproduce"),
-        (broken, "Overview Why Definition Reproduce"),
-        (contacts, "Overview Plots Why Channels Runs Definition Reproduce"),
-    ):
-        html = page(comparison)
-        navigation = re.findall(r'<a href="#([^"]+)">(\w+)</a>', part(html, "<nav", "</nav>"))
-        assert [name for _, name in navigation] == names.split()
-        assert all(f'id="{target}"' in html for target, _ in navigation)
 
 
 def test_what_users_write_is_text(broken):
@@ -290,63 +224,4 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
     assert "None: the event tables are empty." in page(replace(scene, events=(empty, empty)))
 
 
-@pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_the_crank_pins_contacts_stand_by_themselves(scene, slider):
-    end = scene.time[-1]
-    occurred = {"corner": ["ll", "pin", "pin"], "start": [0.0, end / 4, 0.75 * end]}
-    occurred["end"] = [end / 2, end / 2, end]
-    contacts = scene.events[0].head(3).assign(**occurred)
-    own = scene.scene | {"joints": {"slider": slider, "crank_pin": "clearance"}}
-    html = page(replace(scene, events=(contacts, contacts.iloc[:2]), scene=own))
-    counts = {name: cells[0] for name, cells in rows(html, "Contacts of").items()}
-    assert counts == {"lower left": "1", "crank pin": "2", "all": "3"}
-    shares = rows(html, "Contact situations")
-    assert shares["crank pin in contact"] == ["50.0 %", "25.0 %"]
-    # The journal touches while the slider is free: the slider's situations do not see it.
-    assert shares.get("free", ["50.0 %"])[0] == "50.0 %"
-    assert ("free" in shares) == (slider == "clearance")
-
-
 # ---- reliability, other measures
-
-
-def test_the_reliability_of_both_models_their_difference_and_its_parts(scene):
-    """Of an acceleration whose error is larger between 100 and 108 degrees."""
-    phase = 2 * np.pi * scene.time / 0.4
-    angle = np.degrees(phase) % 360
-
-    def runs(error, bump=0.0):
-        columns = {"slider_y": 0.1 * np.cos(phase), "slider_vy": np.sin(phase)}
-        course = error + bump * ((angle > 100) & (angle <= 108))
-        table = Table(pd.DataFrame({"time": scene.time, **columns, "slider_ay": course}))
-        return Runs(table, table)
-
-    both, settings = (runs(15.0, 90.0), runs(15.4, 90.0)), Reliability()
-    quantities = compare_reliability(both, (runs(0.0),) * 2, 0.4, settings, 2.0)
-    judged = replace(scene, reliability=ReliabilityComparison(settings, quantities))
-    html = page(replace(judged, tight=replace(judged, tier="tight")))
-    acceleration = quantities["acceleration"]
-    for tier in ("standard", "tight"):
-        table = rows(html, f'Reliability of scene press, {tier} tier"')
-        cells = table["acceleration, ≤ 150 m/s²"]
-        assert cells[0] == f"{'✗' if acceleration.verdict == 'differ' else '✓'} {acceleration.verdict}"
-        assert cells[1:4] == [f"{acceleration.a.minimum:.5f}", f"{acceleration.b.minimum:.5f}", "108°"]
-        assert cells[4:6] == [number(acceleration.minimum, 2), number(acceleration.half_width, 2)]
-        assert "0.9986501" in " ".join(list(table.values())[1])
-    assert "no verdict of a scene or a channel depends on them" in words(html)
-    # It is separate from the verdict of the scene, which stays as it was.
-    assert "✓ agree" in text(part(html, "<header>", "</header>"))
-    missing = ReliabilityComparison(settings, missing="the model <b>mine</b> refused")
-    assert "Not available: the model &lt;b&gt;mine&lt;/b&gt; refused." in page(
-        replace(scene, reliability=missing)
-    )
-    assert "eliability" not in words(page(scene))
-
-
-def test_other_measures_are_closed_and_said_to_be_information(scene):
-    shown = ("slider_x", "corner_ll_normal", "corner_ul_normal")
-    html = page(replace(scene, channels={name: scene.channels[name] for name in shown}))
-    own = part(html, '<details class="more"><summary>Other measures of similarity', "</details>")
-    assert "no verdict depends on them" in own
-    # Nothing ever touches the upper left corner.
-    assert {name: len(cells) for name, cells in rows(own).items()} == {"slider_x": 15, "corner_ll_normal": 15}

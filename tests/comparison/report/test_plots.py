@@ -89,23 +89,3 @@ def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
     first = packed.channels["corner_ll_normal"]["first"]
     assert first.max() == pytest.approx(1e4)
     assert packed.time[first.argmax()] == pytest.approx(time[n // 2 + 7])
-
-
-def test_without_channels_there_are_no_plots(broken):
-    assert scene_plots(broken) == ""
-
-
-def test_three_tables_lie_over_each_other_at_uneven_times():
-    scene = {"mechanism": {"guide_x": 0.5}, "drive": {"speed_rpm": 60.0}}
-    time = np.linspace(0.0, 1.0, 101) ** 2
-    tables = {
-        label: Table(pd.DataFrame({"time": times, "slider_x": times**2 + n, "slider_y": -times}))
-        for n, (label, times) in enumerate({"a": time, "b": time[::2], "c": time}.items())
-    }
-    packed = Unpacked(table_plots(tables, ("slider_x", "slider_vx"), scene))
-    assert packed.head["labels"] == ["a", "b", "c"]
-    np.testing.assert_allclose(packed.time, time, atol=1e-15)
-    (plot,) = packed.channels.values()
-    assert plot["limit"] is None
-    np.testing.assert_allclose(plot["first"], time**2 - 0.5, atol=1e-5)
-    np.testing.assert_allclose(plot["apart"][1], -2.0, rtol=5e-3)

@@ -10,13 +10,12 @@ import pytest
 from bouncing_press import make_scene
 
 from comparison.accuracy.levels import expected, plan
-from comparison.accuracy.refine import Limit, accurate_run, expected_cost
+from comparison.accuracy.refine import Limit, accurate_run
 from comparison.execution.run import Job
 from comparison.scene import load_scene
 from comparison.verdict.results import Confirmation, SceneComparison
-from comparison.words.accuracy import accuracy_line, cost_before, expectation, plan_lines, unmeasured
-from comparison.words.causes import causes
-from comparison.words.differences import contact, instant_of
+from comparison.words.accuracy import accuracy_line, expectation, unmeasured
+from comparison.words.differences import causes, contact, instant_of
 from comparison.words.verdicts import card, scene_reason
 from tests.helpers.known_error import USUAL, KnownError, growing
 
@@ -82,24 +81,6 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
 # Accuracy
 
 
-@pytest.mark.parametrize(
-    ("scene", "model", "said"),
-    [
-        (
-            OWN,
-            "reference",
-            "measured on 150rpm-0.2mm; this scene may magnify errors: estimate them by --check",
-        ),
-        (OWN, "exudyn", "this scene may magnify errors"),
-        (USUAL.with_values({"solver.reference.method": "Radau"}), "reference", "with another method"),
-        (load_scene("crank-pin"), "reference", "for y use a named accuracy"),
-    ],
-)
-def test_cautions_stand_in_the_expectation_and_in_the_plan(scene, model, said):
-    assert said in expectation(expected(scene, model))
-    assert any(said in text for text in plan_lines(plan(scene, model)) if "  caution  " in text)
-
-
 def test_what_is_expected_names_the_part_of_the_run_and_what_is_not_known():
     there = expected(OWN, "reference")
     failed = expectation(replace(there, error=np.nan, failed="chatter"))
@@ -112,18 +93,6 @@ def test_what_is_expected_names_the_part_of_the_run_and_what_is_not_known():
     for changes, moduli in (({}, "210"), ({"contact.youngs_modulus.slider": 69e9}, "69 on 210")):
         (text,) = plan(load_scene("150rpm-0.2mm", changes), "exudyn").contacts
         assert text == f"four corners of the slider (hertz-corners; {moduli} GPa, Poisson's ratio 0.28)"
-
-
-def test_the_expected_cost_is_that_of_the_whole_family():
-    head = (
-        r"begins at solver\.reference\.tolerance = 1e-10, with 4 further runs: some (\S+) s of processor time"
-    )
-    text = cost_before(expected_cost(OWN, "reference", 1e-8))
-    (seconds,) = re.fullmatch(f"{head}, more if it has to be refined", text).groups()
-    assert 4 < float(seconds) / expected(OWN, "reference").seconds < 6
-    assert cost_before(expected_cost(OWN, "reference", "draft")).endswith(" s of processor time")
-    unknown = OWN.with_values({"solver.exudyn.formulation": "tree", "joints.slider": "ideal"})
-    assert "no time recorded, more if" in cost_before(expected_cost(unknown, "exudyn", 1e-8))
 
 
 def coarse(tolerance):
