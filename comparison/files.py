@@ -51,7 +51,7 @@ def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Ite
 
 
 def check_size(path: Path, most: int) -> None:
-    """Reject what is no regular file of at most so many bytes by an `OSError`, before it is read."""
+    """Reject, by an `OSError`, anything but a regular file of at most so many bytes, before it is read."""
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
         kind = "is a folder" if stat.S_ISDIR(status.st_mode) else "is not a file"
@@ -161,7 +161,7 @@ def write_text(text: str, path: Path) -> None:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
-    """Return strict JSON; non-finite numbers become null, what has no equivalent is a `TypeError`."""
+    """Return strict JSON; non-finite numbers become null, a value without equivalent is a `TypeError`."""
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 

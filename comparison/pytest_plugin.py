@@ -35,7 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sixbar-update",
         action="store_true",
-        help="write the expected tables of assert_agree anew, from what the tests obtain",
+        help="write the expected tables of assert_agree anew, from those that the tests obtain",
     )
 
 
@@ -84,7 +84,7 @@ def _assert_agree(
 
 @dataclass(frozen=True)
 class _Pair:
-    """An expected table, and what a test obtained."""
+    """An expected table, and the one that a test obtained."""
 
     expected: Results
     obtained: Results
@@ -183,7 +183,7 @@ class _Pair:
             lines = [f"  obtained: {_write(self.table(), self.left)}"]
             if result is not None:
                 page = self.left.with_suffix(".html")
-                title, command = f"{self.labels[0]} and what {self.test} obtained", f"pytest {self.test}"
+                title, command = f"{self.labels[0]} and the table of {self.test}", f"pytest {self.test}"
                 write_text(render([result], title=title, command=command, origin=origin()), page)
                 lines.append(f"  report: {page}")
         except (TableError, OSError) as error:
@@ -191,7 +191,7 @@ class _Pair:
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
     def remove(self) -> None:
-        """Remove what an earlier failure has left."""
+        """Remove the files of an earlier failure."""
         if self.left is None or not self.left.parent.is_dir():
             return
         for end in _LEFT:
@@ -260,7 +260,7 @@ class _Pair:
 
 
 def _write(table: Table, path: Path) -> Path:
-    """Write a table; beside it only what it has: another program may have a file of that name."""
+    """Write a table, with companions only if it has any: another program may use those names."""
     from comparison.files import replacing
     from comparison.tables.table_files import write
 

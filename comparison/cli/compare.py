@@ -1,4 +1,4 @@
-"""``sixbar compare``, ``validate`` and ``reliability``: what two tables, or two models, agree in.
+"""``sixbar compare``, ``validate`` and ``reliability``: comparisons of tables and of models.
 
 ``compare`` takes any two tables, or folders of them, with further runs that give their uncertainty;
 ``validate`` runs two models, or more in pairs, on scenes; ``reliability`` tells how well the slider of one
@@ -88,7 +88,7 @@ class Comparison:
         return [("base", getattr(self, side)), *((kind, path) for kind, path in further if path is not None)]
 
     def criteria(self) -> dict[str, Any]:
-        """Return what `comparison.verdict.recorded.compare_files` compares by."""
+        """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
         from comparison.scene import load_scene
         from comparison.tables.mapping import load_mapping
         from comparison.verdict.criteria import Criteria
@@ -163,7 +163,7 @@ def compare(asked: Comparison) -> int:
 
 
 def _suggest(asked: Comparison) -> int:
-    """Write a mapping of the columns of two tables, and print what it assigns."""
+    """Write a mapping of the columns of two tables, and print its assignments."""
     from comparison.files import FolderError, check_file, write_text
     from comparison.scene import command_line
     from comparison.tables.mapping import load_mapping

@@ -1,4 +1,4 @@
-"""``make reports`` in the folder of the README: all studies, their index, and what the README has of them."""
+"""``make reports`` in the folder of the README: all studies, their index, the README's generated part."""
 
 import argparse
 import re
@@ -38,7 +38,7 @@ def finding(readme: str) -> str:
 
 
 def generated(pages: dict[str, str]) -> str:
-    """Return what the README has between its markers, from the pages of the studies, by their paths."""
+    """Return the generated part of the README, from the pages of the studies by their paths."""
     rates = [
         f"- [{name}](reports/{name}/README.md): {finding(pages[f'{name}/README.md'])}"
         for name in OF_THE_VERDICT
@@ -47,10 +47,10 @@ def generated(pages: dict[str, str]) -> str:
     rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
     both = [rows[0].index(f"{tier} tier") for tier in TIERS]
     cells = [(row[0].removeprefix("| "), *(row[column] for column in both)) for row in rows]
-    made = [line for line in verdicts if line.startswith("Made on ")]
+    origin = [line for line in verdicts if line.startswith("Made on ")]
     parts = [
         table(cells[0], cells[1:]),
-        *made,
+        *origin,
         "The verdict itself, tested:",
         "\n".join(rates),
     ]
@@ -67,7 +67,7 @@ def with_generated(readme: str, text: str) -> str:
 
 
 def main(*, small: bool = False) -> None:
-    """Write all studies (cached runs are used), then the index and what the README has of them."""
+    """Write all studies (stored runs are used), then the index and the generated part of the README."""
     written = {}
     for name in NAMES:
         with progress(name) as report:

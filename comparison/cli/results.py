@@ -1,7 +1,7 @@
-"""The work of `sixbar validate`, and what it and `sixbar compare` print and write: verdicts, report, tables.
+"""The work of `sixbar validate`; the lines and files of it and of `sixbar compare`.
 
-Scenes are validated in batches: what is finished survives an interruption, or the fault of one scene. This
-module imports what the commands need, and is imported when one of them runs.
+Scenes are validated in batches: finished ones survive an interruption, or the fault of another. This module
+is imported when one of the commands runs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -67,7 +67,7 @@ class Request:
 
     @classmethod
     def of(cls, asked: "Options") -> "Request":
-        """Return what the options of the command ask for."""
+        """Return the request of a command line."""
         same = ("accuracy", "allow_indeterminate", "verbose", "quiet", "json")
         return cls(
             names=asked.scenes or [],
@@ -128,7 +128,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
 
 
 def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
-    """Refuse what is known to be wrong before anything runs: names, gates, an accuracy out of reach."""
+    """Refuse wrong names, gates and accuracies before anything runs."""
     console.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
@@ -267,7 +267,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
 
 
 def _note(tier: SceneComparison) -> str:
-    """Return in a few words where the trajectories diverge, or what is missing."""
+    """Return a short note: error, first difference, or reason of an indeterminate verdict."""
     notes, result, worst = [], tier.attribution, tier.worst_channel
     if tier.error:
         return tier.error

@@ -88,7 +88,7 @@ def keep_row(folder: Path, key: str, row: Mapping[str, Any]) -> Row:
 
 
 def drop_unused() -> None:
-    """Delete what was not used for a month; do nothing if that is impossible."""
+    """Delete results that were not used for a month; do nothing if that is impossible."""
     folder, oldest = cache_folder(), time.time() - KEEP_DAYS * 86400
     # Version 0.2 stored a run in a folder and the rows of a study in one file.
     for path in (*folder.glob(f"{RUNS}/*"), *folder.glob(f"{ROWS}/*/*"), *folder.glob("*.jsonl")):

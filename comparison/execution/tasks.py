@@ -35,7 +35,7 @@ class Task(ABC):
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks of its measure: its fields."""
+        """The fields that distinguish it from other tasks of its measure."""
         return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
 
     @property
@@ -51,7 +51,7 @@ class Task(ABC):
 
 T = TypeVar("T", bound=Task)
 Measure = Callable[[T, Progress], Row]
-"""Measures a task; reports a share of 0 to it when what precedes the work (compiling) is over."""
+"""Measures a task; reports a share of 0 when the preparation (compiling) is over."""
 Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
 """Processes tasks of one environment by their keys and yields each row on completion."""
@@ -130,7 +130,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Return what stands for an object in JSON: of a record its fields, of a scene its hash."""
+    """Return the JSON equivalent of an object: the fields of a record, the hash of a scene."""
     if isinstance(value, Scene):
         return value.hash
     if isinstance(value, BaseModel):

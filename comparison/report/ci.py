@@ -23,7 +23,7 @@ _MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https
 
 
 def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
-    """Write checks as JUnit XML of what all viewers read; suites are ordered by their first case."""
+    """Write checks as JUnit XML that every viewer reads; suites are in order of their first case."""
 
     def element(parent: ET.Element | None, tag: str, inside: Sequence[Case] = (), **texts: str) -> ET.Element:
         status = Counter(case.status for case in inside)
@@ -81,6 +81,6 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _markdown(text: str) -> str:
-    """Return a text in one line, without what would be taken for HTML or Markdown (an image, a link)."""
+    """Return a text in one line, with the characters escaped that HTML or Markdown would interpret."""
     plain = html.escape(" ".join(text.split()), quote=False)
     return _MARKUP.sub(r"\\\g<0>", plain)

@@ -42,7 +42,7 @@ from comparison.words.record import check_message, gate_notes, gate_summary, mov
 from comparison.words.reliability import notes
 from comparison.words.verdicts import SYMBOLS, standing
 
-# ---- what all pages share: jinja's settings, style sheet and script, and where a page comes from
+# ---- common parts of all pages: jinja's settings, style sheet, script and origin
 
 ASSETS = Path(__file__).with_name("assets")
 TEMPLATES = jinja2.Environment(
@@ -76,9 +76,9 @@ def interactive_page(template: str, **values: Any) -> str:
 
 
 def origin() -> dict[str, str]:
-    """Return when, from what and where a report is made now."""
-    made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    return {"time": made, "code": code_version(Path(__file__)), "machine": platform_name()}
+    """Return the time, code version and machine of a report that is written now."""
+    time = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    return {"time": time, "code": code_version(Path(__file__)), "machine": platform_name()}
 
 
 def code_version(file: Path) -> str:
@@ -135,7 +135,7 @@ def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, co
 
 
 def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Draw the press of a scene at its start, with texts and what the script needs to move it.
+    """Draw the press of a scene at its start, with texts and the geometry by which the script moves it.
 
     None without a scene, or where the press cannot be assembled.
     """
@@ -170,10 +170,10 @@ def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
         pin=pin,
         mm=_mm,
     )
-    held = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
-    held += f"; a workpiece below y = {_mm(scene['load']['surface'])}" if has_load(scene) else ""
+    guide = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
+    guide += f"; a workpiece below y = {_mm(scene['load']['surface'])}" if has_load(scene) else ""
     caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
-    caption += f"slider {_mm(width)} wide and {_mm(length)} long, {held}"
+    caption += f"slider {_mm(width)} wide and {_mm(length)} long, {guide}"
     caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
     about = "Schematic of the six-bar press at the start, and its slider in the guide enlarged."
     return {
@@ -201,7 +201,7 @@ _BUILT_IN = {
     "reference": "a hand-written solver of the paper's equations",
     "exudyn": "the same press, written independently as a multibody model in Exudyn",
 }
-"""What a built-in model is, for its label."""
+"""Label of a built-in model -> its description."""
 
 
 def render(
@@ -229,7 +229,7 @@ def render(
     of_tables = bool(scenes) and all(scene.ran is None and scene.failed is None for scene in scenes)
     if of_tables and len(scenes) == 1 and not all(label in title for label in scenes[0].labels):
         title = f"{' and '.join(scenes[0].labels)}: {title[0].lower()}{title[1:]}"
-    # What decides: "uncertainty", "tolerance" or "" where nothing does.
+    # The limit that decides: "uncertainty", "tolerance" or "" (none).
     threshold = "tolerance" if any(channel.threshold is not None for channel in channels) else ""
     limits = [verdicts.threshold_name(channel) for channel in channels if channel.u is not None]
 
@@ -307,7 +307,7 @@ def _without_contact(scene: SceneComparison) -> bool:
 
 
 def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
-    """Return the ids and names of what there is of a scene."""
+    """Return ids and names of the sections that a scene has."""
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
@@ -320,7 +320,7 @@ def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
 
 
 def _models(tiers: Sequence[SceneComparison]) -> dict[str, str]:
-    """Return of each label what it is, and the formulations and versions it ran with."""
+    """Return description, formulations and versions of each label."""
     models = {}
     for label in dict.fromkeys(label for tier in tiers for label in tier.labels):
         runs = [tier.provenance[label] for tier in tiers if label in tier.provenance]
@@ -408,14 +408,14 @@ def write_animation(
     return path
 
 
-# ---- the regression gate: what has changed since the baseline
+# ---- the regression gate: changes since the baseline
 
 _FIGURES = 12
 """Figures at most: those of the channels that deviate first."""
 
 
 def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> Path:
-    """Write the page of a gate, which ``command`` repeats; ``lead`` is what is said first."""
+    """Write the page of a gate, which ``command`` repeats; it begins with the lines of ``lead``."""
     moved = moved_first(gate)
     html = interactive_page(
         "gate.html.j2",

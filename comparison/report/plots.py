@@ -1,7 +1,7 @@
 """Data of the interactive plots: curves of two or more models, their differences and thresholds.
 
 Deflated JSON in Base64, which ``plots.js`` reads, with the digits that a plot shows: values of a channel's
-first model in 65,534 steps of their range, the differences from it and the threshold in three digits.
+first model in 65,534 steps of their range, the differences from it and the threshold in two digits.
 """
 
 import base64
@@ -35,7 +35,7 @@ _UNKNOWN = 1e300  # a threshold that is not finite
 
 
 class Curve(NamedTuple):
-    """A channel of two or more models, what is subtracted from its values, and how it was judged."""
+    """A channel of two or more models, the offset subtracted from its values, and its comparison."""
 
     channel: Channel
     zero: float
@@ -44,7 +44,7 @@ class Curve(NamedTuple):
 
 
 def independent(scene: SceneComparison) -> list[str]:
-    """Return the excited channels, of corners only normal forces and what differs: the others follow."""
+    """Return the excited channels; of corners the normal forces and those that differ: the others follow."""
     return [
         name
         for name, channel in scene.excited.items()
@@ -108,7 +108,7 @@ def _packed(
     described = []
     for channel, zero, models, judged in curves:
         first, *others = (np.asarray(values)[kept] - zero for values in models)
-        # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
+        # Zero lies on the grid of values: a corner that is free has exactly no force.
         low, high = float(first.min()), float(first.max())
         step = (high - low) / 65534.0 or abs(low) or 1.0
         lowest = math.floor(low / step)
@@ -134,10 +134,12 @@ def _packed(
                 "least": float(f"{least:.3g}"),
                 "floor": channel.floor,
                 "grid": [lowest, step],
-                "steps": np.diff((np.rint(first / step) - lowest).astype(np.int64), prepend=0).tolist(),
+                "steps": np.diff(
+                    (np.rint(first / step) - lowest).astype(np.int64), n=2, prepend=[0, 0]
+                ).tolist(),
                 "apart": [_rounded(first - other) for other in others],
                 "limit": None if limit is None else _rounded(limit),
-                "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept])[:1].tolist(),
+                "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept]).tolist(),
             }
         )
     if not any(contact_of(curve.channel.name, scene) for curve in curves):
@@ -185,7 +187,7 @@ def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
 
 
 def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> list[dict[str, Any]]:
-    """Return of each resolved contact its place by start, times since its start (s) and forces (N)."""
+    """Return place by start, duration (s) and peak (N) of each resolved contact; times, forces in 1/255."""
     if events is None:
         return []
     place = np.argsort(np.argsort(events["start"].to_numpy(), kind="stable"))
@@ -193,11 +195,16 @@ def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> list[dict[s
     for pulse in pulses:  # evenly chosen points, the ends and the peak among them
         even = np.linspace(0, pulse.time.size - 1, min(pulse.time.size, _PULSE)).round().astype(np.intp)
         kept = np.union1d(even, int(pulse.force.argmax()))
-        times, forces = _rounded(pulse.time[kept], 4), _rounded(pulse.force[kept], 4)
-        drawn.append({"place": int(place[pulse.row]), "t": times, "n": forces})
+        last, peak = float(pulse.time[-1]), float(pulse.force.max())
+        times, forces = (
+            np.rint(255.0 * np.maximum(share[kept], 0.0)).astype(int).tolist()
+            for share in (pulse.time / last, pulse.force / peak)
+        )
+        place_of = int(place[pulse.row])
+        drawn.append({"place": place_of, "last": last, "peak": peak, "t": times, "n": forces})
     return sorted(drawn, key=lambda pulse: pulse["place"])
 
 
-def _rounded(values: Array, digits: int = 3) -> list[float]:
+def _rounded(values: Array, digits: int = 2) -> list[float]:
     """Return numbers with so many significant digits."""
     return [float(f"{value:.{digits}g}") for value in values.tolist()]

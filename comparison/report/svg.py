@@ -1,4 +1,4 @@
-"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to what a figure can show."""
+"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to the resolution of a figure."""
 
 import re
 from collections.abc import Iterator, Sequence

@@ -19,7 +19,7 @@ from comparison.words.reliability import rounded
 from comparison.words.verdicts import SYMBOLS
 
 Cells = list[tuple[str, str, str]]
-"""A row: of each cell heading, subheading ("" without one) and what it says; Markup is a whole cell."""
+"""A row: heading, subheading ("" without one) and text of each cell; Markup is a whole cell."""
 _CONTACTS = {
     "Median duration": ("duration", "median", "s"),
     "Largest normal speed": ("normal_speed", "max", "m/s"),
@@ -71,7 +71,7 @@ def _verdict(verdict: str) -> Cells:
 
 
 def channel_table(scene: SceneComparison) -> Table | None:
-    """Return the channels that were excited, and what their verdicts rest on."""
+    """Return a row per excited channel with the numbers that its verdict rests on."""
     excited = scene.excited
     judged = next((each for each in excited.values() if each.threshold is not None), None)
     known = any(each.u is not None for each in excited.values() if each.threshold is not None)

@@ -53,7 +53,7 @@ _DIGITS = 7  # of a number that is known to more
 _FEW = 3  # names or scenes in one sentence
 _SHOWN = 0.01  # of the difference, from which on the part that is left is said
 _NEAR = 1e-3  # share by which a ratio may miss that of two units, if it is not known better
-# What programs write for an SI unit.
+# Units that programs write instead of an SI unit.
 _UNITS = {
     "m": ("mm", "cm", "in", "ft"),
     "rad": ("deg", "rev"),
@@ -73,9 +73,9 @@ def causes(scene: SceneComparison) -> list[str]:
 
 
 def lead(scenes: Sequence[SceneComparison]) -> list[str]:
-    """Return what is said first: all causes of one scene, the first of each of several.
+    """Return the first lines of a report: all causes of one scene, the first of each of several.
 
-    At the tightest tier that names one.
+    The causes are those of the tightest tier that names one.
     """
     lines: list[str] = []
     for scene in scenes:
@@ -86,7 +86,7 @@ def lead(scenes: Sequence[SceneComparison]) -> list[str]:
 
 
 def cause(one: Cause, scene: SceneComparison) -> str:
-    """Return a cause as a sentence without its full stop, and what of the difference it does not explain."""
+    """Return a cause as a sentence without full stop, with the share of the difference that it leaves."""
     rest = f"; without it {one.left:.0%} of the difference is left" if one.left >= _SHOWN else ""
     return _cause_of(one, scene) + rest
 
@@ -214,7 +214,7 @@ def _place(place: str) -> str:
 
 
 def confirmation(scene: SceneComparison) -> str:
-    """Return what ensembles of runs say of a verdict "differ"; empty where none was."""
+    """Return the result of the ensembles for a verdict "differ"; empty where none ran."""
     result, labels = scene.confirmation, scene.labels
     if result is None:
         return ""

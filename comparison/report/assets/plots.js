@@ -74,8 +74,8 @@ function unpack(head) {
   head.pairs = [];
   for (let a = 0; a < models; a++) for (let b = a + 1; b < models; b++) head.pairs.push([a, b]);
   for (const c of head.channels) {
-    let [at, step] = c.grid;
-    const first = c.steps.map(k => (at += k) * step), apart = [first.map(() => 0), ...c.apart], {limit} = c;
+    let [at, step] = c.grid, rise = 0;
+    const first = c.steps.map(k => (at += rise += k) * step), apart = [first.map(() => 0), ...c.apart], {limit} = c;
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
     c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i])));
     c.threshold = Boolean(limit);
@@ -84,9 +84,9 @@ function unpack(head) {
     c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? v / c.within[i] : null);
   }
   // Contacts resolved at a model's own steps.
-  head.pulses = head.pulses.map((list, side) => list.map(({place, t, n}) => {
+  head.pulses = head.pulses.map((list, side) => list.map(({place, last, peak, t, n}) => {
     const [corner, start] = head.contacts[side][place];
-    return {corner, place, start, end: start + t[t.length - 1], most: Math.max(...n), t: t.map(v => start + v), n};
+    return {corner, place, start, end: start + last, most: peak, t: t.map(v => start + v / 255 * last), n: n.map(v => v / 255 * peak)};
   }));
   return head;
 }
@@ -241,7 +241,8 @@ function differencePlot(viewer, c, width) {
     series.push(line("threshold", ratio ? "outside" : "threshold", 1.2, {dash: [8, 3, 2, 3], points: {show: false}}));
     series.push(line("beyond", "outside", 0, {paths: () => null, points: {show: true, size: 6, fill: colour("outside")}}));
     columns.push(ratio ? c.ratio.map(() => 1) : c.within);
-    columns.push(c.sizes[0].map((v, i) => c.judged[i] && v > c.within[i] ? (ratio ? c.ratio[i] : v) : null));
+    const beyond = new Set(c.outside);
+    columns.push(c.sizes[0].map((v, i) => beyond.has(i) ? (ratio ? c.ratio[i] : v) : null));
   }
   return [options(viewer, width, 170, {
     label: ratio ? `|difference| / ${data.threshold}` : `|difference| (${c.unit || "1"})`, judged: c.judged, last: true,

@@ -24,7 +24,7 @@ class Unpacked:
         self.channels = {}
         for channel in self.head["channels"]:
             lowest, step = channel["grid"]
-            first = (lowest + np.cumsum(channel["steps"])) * step
+            first = (lowest + np.cumsum(np.cumsum(channel["steps"]))) * step
             self.channels[channel["name"]] = channel | {"first": first}
 
 
@@ -36,12 +36,12 @@ def test_what_is_packed_is_what_was_compared(scene):
     for name, plot in packed.channels.items():
         channel = scene.channels[name]
         zero = scene.scene["mechanism"]["guide_x"] if plot["guide"] else 0.0
-        # Half of one of 65,534 steps; three digits.
+        # Half of one of 65,534 steps; two digits.
         step = np.ptp(channel.a) / 65534
         np.testing.assert_allclose(plot["first"], channel.a - zero, rtol=0, atol=0.51 * step)
         np.testing.assert_array_equal(plot["first"][channel.a == zero], 0.0)
-        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=5e-3)
-        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=5e-3)
+        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=5e-2)
+        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=5e-2)
         np.testing.assert_array_equal(np.array(plot["limit"]) > 0, channel.predictable)
     assert packed.channels["slider_x"]["guide"]
     assert {"slider_x", "slider_ax", "corner_ll_normal"} <= packed.channels.keys()
@@ -61,8 +61,10 @@ def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene)
         assert len(drawn) == len(some[side])
         for each in drawn:
             pulse = by_start[contacts[each["place"]][1]]
-            np.testing.assert_allclose(each["t"], pulse.time, rtol=5e-4)
-            np.testing.assert_allclose(each["n"], pulse.force, rtol=5e-4, atol=1e-9)
+            assert each["peak"] == pulse.force.max()
+            for shares, most, values in (("t", "last", pulse.time), ("n", "peak", pulse.force)):
+                shown = np.array(each[shares]) / 255 * each[most]
+                assert np.abs(shown - values).max() <= 0.51 / 255 * each[most]
 
 
 def test_an_axis_shows_neither_the_rounding_of_a_constant_nor_the_steps_of_what_is_stored(scene):
