@@ -151,12 +151,12 @@ def _validate_batches(
     results: list[Validation] = []
     most = 0.0
 
-    def judged(batch: range, tiers: Sequence[str]) -> list[Validation]:
+    def judged(batch: range) -> list[Validation]:
         done, cost = sum(costs[: batch.start]), sum(costs[number] for number in batch)
 
         def progressed(share: float) -> None:
             nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
-            most = max(most, (done + cost * share * len(tiers) / len(request.tiers)) / sum(costs))
+            most = max(most, (done + cost * share) / sum(costs))
             report(most)
 
         return judge.validate(
@@ -164,7 +164,7 @@ def _validate_batches(
             models=models,
             n_jobs=request.jobs,
             accuracy=request.accuracy,
-            tiers=tiers,
+            tiers=request.tiers,
             on_progress=progressed,
         )
 
@@ -172,15 +172,10 @@ def _validate_batches(
     size = max(1, request.jobs // 2)
     waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     with suppress(KeyboardInterrupt):
-        if len(scenes) > 1:
-            # A first verdict before the tight tier and the other scenes compile code of their own.
-            with suppress(Exception):  # raised again, and reported, by the scene's own batch
-                (first,) = judged(range(1), request.tiers[:1])
-                report(most, f"{first.comparison.name}, standard tier: {first.comparison.verdict}")
         while waiting:
             batch = waiting.pop(0)
             try:
-                results += judged(batch, request.tiers)
+                results += judged(batch)
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is
                     waiting = [range(number, number + 1) for number in batch] + waiting

@@ -1,7 +1,8 @@
 """Data of the interactive plots: curves of two or more models, their differences and thresholds.
 
 Deflated JSON in Base64, which ``plots.js`` reads, with the digits that a plot shows: values of a channel's
-first model in 65,534 steps of their range, the differences from it and the threshold in two digits.
+first model in 65,534 steps of their range, the differences from it and the threshold in steps of a 32nd of an
+octave, i.e. to 1.1 %. Each of these stands as its difference from the step before.
 """
 
 import base64
@@ -32,6 +33,7 @@ FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
 _PULSE = 25  # points of a resolved contact at most
 _STEPS = 20  # of those in which values are stored, at least, are the range of an axis
 _UNKNOWN = 1e300  # a threshold that is not finite
+_ONE = 40_000  # step of the size 1, so that the least size has a positive one
 
 
 class Curve(NamedTuple):
@@ -137,8 +139,8 @@ def _packed(
                 "steps": np.diff(
                     (np.rint(first / step) - lowest).astype(np.int64), n=2, prepend=[0, 0]
                 ).tolist(),
-                "apart": [_rounded(first - other) for other in others],
-                "limit": None if limit is None else _rounded(limit),
+                "apart": [_octaves(first - other) for other in others],
+                "limit": None if limit is None else _octaves(limit),
                 "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept]).tolist(),
             }
         )
@@ -148,7 +150,7 @@ def _packed(
     head |= {
         "of": int(time.size),
         "start": float(time[0]),
-        "time": _rounded(time[kept] - time[0], 10),
+        "time": [float(f"{since:.10g}") for since in (time[kept] - time[0]).tolist()],
         "contacts": [_contacts(table) for table in events],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
         "pulses": [_pulses(table, own) for table, own in zip(events, pulses, strict=True)],
@@ -205,6 +207,8 @@ def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> list[dict[s
     return sorted(drawn, key=lambda pulse: pulse["place"])
 
 
-def _rounded(values: Array, digits: int = 2) -> list[float]:
-    """Return numbers with so many significant digits."""
-    return [float(f"{value:.{digits}g}") for value in values.tolist()]
+def _octaves(values: Array) -> list[int]:
+    """Return differences of integers, whose size is `_ONE` + 32 log2 of that of the values, 0 for 0."""
+    sizes = np.maximum(np.abs(values), 1.0 / _UNKNOWN)
+    steps = np.where(values == 0.0, 0.0, np.sign(values) * (_ONE + np.rint(32.0 * np.log2(sizes))))
+    return np.diff(steps.astype(np.int64), prepend=0).tolist()  # type: ignore[no-any-return]

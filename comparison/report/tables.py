@@ -125,7 +125,7 @@ def attribution_table(scene: SceneComparison) -> Table | None:
             ("Setting", "", pairs(change.settings)),
             ("Divided by", "", number(change.factor)),
             ("Difference left", "", percent(result.remaining[key])),
-            ("Left if it were the cause", "", percent(1.0 / change.gain)),
+            ("If the cause", "", percent(1.0 / change.gain)),
         ]
     if rows:
         gain = min(change.gain for change in result.refinements)

@@ -264,10 +264,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
     """Return the cause of the difference of a scene, its first instant and its caveats, where known."""
     result, lines = scene.attribution, []
     if result.cause:
-        left = zip((*scene.labels, "both"), result.remaining.values(), strict=False)
-        shares = ", ".join(f"{name} {share:.1%}" for name, share in left)
         lines.append(_CAUSES[result.cause].format(*scene.labels))
-        lines[0] += f" (of it refinement leaves: {shares})" if result.cause != "round-off" else ""
     if result.outside_in:
         what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")

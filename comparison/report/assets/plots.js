@@ -73,14 +73,16 @@ function unpack(head) {
   head.t = head.time.map(t => head.start + t);
   head.pairs = [];
   for (let a = 0; a < models; a++) for (let b = a + 1; b < models; b++) head.pairs.push([a, b]);
+  const sums = steps => { let at = 0; return steps.map(k => at += k); };
+  const octaves = steps => sums(steps).map(k => k && Math.sign(k) * 2 ** ((Math.abs(k) - 40000) / 32));
   for (const c of head.channels) {
-    let [at, step] = c.grid, rise = 0;
-    const first = c.steps.map(k => (at += rise += k) * step), apart = [first.map(() => 0), ...c.apart], {limit} = c;
+    const [lowest, step] = c.grid, first = sums(sums(c.steps)).map(k => (lowest + k) * step);
+    const apart = [first.map(() => 0), ...c.apart.map(octaves)], limit = c.limit && octaves(c.limit);
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
     c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i])));
     c.threshold = Boolean(limit);
     c.within = limit && limit.map(Math.abs);
-    c.judged = first.map((_, i) => !limit || !(limit[i] < 0 || Object.is(limit[i], -0)));
+    c.judged = first.map((_, i) => !limit || limit[i] >= 0);
     c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? v / c.within[i] : null);
   }
   // Contacts resolved at a model's own steps.

@@ -153,25 +153,3 @@ def test_damaged_files(name, data, text):
 @given(values=st.dictionaries(st.sampled_from(KEYS), ODD, min_size=1, max_size=3))
 def test_values_on_the_command_line(values):
     held(["plan", "both-clearances", *(f"--set={key}={value}" for key, value in values.items())])
-
-
-@many
-@given(
-    words=st.lists(
-        st.one_of(
-            st.sampled_from(
-                ["run", "plan", "scenes", "compare", "study", "sweep", "--model", "--out", "--set", "--grid",
-                 "--latin", "--list", "--accuracy", "--tolerance", "nowhere", "ideal", "reference",
-                 "file/x.csv", "~nobody/x"]
-            ),
-            st.text(st.characters(exclude_characters="\0"), max_size=12),
-        ),
-        max_size=6,
-    )
-)  # fmt: skip
-def test_arguments(words, tmp_path):
-    (tmp_path / "here" / "file").touch()
-    # What would run, or write outside: not what is asked here.
-    if {"validate", "gate"} & set(words) or ("ideal" in words and ("run" in words or "sweep" in words)):
-        return
-    held(words)

@@ -122,8 +122,11 @@ def test_equal_comparisons_give_equal_pages_of_bounded_size(scene, tiered):
 
 
 def test_each_tier_has_its_card_reasons_channels_and_runs(tiered):
+    finer = Refinement("reference", {"tolerance": 1e-10}, factor=10.0, order=1.0)
     halved = Refinement("exudyn", {"step": 1e-6}, factor=2.0, order=2.0, observed=1.98)
-    tiered = replace(tiered, attribution=replace(tiered.attribution, refinements=(halved,)))
+    left = {"a": 1.0, "b": 0.25, "both": 0.2}
+    attribution = replace(tiered.attribution, refinements=(finer, halved), remaining=left)
+    tiered = replace(tiered, attribution=attribution)
     assert card(tiered).order
     html = page(tiered)
     for tier in tiered.tiers:
@@ -136,6 +139,9 @@ def test_each_tier_has_its_card_reasons_channels_and_runs(tiered):
         excited = [name for name, channel in tier.channels.items() if channel.verdict != "unexcited"]
         assert list(rows(html, f'Channels of scene press, {tier.tier} tier"')) == excited
         assert f'aria-label="Runs of scene press, {tier.tier} tier"' in html
+    refined = rows(html, 'Refinement of scene press, standard tier"')
+    assert refined["exudyn"] == ["step 1e-06", "2.00", "25.00 %", "25.00 %"]
+    assert [cells[2] for cells in refined.values()] == ["100 %", "25.00 %", "20.00 %"]
     shown = words(html)
     run = "exudyn finer two degrees of freedom, dop853 tolerance 1e-09 steps 123,456, rhs 1,523,456 2.34 s"
     for line in (*definition([tiered]), run, "numpy 2.4.6, Linux-x86_64", "drive.cycles = 2.0 "):

@@ -15,6 +15,11 @@ from comparison.report.plots import MOST, scene_plots, table_plots
 from comparison.tables.table import Table
 
 
+def octaves(steps):
+    steps = np.cumsum(steps)
+    return np.where(steps == 0, 0.0, np.sign(steps) * 2.0 ** ((np.abs(steps) - 40_000) / 32))
+
+
 class Unpacked:
     """What a page's script reads."""
 
@@ -25,7 +30,9 @@ class Unpacked:
         for channel in self.head["channels"]:
             lowest, step = channel["grid"]
             first = (lowest + np.cumsum(np.cumsum(channel["steps"]))) * step
-            self.channels[channel["name"]] = channel | {"first": first}
+            own = {"first": first, "apart": [octaves(steps) for steps in channel["apart"]]}
+            own["limit"] = channel["limit"] and octaves(channel["limit"])
+            self.channels[channel["name"]] = channel | own
 
 
 def test_what_is_packed_is_what_was_compared(scene):
@@ -36,12 +43,12 @@ def test_what_is_packed_is_what_was_compared(scene):
     for name, plot in packed.channels.items():
         channel = scene.channels[name]
         zero = scene.scene["mechanism"]["guide_x"] if plot["guide"] else 0.0
-        # Half of one of 65,534 steps; two digits.
+        # Half of one of 65,534 steps; of a 32nd of an octave.
         step = np.ptp(channel.a) / 65534
         np.testing.assert_allclose(plot["first"], channel.a - zero, rtol=0, atol=0.51 * step)
         np.testing.assert_array_equal(plot["first"][channel.a == zero], 0.0)
-        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=5e-2)
-        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=5e-2)
+        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=1.1e-2)
+        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=1.1e-2)
         np.testing.assert_array_equal(np.array(plot["limit"]) > 0, channel.predictable)
     assert packed.channels["slider_x"]["guide"]
     assert {"slider_x", "slider_ax", "corner_ll_normal"} <= packed.channels.keys()

@@ -50,8 +50,7 @@ def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, ma
 def test_the_cause_stands_in_the_numbers_and_on_the_terminal(scene, make_runs):
     result = compared(scene, make_runs(1e-10, refinement=(10.0, 1.0)), make_runs(1e-6))
     (sentence,) = attribution_lines(result)
-    left = "(of it refinement leaves: reference 100.0%, exudyn 25.0%, both 25.0%)"
-    assert sentence == f"explained by the settings of exudyn {left}"
+    assert sentence == "explained by the settings of exudyn"
     record = as_mapping(result)["attribution"]
     assert (record["cause"], record["remaining"]) == ("b", result.attribution.remaining)
     assert dict(reasons(result))["why"] == sentence == record["sentences"][0]
@@ -65,7 +64,7 @@ def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothin
     # error that is larger in the refined run is no error of the step: with it go more steps to add up.
     for error, said in (
         (0.8e-6, "not resolved by refinement"),
-        (1.4e-6, "exudyn 140.0%, both 140.0%"),
+        (1.4e-6, "not resolved by refinement"),
     ):
         result = compared(scene, a, replace(b, finer=make_table(error)))
         assert (result.verdict, result.attribution.cause) == ("agree", "neither")
@@ -91,7 +90,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     )
     # Errors of 1e-6 and 2e-6 of 2e-4 m beside 1e-7 m: what refinement removes is below 3/4 * 2 * 2 * 4e-10.
     assert all(abs(attribution.remaining[key] - 1) < 1.2e-2 for key in ("a", "b", "both"))
-    assert cause.startswith("difference of models: no refinement removes it (of it refinement leaves: ")
+    assert cause.startswith("difference of models: no refinement removes it")
     assert attribution.still_moves == {"a": 0.0, "b": 0.0}
     # Of 21 channels one differs: the share that is explained counts all of them.
     assert 1 - 2 / 21 < attribution.explained < 1 - 0.9 / 21

@@ -9,12 +9,11 @@ import pandas as pd
 import pytest
 from bouncing_press import make_scene
 
-from comparison.accuracy.levels import expected, plan
 from comparison.accuracy.refine import Limit, accurate_run
 from comparison.execution.run import Job
 from comparison.scene import load_scene
 from comparison.verdict.results import Confirmation, SceneComparison
-from comparison.words.accuracy import accuracy_line, expectation, unmeasured
+from comparison.words.accuracy import accuracy_line
 from comparison.words.differences import causes, contact, instant_of
 from comparison.words.verdicts import card, scene_reason
 from tests.helpers.known_error import USUAL, KnownError, growing
@@ -79,20 +78,6 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
 
 
 # Accuracy
-
-
-def test_what_is_expected_names_the_part_of_the_run_and_what_is_not_known():
-    there = expected(OWN, "reference")
-    failed = expectation(replace(there, error=np.nan, failed="chatter"))
-    assert failed.startswith("expected: nothing recorded of slider_x over ")
-    assert "no result at this setting: chatter; measured on" in failed
-    both = expectation(expected(load_scene("both-clearances"), "exudyn"))
-    assert "slider_x over the first 0.06 cycles, and" in both
-    assert unmeasured(expected(USUAL, "reference")) == unmeasured(expected(USUAL, "mine")) == ""
-    assert f"on this scene (on 150rpm-0.2mm it is {there.error:.2g} m)" in unmeasured(there)
-    for changes, moduli in (({}, "210"), ({"contact.youngs_modulus.slider": 69e9}, "69 on 210")):
-        (text,) = plan(load_scene("150rpm-0.2mm", changes), "exudyn").contacts
-        assert text == f"four corners of the slider (hertz-corners; {moduli} GPa, Poisson's ratio 0.28)"
 
 
 def coarse(tolerance):
