@@ -122,15 +122,15 @@ def attribution_table(scene: SceneComparison) -> Table | None:
     rows: dict[str, Cells] = {}
     for key, change in zip("ab", result.refinements if result.remaining else (), strict=False):
         rows[change.label] = [
-            ("Setting", "", pairs(change.settings)),
-            ("Divided by", "", number(change.factor)),
             ("Difference left", "", percent(result.remaining[key])),
             ("If the cause", "", percent(1.0 / change.gain)),
+            ("Setting", "", pairs(change.settings)),
+            ("Divided by", "", number(change.factor)),
         ]
     if rows:
         gain = min(change.gain for change in result.refinements)
         left = percent(result.remaining["both"])
-        rows["both"] = [("", "", ""), ("", "", ""), ("", "", left), ("", "", percent(1.0 / gain))]
+        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
     return _table("Refined", rows)
 
 

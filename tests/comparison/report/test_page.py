@@ -5,12 +5,18 @@ from collections import Counter
 from dataclasses import replace
 from html import escape, unescape
 
+import numpy as np
+import pandas as pd
 import pytest
 from outline import Outline, page, words
 
 from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import number, percent, quantity
+from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
 from comparison.report.page import anchors, render
+from comparison.scene.schema import Reliability
+from comparison.tables.table import Table
 from comparison.verdict.compare import compare_channel, scene_verdict
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Attribution, Refinement
@@ -140,8 +146,8 @@ def test_each_tier_has_its_card_reasons_channels_and_runs(tiered):
         assert list(rows(html, f'Channels of scene press, {tier.tier} tier"')) == excited
         assert f'aria-label="Runs of scene press, {tier.tier} tier"' in html
     refined = rows(html, 'Refinement of scene press, standard tier"')
-    assert refined["exudyn"] == ["step 1e-06", "2.00", "25.00 %", "25.00 %"]
-    assert [cells[2] for cells in refined.values()] == ["100 %", "25.00 %", "20.00 %"]
+    assert refined["exudyn"] == ["25.00 %", "25.00 %", "step 1e-06", "2.00"]
+    assert [cells[0] for cells in refined.values()] == ["100 %", "25.00 %", "20.00 %"]
     shown = words(html)
     run = "exudyn finer two degrees of freedom, dop853 tolerance 1e-09 steps 123,456, rhs 1,523,456 2.34 s"
     for line in (*definition([tiered]), run, "numpy 2.4.6, Linux-x86_64", "drive.cycles = 2.0 "):
@@ -231,3 +237,31 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
 
 
 # ---- reliability, other measures
+
+
+def test_the_reliability_of_both_models_their_difference_and_its_parts(scene):
+    """Of an acceleration whose error is larger between 100 and 108 degrees."""
+    phase = 2 * np.pi * scene.time / 0.4
+    angle = np.degrees(phase) % 360
+
+    def runs(error, bump=0.0):
+        columns = {"slider_y": 0.1 * np.cos(phase), "slider_vy": np.sin(phase)}
+        course = error + bump * ((angle > 100) & (angle <= 108))
+        table = Table(pd.DataFrame({"time": scene.time, **columns, "slider_ay": course}))
+        return Runs(table, table)
+
+    both, settings = (runs(15.0, 90.0), runs(15.4, 90.0)), Reliability()
+    quantities = compare_reliability(both, (runs(0.0),) * 2, 0.4, settings, 2.0)
+    judged = replace(scene, reliability=ReliabilityComparison(settings, quantities))
+    html = page(replace(judged, tight=replace(judged, tier="tight")))
+    acceleration = quantities["acceleration"]
+    for tier in ("standard", "tight"):
+        table = rows(html, f'Reliability of scene press, {tier} tier"')
+        cells = table["acceleration, ≤ 150 m/s²"]
+        assert cells[0] == f"{'✗' if acceleration.verdict == 'differ' else '✓'} {acceleration.verdict}"
+        assert cells[1:4] == [f"{acceleration.a.minimum:.5f}", f"{acceleration.b.minimum:.5f}", "108°"]
+        assert cells[4:6] == [number(acceleration.minimum, 2), number(acceleration.half_width, 2)]
+        assert "0.9986501" in " ".join(list(table.values())[1])
+    missing = ReliabilityComparison(settings, missing="the model <b>mine</b> refused")
+    text_of = page(replace(scene, reliability=missing))
+    assert "Not available: the model &lt;b&gt;mine&lt;/b&gt; refused." in text_of
