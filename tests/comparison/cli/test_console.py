@@ -1,7 +1,6 @@
 """What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
 
 import os
-import signal
 import subprocess
 import sys
 from importlib.resources import files
@@ -93,23 +92,6 @@ def sixbar(*arguments, code="", **options):
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, **options)
 
 
-@pytest.mark.parametrize("module", ["typer", "comparison.scene"])
-def test_an_interruption_while_modules_are_imported_ends_with_130_in_one_line(module):
-    code = f"""
-import builtins, os, signal
-signal.signal(signal.SIGINT, signal.default_int_handler)
-usual = builtins.__import__
-def importing(name, *rest):
-    if name == {module!r}:
-        builtins.__import__ = usual
-        os.kill(os.getpid(), signal.SIGINT)
-    return usual(name, *rest)
-builtins.__import__ = importing
-"""
-    ended = sixbar("scenes", code=code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    assert (ended.returncode, ended.stderr[:19], ended.stderr.count("\n")) == (130, "sixbar: interrupted", 1)
-
-
 def test_help_imports_nothing_heavy():
     """And so is quick: 0.15 s where it was written."""
     ended = sixbar("--help", code="import atexit, sys\natexit.register(lambda: print(*sys.modules))")
@@ -152,12 +134,3 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
     assert (out, err.count("\n")) == ("", 1)
     assert name in err
     assert f"is larger than {most} bytes" in err
-
-
-@pytest.mark.parametrize(("name", "most"), [("sound.json", LARGEST_TEXT), ("sound.events.csv", LARGEST)])
-def test_a_file_beside_a_table_that_is_too_large_is_named_and_not_read(name, most, capsys):
-    Path("sound.csv").write_text("time,x\n0,1\n1,2\n2,4\n")
-    Path(name).touch()
-    os.truncate(name, most + 1)
-    assert main([*SOUND.split(), "--tolerance", "1"]) == 0
-    assert f"{name}: is larger than {most} bytes" in capsys.readouterr().err

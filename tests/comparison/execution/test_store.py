@@ -100,19 +100,6 @@ def test_a_cache_that_cannot_be_written_is_not_needed(cache, make_table, fetched
     assert cache_warning().startswith(f"{file}: is not a folder: no result is stored; ")
 
 
-def test_a_cache_that_can_only_be_read_is_used(stored, fetched, make_table, monkeypatch):
-    """Of which root takes no notice: so every change is refused here."""
-
-    def refuse(*_arguments, **_options):
-        raise PermissionError(13, "read-only")
-
-    for name in ("os.utime", "pathlib.Path.mkdir", "pathlib.Path.unlink"):
-        monkeypatch.setattr(name, refuse)
-    assert fetched().frame.equals(make_table().frame)
-    keep("1" * 64, make_table())
-    assert list(stored.parent.iterdir()) == [stored]
-
-
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table, fetched):
     names = ("rows/study/old", "rows/study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
     files = [cache / name for name in names]

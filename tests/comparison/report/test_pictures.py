@@ -19,7 +19,6 @@ from comparison.report import svg
 from comparison.report.curves import scene_lines
 from comparison.report.figures import picture
 from comparison.report.page import joints
-from comparison.report.pictures.notebook import tabulated
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
 
@@ -60,28 +59,6 @@ def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_dra
     assert all(line.get_xdata().max() <= 0.01 for line in axes.get_lines())
 
 
-def test_a_channel_that_is_constant_but_for_rounding_is_drawn_at_its_scale(tables):
-    """At the clearance, at what the clearance is to an angle; a force without a scale at its own size."""
-    frame = tables["a"].frame
-    noise = 1e-16 * (np.arange(len(frame)) % 3)
-    constant = {
-        "slider_x": 5e-5 - 0.55,
-        "slider_angle": 0.0,
-        "corner_ll_normal": 7.0,
-        "corner_lr_normal": 0.0,
-    }
-    table = replace(
-        tables["a"], frame=frame.assign(**{k: v + noise * (v != 0) for k, v in constant.items()}), events=None
-    )
-    ranges = {"slider_x": 2e-4, "slider_angle": 2e-4 / 0.07, "corner_ll_normal": 7.0, "corner_lr_normal": 1.0}
-    figure = picture({"a": table}, list(ranges))
-    seen = [np.ptp(axes.get_ylim()) for axes in figure.axes]
-    # 6 % of margin at either end; of x in micrometres, of the angle in milliradians.
-    assert seen == pytest.approx(np.multiply(list(ranges.values()), [1.12e6, 1.12e3, 1.12, 1.12]))
-    (axes,) = picture({"a": tables["a"]}).axes
-    assert np.ptp(axes.get_ylim()) == pytest.approx(1.12e6 * np.ptp(frame["slider_x"]))
-
-
 @pytest.mark.usefixtures("files")
 def test_a_table_s_name_is_shown_as_it_is_in_every_format(capsys):
     """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
@@ -97,20 +74,6 @@ def test_a_table_s_name_is_shown_as_it_is_in_every_format(capsys):
             assert f">{escape(name)}</text>" in path.read_text("utf-8")
             assert all(colour in path.read_text() for colour in (svg.FIRST, svg.SECOND))
     assert len(list(Path("deep").iterdir())) == 3
-
-
-def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, central_case):
-    result = fake_model.simulate(central_case.data)
-    result.columns["<b>"] = result.columns["time"]
-    table = tabulated(result)
-    shown = table._repr_html_()
-    assert "success; 401 samples to 0.800 s, 1 contacts" in shown
-    assert shown.count("<tr") == 1 + len(table.channels)
-    assert "<b>" not in shown
-    (axes,) = table.plot().axes
-    assert axes.get_ylabel().startswith("slider x")
-    upper, lower = table.plot("slider_vx", "slider_vy", other=table).axes
-    assert len(upper.get_lines()) == len(lower.get_lines()) == 2
 
 
 @pytest.mark.usefixtures("files")
