@@ -81,7 +81,7 @@ def finished(name: str, counts: dict[str, int], work: Callable[..., Found]) -> I
         if formulation in formulations(load_scene(scene).data)
         for number in range(count)
     ]
-    folder, begun = cache_folder() / "rows" / name, time.monotonic()
+    folder, begun = cache_folder() / f"rows-{name}", time.monotonic()
     models = fingerprint("reference") + fingerprint("exudyn")
     for count, (scene, formulation, number) in enumerate(todo, 1):
         asked = [SETTINGS[formulation], EXACT]
@@ -200,7 +200,7 @@ def measure_seconds(of: list[str], rounds: int) -> None:
             if (rate := result["seconds"].get(f"{row['setting']:g}")) is not None:
                 row["seconds"] = float(f"{rate:.3g}")
     write(old)
-    shutil.rmtree(cache_folder() / "rows" / ledger)  # the next pass measures again
+    shutil.rmtree(cache_folder() / f"rows-{ledger}")  # the next pass measures again
 
 
 def tables() -> dict[str, Found]:

@@ -168,7 +168,7 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
     parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
     asked = parser.parse_args()
-    folder, rows = cache_folder() / "rows" / "kept-accuracy", []
+    folder, rows = cache_folder() / "rows-kept-accuracy", []
     code = [code_hash(accurate_run.__module__), *map(fingerprint, MODELS), platform_name()]
     for model, name in MODELS.items():  # compile
         run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)

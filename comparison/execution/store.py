@@ -36,8 +36,13 @@ _SUM = hashlib.sha256().digest_size
 
 def cache_folder() -> Path:
     """Return the folder of stored results: ``$SIXBAR_CACHE_DIR``, or ours in the user's cache."""
-    named = os.environ.get("SIXBAR_CACHE_DIR")
-    return Path(named) if named else user_cache_path("sixbar-crossval", appauthor=False)
+    if named := os.environ.get("SIXBAR_CACHE_DIR"):
+        return Path(named)
+    with suppress(RuntimeError):
+        folder = user_cache_path("sixbar-crossval", appauthor=False)
+        if folder.is_absolute():
+            return folder
+    return Path(os.devnull)  # there is no home folder: nothing can be stored
 
 
 def cache_warning() -> str:
@@ -91,7 +96,7 @@ def drop_unused() -> None:
     """Delete results that were not used for a month; do nothing if that is impossible."""
     folder, oldest = cache_folder(), time.time() - KEEP_DAYS * 86400
     # Version 0.2 stored a run in a folder and the rows of a study in one file.
-    for path in (*folder.glob(f"{RUNS}/*"), *folder.glob(f"{ROWS}/*/*"), *folder.glob("*.jsonl")):
+    for path in (*folder.glob(f"{RUNS}/*"), *folder.glob(f"{ROWS}-*/*"), *folder.glob("*.jsonl")):
         with suppress(OSError):
             if path.stat().st_mtime < oldest:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()

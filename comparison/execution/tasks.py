@@ -74,7 +74,7 @@ def measure_all(
     """
     if folder is None:
         drop_unused()
-        folder = cache_folder() / ROWS / "-".join(measure.__module__.split(".")[-2:])
+        folder = cache_folder() / "-".join([ROWS, *measure.__module__.split(".")[-2:]])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
     rows = {key: known for key in by_key if (known := fetch_row(folder, key)) is not None}

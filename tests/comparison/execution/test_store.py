@@ -98,10 +98,14 @@ def test_a_cache_that_cannot_be_written_is_not_needed(cache, make_table, fetched
     drop_unused()
     assert fetched() is None
     assert cache_warning().startswith(f"{file}: is not a folder: no result is stored; ")
+    for name in ("SIXBAR_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # there is no home folder
+    assert "is not a folder: no result is stored" in cache_warning()
 
 
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table, fetched):
-    names = ("rows/study/old", "rows/study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
+    names = ("rows-study/old", "rows-study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
     files = [cache / name for name in names]
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -84,7 +84,7 @@ def test_rows_come_in_the_order_of_the_tasks_and_equal_ones_are_measured_once(he
     # What was measured is not measured again.
     assert measured(here, 4.0, 6.0, 2.0)[::2] == rows[1:]
     assert [number for number, _ in here[1]] == [4.0, 2.0, 6.0]
-    assert len(list(tmp_path.glob("rows/*/*"))) == 3
+    assert len(list(tmp_path.glob("rows-*/*"))) == 3
     measured(here, 2.0, folder=tmp_path / "mine")  # or where one asks
     assert len(list(tmp_path.glob("mine/*"))) == 1
     (tmp_path / "file").touch()
