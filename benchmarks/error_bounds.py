@@ -10,6 +10,7 @@ compiles. Finished pieces are cached, so that a pass can be resumed; each pass r
 
 import argparse
 import json
+import shutil
 import sys
 import time
 import tomllib
@@ -24,7 +25,7 @@ import numpy as np
 import comparison
 from comparison.accuracy.levels import SETTINGS, at, physics
 from comparison.execution.run import RunError, run_one
-from comparison.execution.store import append_row, cache_folder, read_rows
+from comparison.execution.store import cache_folder, fetch_row, keep_row
 from comparison.files import replacing
 from comparison.models import fingerprint, formulations, key_of, model_of, platform_name
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
@@ -80,14 +81,12 @@ def finished(name: str, counts: dict[str, int], work: Callable[..., Found]) -> I
         if formulation in formulations(load_scene(scene).data)
         for number in range(count)
     ]
-    ledger = cache_folder() / f"{name}.jsonl"
-    ledger.parent.mkdir(parents=True, exist_ok=True)
-    cached, begun = read_rows(ledger), time.monotonic()
+    folder, begun = cache_folder() / f"rows-{name}", time.monotonic()
     models = fingerprint("reference") + fingerprint("exudyn")
     for count, (scene, formulation, number) in enumerate(todo, 1):
         asked = [SETTINGS[formulation], EXACT]
         key = digest([load_scene(scene).hash, formulation, number, asked, models, platform_name()])
-        row = cached.get(key) or append_row(ledger, key, work(load_scene(scene), formulation, number))
+        row = fetch_row(folder, key) or keep_row(folder, key, work(load_scene(scene), formulation, number))
         print(
             f"{count}/{len(todo)} {time.monotonic() - begun:.0f} s: {scene}, {formulation}", file=sys.stderr
         )
@@ -201,7 +200,7 @@ def measure_seconds(of: list[str], rounds: int) -> None:
             if (rate := result["seconds"].get(f"{row['setting']:g}")) is not None:
                 row["seconds"] = float(f"{rate:.3g}")
     write(old)
-    (cache_folder() / f"{ledger}.jsonl").unlink()  # the next pass measures again
+    shutil.rmtree(cache_folder() / f"rows-{ledger}")  # the next pass measures again
 
 
 def tables() -> dict[str, Found]:

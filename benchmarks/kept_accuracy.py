@@ -22,7 +22,7 @@ import pandas as pd
 from comparison.accuracy.levels import solver_values
 from comparison.accuracy.refine import CHANNEL, ENOUGH, FLOOR, AccurateRun, Level, accurate_run, tried_level
 from comparison.execution.run import Outcome, RunError, run_one
-from comparison.execution.store import append_row, cache_folder, read_rows
+from comparison.execution.store import cache_folder, fetch_row, keep_row
 from comparison.models import code_hash, fingerprint, platform_name
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.studies.extremes.cells import SAMPLES, hypercube
@@ -168,23 +168,21 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
     parser.add_argument("--trust", action="store_true", help="scenes of study trust")
     asked = parser.parse_args()
-    ledger = cache_folder() / "kept-accuracy.jsonl"
-    ledger.parent.mkdir(parents=True, exist_ok=True)
-    cached, rows = read_rows(ledger), []
+    folder, rows = cache_folder() / "rows-kept-accuracy", []
     code = [code_hash(accurate_run.__module__), *map(fingerprint, MODELS), platform_name()]
     for model, name in MODELS.items():  # compile
         run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)
     for number in range(asked.scenes):
         key = digest([asked.trust, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
-        if key not in cached:
+        if (row := fetch_row(folder, key)) is None:
             try:
                 drawn = population(number, asked.seed, trust=asked.trust)
                 result = measure(drawn, asked.cycles, asked.limit)
             except SceneError:
                 result = []  # there is no such scene
-            cached[key] = append_row(ledger, key, {"rows": result})
+            row = keep_row(folder, key, {"rows": result})
             print(f"{number}: {time.process_time():.0f} s", file=sys.stderr, flush=True)
-        rows += [{"scene": number, **row} for row in cached[key]["rows"]]
+        rows += [{"scene": number, **each} for each in row["rows"]]
     frame = pd.DataFrame(rows)
     floors = f"enough is {ENOUGH:g}, floor {FLOOR:g}"
     print(f"{frame['scene'].nunique()} scenes, {asked.cycles:g} cycles, {floors}\n\n{summary(frame)}")

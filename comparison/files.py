@@ -1,4 +1,4 @@
-"""Files: bounded reading, and atomic writing: one is complete or as before, several together all are."""
+"""Files: bounded reading, and atomic writing: a file is complete or as before."""
 
 import errno
 import json
@@ -8,7 +8,7 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +51,7 @@ def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Ite
 
 
 def check_size(path: Path, most: int) -> None:
-    """Reject what is no regular file of at most so many bytes by an `OSError`, before it is read."""
+    """Reject, by an `OSError`, anything but a regular file of at most so many bytes, before it is read."""
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
         kind = "is a folder" if stat.S_ISDIR(status.st_mode) else "is not a file"
@@ -115,7 +115,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_in(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder; if the block succeeds its files go to ``folder``: all of them or none."""
+    """Yield an empty folder; if the block succeeds its files go to ``folder``, each complete or as before."""
     made = not folder.exists()
     part = None
     try:
@@ -139,31 +139,14 @@ def replacing_in(folder: Path) -> Iterator[Path]:
 
 
 def _move(part: Path, folder: Path) -> None:
-    """Move all files below one folder into another; after an error everything is as before."""
+    """Move all files below one folder into another, once nothing stands in their way."""
     moves = [(path, folder / path.relative_to(part)) for path in sorted(part.rglob("*")) if path.is_file()]
     for _, target in moves:
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
-    old = Path(tempfile.mkdtemp(dir=part))
-    with ExitStack() as undo:
-        for number, (path, target) in enumerate(moves):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            kept = old / str(number)
-            existed = len(moves) > 1 and _copied(target, kept)  # one alone needs no undoing
-            path.replace(target)
-            undo.callback((kept if existed else target).replace, target if existed else path)
-        undo.pop_all()  # of the callbacks none is called
-
-
-def _copied(path: Path, copy: Path) -> bool:
-    """Keep a file under another name too; False if there is none (any more: others may write it as well)."""
-    try:
-        os.link(path, copy)
-    except FileNotFoundError:
-        return False
-    except OSError:  # a file system without links
-        shutil.copy2(path, copy)
-    return True
+        target.parent.mkdir(parents=True, exist_ok=True)
+    for path, target in moves:
+        path.replace(target)
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
@@ -178,7 +161,7 @@ def write_text(text: str, path: Path) -> None:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
-    """Return strict JSON; non-finite numbers become null, what has no equivalent is a `TypeError`."""
+    """Return strict JSON; non-finite numbers become null, a value without equivalent is a `TypeError`."""
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 

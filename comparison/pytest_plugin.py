@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 _WRITTEN = (".csv", ".parquet")  # endings of the tables that are written where they are missing
 _OBTAINED = "obtained"  # folder beside an expected table, of what a failing test obtained
 _LEFT = (".csv", ".events.csv", ".extrema.csv", ".json", ".html")  # endings of the files in it
-_PROPERTY = "sixbar"  # of a test's report: how far an expected table was that is written anew
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -36,18 +35,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sixbar-update",
         action="store_true",
-        help="write the expected tables of assert_agree anew, from what the tests obtain",
+        help="write the expected tables of assert_agree anew, from those that the tests obtain",
     )
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print how far each expected table was from the one that replaces it."""
-    reports = [report for several in terminalreporter.stats.values() for report in several]
-    properties = [each for report in reports for each in getattr(report, "user_properties", ())]
-    if lines := dict.fromkeys(text for name, text in properties if name == _PROPERTY):
-        terminalreporter.section("expected tables written anew")
-        for line in lines:
-            terminalreporter.write_line(line)
 
 
 @pytest.fixture
@@ -81,14 +70,11 @@ def _assert_agree(
     pair = _Pair(expected, obtained, asked, node.nodeid, allow_indeterminate=allow_indeterminate)
     try:
         if pair.written is not None and (update or not pair.written.exists()):
-            known = pair.distance() if pair.written.exists() else ""
             pair.write()
-            if not update:
-                says = f"{pair.written} was missing, and is written from {pair.labels[1]}"
-                raise AssertionError(f"{says}: check it, and test again")
-            before = f"the one before: {known}" if known else "there was none"
-            node.user_properties.append((_PROPERTY, f"{pair.written}: {before}"))
-            return
+            if update:
+                return
+            text = f"{pair.written} was missing, and is written from {pair.labels[1]}"
+            raise AssertionError(f"{text}: check it, and test again")
         failure = pair.failure()
     except (TableError, SceneError, OSError) as error:
         raise AssertionError(f"cannot compare: {error}") from None
@@ -98,7 +84,7 @@ def _assert_agree(
 
 @dataclass(frozen=True)
 class _Pair:
-    """An expected table, and what a test obtained."""
+    """An expected table, and the one that a test obtained."""
 
     expected: Results
     obtained: Results
@@ -159,17 +145,6 @@ class _Pair:
             criteria=Criteria(**self.asked["options"]),
         )
 
-    def distance(self) -> str:
-        """Return how far the expected table is from the one obtained."""
-        from comparison.tables.table import TableError
-        from comparison.words.verdicts import why
-
-        try:
-            result = self.judged(self.expected, self.labels[0])
-        except TableError as error:
-            return f"cannot compare: {error}"
-        return f"{result.verdict}: {why(result)}"
-
     def failure(self) -> str:
         """Return why the test fails, if it does; then the table obtained stays beside the expected one."""
         from comparison.tables.table import TableError
@@ -208,7 +183,7 @@ class _Pair:
             lines = [f"  obtained: {_write(self.table(), self.left)}"]
             if result is not None:
                 page = self.left.with_suffix(".html")
-                title, command = f"{self.labels[0]} and what {self.test} obtained", f"pytest {self.test}"
+                title, command = f"{self.labels[0]} and the table of {self.test}", f"pytest {self.test}"
                 write_text(render([result], title=title, command=command, origin=origin()), page)
                 lines.append(f"  report: {page}")
         except (TableError, OSError) as error:
@@ -216,7 +191,7 @@ class _Pair:
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
     def remove(self) -> None:
-        """Remove what an earlier failure has left."""
+        """Remove the files of an earlier failure."""
         if self.left is None or not self.left.parent.is_dir():
             return
         for end in _LEFT:
@@ -285,7 +260,7 @@ class _Pair:
 
 
 def _write(table: Table, path: Path) -> Path:
-    """Write a table; beside it only what it has: another program may have a file of that name."""
+    """Write a table, with companions only if it has any: another program may use those names."""
     from comparison.files import replacing
     from comparison.tables.table_files import write
 

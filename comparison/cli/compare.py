@@ -1,4 +1,4 @@
-"""``sixbar compare``, ``validate`` and ``reliability``: what two tables, or two models, agree in.
+"""``sixbar compare``, ``validate`` and ``reliability``: comparisons of tables and of models.
 
 ``compare`` takes any two tables, or folders of them, with further runs that give their uncertainty;
 ``validate`` runs two models, or more in pairs, on scenes; ``reliability`` tells how well the slider of one
@@ -7,7 +7,7 @@ table or two follows the ideal mechanism.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +19,7 @@ from comparison.cli.console import columns, print_json, say, say_wrapped, warn, 
 if TYPE_CHECKING:
     from comparison.verdict.results import SceneComparison
 
-_NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # of what was asked: it changes no number
+_NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # options that change no number
 _File = Annotated[Path, typer.Argument(hidden=True)]
 _Coarser = Annotated[Path | None, console.option("FILE", "The run at a coarser setting.")]
 _Starts = Annotated[
@@ -31,52 +31,94 @@ _Refinement = Annotated[
 ]
 
 
-def compare(
-    context: typer.Context,
-    a: _File,
-    b: _File,
-    scene: console.OfScene = None,
+@dataclass(frozen=True)
+class Comparison:
+    """Options of ``sixbar compare``; those that `comparison.verdict.criteria.Criteria` has mean the same."""
+
+    context: typer.Context
+    a: _File
+    b: _File
+    scene: console.OfScene = None
     tolerance: Annotated[
         float | None, console.option("X", "Allowed difference, as a share of each channel's scale.")
-    ] = None,
+    ] = None
     absolute: Annotated[
         bool, console.option(None, "The tolerance is in each channel's unit instead.", "--absolute")
-    ] = False,
+    ] = False
     share: Annotated[
         float, console.option("X", "Share of the samples that must be within the tolerance.")
-    ] = 1.0,
+    ] = 1.0
     time_tolerance: Annotated[
         float | None, console.option("SECONDS", "By which either table may be early or late; default 0.")
-    ] = None,
-    channels: Annotated[str | None, console.option("NAME[,...]", "Compare these channels alone.")] = None,
-    mapping: console.MappingFile = None,
+    ] = None
+    channels: Annotated[str | None, console.option("NAME[,...]", "Compare these channels alone.")] = None
+    mapping: console.MappingFile = None
     suggest_mapping: Annotated[
         bool,
         console.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
-    ] = False,
+    ] = False
     common_time: Annotated[
         bool, console.option(None, "Compare tables of different spans where both have rows.", "--common-time")
-    ] = False,
-    at_events: console.AtEvents = None,
-    finer_a: console.Finer = None,
-    finer_b: console.Finer = None,
-    coarser_a: _Coarser = None,
-    coarser_b: _Coarser = None,
-    perturbed_a: _Starts = None,
-    perturbed_b: _Starts = None,
-    refinement_a: _Refinement = None,
-    refinement_b: _Refinement = None,
+    ] = False
+    at_events: console.AtEvents = None
+    finer_a: console.Finer = None
+    finer_b: console.Finer = None
+    coarser_a: _Coarser = None
+    coarser_b: _Coarser = None
+    perturbed_a: _Starts = None
+    perturbed_b: _Starts = None
+    refinement_a: _Refinement = None
+    refinement_b: _Refinement = None
     period: Annotated[
         float | None,
         console.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
-    ] = None,
+    ] = None
     out: Annotated[
         Path | None,
         console.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
-    ] = None,
-    json: console.AsJson = False,
-    allow_indeterminate: console.AllowIndeterminate = False,
-) -> int:
+    ] = None
+    json: console.AsJson = False
+    allow_indeterminate: console.AllowIndeterminate = False
+
+    def runs(self, side: str) -> list[tuple[str, Path]]:
+        """Return the table of "a" or "b" and its further runs, each with its kind."""
+        kinds = ("finer", "coarser", "perturbed")
+        finer, coarser, perturbed = (getattr(self, f"{kind}_{side}") for kind in kinds)
+        further = [("finer", finer), ("coarser", coarser), *(("perturbed", path) for path in perturbed or ())]
+        return [("base", getattr(self, side)), *((kind, path) for kind, path in further if path is not None)]
+
+    def criteria(self) -> dict[str, Any]:
+        """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
+        from comparison.scene import load_scene
+        from comparison.tables.mapping import load_mapping
+        from comparison.verdict.criteria import Criteria
+
+        names = None if self.channels is None else [name.strip() for name in self.channels.split(",")]
+        same = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
+        criteria = Criteria(channels=names, **{name: getattr(self, name) for name in same})
+        refinements = tuple(
+            _factor_and_order(getattr(self, f"refinement_{side}"), f"--refinement-{side}") for side in "ab"
+        )
+        scene = None if self.scene is None else load_scene(self.scene)
+        mapping = None if self.mapping is None else load_mapping(self.mapping)
+        return {"scene": scene, "mapping": mapping, "criteria": criteria, "refinements": refinements}
+
+    def command(self, **changes: object) -> str:
+        """Return the command with all options that change a number, and with other values of some."""
+        from comparison.scene import command_line
+
+        words = []
+        for option in self.context.command.params:
+            value = {**self.context.params, **changes}[str(option.name)]
+            if option.name in _NOT_REPEATED or value is None or value == option.default:
+                continue
+            for each in value if isinstance(value, list | tuple) else [value]:
+                words += [option.opts[0]] if each is True else [option.opts[0], str(each)]
+        return command_line("compare", [str(self.a), str(self.b)], {}, words)
+
+
+@console.taking(Comparison)
+def compare(asked: Comparison) -> int:
     """Compare any two tables, also of other programs, or all tables of one name in two folders.
 
     A, B: .csv, .parquet, .mat, .xlsx, or text of another program. A finer run of each, better with coarser
@@ -85,91 +127,64 @@ def compare(
     """
     from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
-    from comparison.scene import load_scene
-    from comparison.tables.mapping import load_mapping
-    from comparison.verdict.criteria import Criteria
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import EXIT_CODES, exit_code
-    from comparison.words.causes import lead
+    from comparison.words.differences import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
-    command = _repeated(context)
-    if suggest_mapping:
-        return _suggest(a, b, out, mapping, json=json)
-    criteria = Criteria(
-        channels=None if channels is None else [name.strip() for name in channels.split(",")],
-        tolerance=tolerance,
-        absolute=absolute,
-        share=share,
-        time_tolerance=time_tolerance,
-        at_events=at_events,
-        common_time=common_time,
-        period=period,
-    )
-    asked: dict[str, Any] = {
-        "scene": None if scene is None else load_scene(scene),
-        "mapping": None if mapping is None else load_mapping(mapping),
-        "criteria": criteria,
-        "refinements": (
-            _factor_and_order(refinement_a, "--refinement-a"),
-            _factor_and_order(refinement_b, "--refinement-b"),
-        ),
-    }
-    folder = check_folder(out or console.REPORTS / "compare")
-    further_a = [("finer", finer_a), ("coarser", coarser_a), *(("perturbed", p) for p in perturbed_a or ())]
-    further_b = [("finer", finer_b), ("coarser", coarser_b), *(("perturbed", p) for p in perturbed_b or ())]
+    if asked.suggest_mapping:
+        return _suggest(asked)
+    a, b, command, criteria = asked.a, asked.b, asked.command(), asked.criteria()
+    folder = check_folder(asked.out or console.REPORTS / "compare")
     if a.is_dir() and b.is_dir():
-        if any(path for _, path in (*further_a, *further_b)):
+        if len(asked.runs("a")) + len(asked.runs("b")) > 2:
             raise typer.BadParameter("further runs are those of two tables, not of two folders")
-        comparisons, title = _by_name(a, b, asked), f"Tables of {a} and {b}"
-        lines = []
+        comparisons, title, lines = _by_name(a, b, criteria), f"Tables of {a} and {b}", []
     else:
         labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
-        first, second = (
-            [("base", base), *((kind, path) for kind, path in further if path is not None)]
-            for base, further in ((a, further_a), (b, further_b))
-        )
         labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
-        comparison = replace(compare_files(first, second, labels=labels, **asked), command=command)
+        comparison = compare_files(asked.runs("a"), asked.runs("b"), labels=labels, **criteria)
+        comparison = replace(comparison, command=command)
         if all(channel.threshold is None for channel in comparison.channels.values()):
-            comparison = replace(comparison, closer_command=_repeated(context, tolerance=0.01))
+            comparison = replace(comparison, closer_command=asked.command(tolerance=0.01))
         comparisons, title = [comparison], ""
         lines = [*channel_lines(comparison), *wrapped(shift_line(comparison))]
-    say_wrapped(*lead(comparisons), err=json)
+    say_wrapped(*lead(comparisons), err=asked.json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
-        typer.echo(line, err=json)  # with colours
-    if json:
+        typer.echo(line, err=asked.json)  # with colours
+    if asked.json:
         print_json([*map(as_mapping, comparisons)] if title else as_mapping(comparisons[0]))
-    say(str(write_page(comparisons, folder, command, title=title)), err=json)
+    say(str(write_page(comparisons, folder, command, title=title)), err=asked.json)
     for comparison in comparisons:
         warn([f"{comparison.name}: {line}" if title else line for line in comparison.warnings])
     codes = [EXIT_CODES[comparison.verdict] for comparison in comparisons]
-    return exit_code(codes, allow_indeterminate=allow_indeterminate)
+    return exit_code(codes, allow_indeterminate=asked.allow_indeterminate)
 
 
-def _suggest(a: Path, b: Path, out: Path | None, mapping: Path | None, *, json: bool) -> int:
-    """Write a mapping of the columns of two tables, and say what it assigns."""
+def _suggest(asked: Comparison) -> int:
+    """Write a mapping of the columns of two tables, and print its assignments."""
     from comparison.files import FolderError, check_file, write_text
     from comparison.scene import command_line
     from comparison.tables.mapping import load_mapping
     from comparison.tables.suggest import mapping_text, suggest
 
-    path = check_file(out or Path(f"{b.stem}.mapping.toml"))
+    a, b = asked.a, asked.b
+    path = check_file(asked.out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
-    dialects = load_mapping(mapping).dialect if mapping else None
+    dialects = load_mapping(asked.mapping).dialect if asked.mapping else None
     guesses, left = suggest(a, b, dialects)
     command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
     text = mapping_text(guesses, left, dialects, command)
     write_text(text, path)
-    if json:
+    if asked.json:
         print_json([rule for guess in guesses for rule in guess.rules()])
-    say(*text.splitlines(), str(path), err=json)
+    say(*text.splitlines(), str(path), err=asked.json)
     return 0
 
 
-def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
+def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison]:
     """Compare the tables of two folders by their names; one of the first must have a partner."""
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
@@ -189,27 +204,13 @@ def _by_name(a: Path, b: Path, asked: dict[str, Any]) -> list[SceneComparison]:
             comparisons.append(not_compared(name, f"{b} has no table of this name", labels))
             continue
         try:
-            made = compare_files([("base", path)], [("base", second[name])], labels=labels, **asked)
+            comparison = compare_files([("base", path)], [("base", second[name])], labels=labels, **criteria)
         except TableError as error:
-            made = not_compared(name, str(error), labels)
-        comparisons.append(replace(made, name=name))
+            comparison = not_compared(name, str(error), labels)
+        comparisons.append(replace(comparison, name=name))
     if alone := [path.name for name, path in second.items() if name not in first]:
         warn([f"not compared, since {a} has none of their names: {', '.join(alone)}"])
     return comparisons
-
-
-def _repeated(context: typer.Context, **changes: object) -> str:
-    """Return the command with all that was asked for and changes a number, and with other values."""
-    from comparison.scene import command_line
-
-    words = []
-    for option in context.command.params:
-        value = {**context.params, **changes}[str(option.name)]
-        if option.name in _NOT_REPEATED or value is None or value == option.default:
-            continue
-        for each in value if isinstance(value, list | tuple) else [value]:
-            words += [option.opts[0]] if each is True else [option.opts[0], str(each)]
-    return command_line("compare", [str(context.params[side]) for side in "ab"], {}, words)
 
 
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:
@@ -224,19 +225,25 @@ def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None
     return factor, order
 
 
-def validate(
-    scenes: console.SceneNames = None,
-    out: console.OutFolder = None,
-    jobs: console.Jobs = None,
-    accuracy: console.Accuracy = None,
-    models: console.Models = "reference,exudyn",
-    overrides: console.Overrides = None,
-    allow_indeterminate: console.AllowIndeterminate = False,
-    quick: console.Quick = False,
-    verbose: console.Verbose = False,
-    quiet: console.Quiet = False,
-    json: console.AsJson = False,
-) -> int:
+@dataclass(frozen=True)
+class Validation:
+    """Options of ``sixbar validate``."""
+
+    scenes: console.SceneNames = None
+    out: console.OutFolder = None
+    jobs: console.Jobs = None
+    accuracy: console.Accuracy = None
+    models: console.Models = "reference,exudyn"
+    overrides: console.Overrides = None
+    allow_indeterminate: console.AllowIndeterminate = False
+    quick: console.Quick = False
+    verbose: console.Verbose = False
+    quiet: console.Quiet = False
+    json: console.AsJson = False
+
+
+@console.taking(Validation)
+def validate(asked: Validation) -> int:
     """Run scenes by two models, compare them, and write a report.
 
     SCENE: shipped names or TOML files; all shipped scenes by default. Each model runs with refined and
@@ -244,33 +251,32 @@ def validate(
     report identifies the outlier among them. Stopped by Ctrl-C, it writes the report of the scenes finished
     by then, marked as incomplete.
     """
-    from comparison.accuracy.levels import TIERS
     from comparison.cli.results import Request, validate_pair, validate_pairs
-    from comparison.execution.pool import cpus, kept_workers
+    from comparison.execution.pool import kept_workers
     from comparison.models import named
-    from comparison.scene import name_with, parse_set
+    from comparison.scene import name_with
 
-    changes, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
-    request = Request(
-        scenes or [], changes, accuracy, tiers, jobs or cpus(), allow_indeterminate, verbose, quiet, json
-    )
+    request = Request.of(asked)
     with kept_workers():
-        first, second, *others = several = named(models)
+        first, second, *others = several = named(asked.models)
         if others:
-            folder = out or console.REPORTS / name_with("pairwise", changes)
+            folder = asked.out or console.REPORTS / name_with("pairwise", request.changes)
             code, summary = validate_pairs(request, several, folder)
         else:
-            code, summary = validate_pair(request, (first, second), out)
-    if json and summary:
+            code, summary = validate_pair(request, (first, second), asked.out)
+    if asked.json and summary:
         print_json(summary)
     return code
 
 
-def reliability(
-    a: Annotated[Path, typer.Argument(hidden=True)],
-    b: Annotated[Path | None, typer.Argument(hidden=True)] = None,
-    *,
-    ideal: Annotated[Path, console.option("FILE", "Table of the mechanism without clearance.")],
+@dataclass(frozen=True)
+class Motion:
+    """Options of ``sixbar reliability``; those that ``sixbar compare`` has mean the same."""
+
+    a: _File
+    b: Annotated[Path | None, typer.Argument(hidden=True)] = None
+    _: KW_ONLY
+    ideal: Annotated[Path, console.option("FILE", "Table of the mechanism without clearance.")]
     limits: Annotated[
         list[str] | None,
         console.option(
@@ -278,21 +284,24 @@ def reliability(
             "Limits of the error of displacement (m), velocity (m/s) or acceleration (m/s^2); by default the "
             "scene's.",
         ),
-    ] = None,
-    scene: console.OfScene = None,
+    ] = None
+    scene: console.OfScene = None
     period: Annotated[
         float | None, console.option("SECONDS", "Of the crank cycle; by default the scene's.")
-    ] = None,
-    mapping: console.MappingFile = None,
-    at_events: console.AtEvents = None,
-    finer_a: console.Finer = None,
-    finer_b: console.Finer = None,
+    ] = None
+    mapping: console.MappingFile = None
+    at_events: console.AtEvents = None
+    finer_a: console.Finer = None
+    finer_b: console.Finer = None
     verbose: Annotated[
         bool, console.option(None, "Also print the reliability by crank angle.", "--verbose", "-v")
-    ] = False,
-    json: console.AsJson = False,
-    allow_indeterminate: console.AllowIndeterminate = False,
-) -> int:
+    ] = False
+    json: console.AsJson = False
+    allow_indeterminate: console.AllowIndeterminate = False
+
+
+@console.taking(Motion)
+def reliability(asked: Motion) -> int:
     """Compute how reliably the slider follows the ideal mechanism.
 
     A, B: tables of any program, as of `sixbar compare`. Reliability as in Section 3 of the paper
@@ -305,33 +314,29 @@ def reliability(
     from comparison.words.record import reliability_mapping
     from comparison.words.reliability import difference_rows, table_notes, table_rows
 
+    same = ("ideal", "period", "mapping", "at_events", "finer_a", "finer_b")
     result = reliability_of(
-        a,
-        b,
-        ideal=ideal,
-        limits=dict(map(_limits, limits or ())),
-        scene=None if scene is None else load_scene(scene),
-        period=period,
-        mapping=mapping,
-        at_events=at_events,
-        finer_a=finer_a,
-        finer_b=finer_b,
+        asked.a,
+        asked.b,
+        limits=dict(map(_limits, asked.limits or ())),
+        scene=None if asked.scene is None else load_scene(asked.scene),
+        **{name: getattr(asked, name) for name in same},
     )
     for label, name in zip("ab", result.names, strict=False):
-        say(f"{label}: {name}", err=json)
-    if verbose:
-        say(*columns(table_rows(result, every=True), right=range(1, 7)), "", err=json)
-    say(*columns(table_rows(result, every=False), right=range(1, 7)), err=json)
+        say(f"{label}: {name}", err=asked.json)
+    if asked.verbose:
+        say(*columns(table_rows(result, every=True), right=range(1, 7)), "", err=asked.json)
+    say(*columns(table_rows(result, every=False), right=range(1, 7)), err=asked.json)
     if result.comparison:
-        say(*columns(difference_rows(result.comparison), right=(1, 2)), err=json)
-    say_wrapped(*table_notes(result), err=json)
-    if json:
+        say(*columns(difference_rows(result.comparison), right=(1, 2)), err=asked.json)
+    say_wrapped(*table_notes(result), err=asked.json)
+    if asked.json:
         print_json(reliability_mapping(result))
     warn(result.warnings)
     if result.comparison is None:
         return 0
     verdict = {"undecided": "indeterminate"}.get(result.comparison.verdict, result.comparison.verdict)
-    return exit_code([EXIT_CODES[verdict]], allow_indeterminate=allow_indeterminate)
+    return exit_code([EXIT_CODES[verdict]], allow_indeterminate=asked.allow_indeterminate)
 
 
 def _limits(text: str) -> tuple[str, tuple[float, float]]:

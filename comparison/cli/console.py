@@ -1,5 +1,6 @@
-"""What all commands share: lines that fit the terminal, warnings and errors in a line, progress, options."""
+"""Common parts of the commands: lines that fit the terminal, warnings, errors, progress, options."""
 
+import inspect
 import json
 import logging
 import os
@@ -11,15 +12,16 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
 INTERRUPTED = 130
 _COLOURS = {"agree": "green", "differ": "red", "cannot compare": "red", "indeterminate": "yellow"}
 _HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode categories of what a terminal would obey instead of showing it."""
+"""Unicode categories of characters that a terminal obeys instead of showing them."""
 _LEAST = 12  # columns of a text that is cut
 
 
@@ -66,7 +68,7 @@ def print_json(value: object) -> int:
 
 
 def printable(text: str) -> str:
-    r"""Escape what is not shown by itself: ``\x1b``, but for the colours of this module."""
+    r"""Escape control characters, as ``\x1b``."""
     return "".join(
         character.encode("unicode_escape").decode()
         if character not in "\n\t" and unicodedata.category(character) in _HIDDEN
@@ -126,18 +128,6 @@ def warn(warnings: Sequence[str]) -> None:
     say(*(f"sixbar: warning: {' '.join(warning.split())}" for warning in warnings), err=True)
 
 
-def warn_about_the_cache() -> None:
-    """Warn once per command where nothing, or not the usual folder, is the cache."""
-    from comparison.execution.store import cache_folder, cache_warnings
-    from comparison.files import FolderError
-
-    messages = cache_warnings()
-    warn(messages)
-    with suppress(FolderError):
-        if messages:  # nor could matplotlib keep its fonts in the usual place
-            os.environ.setdefault("MPLCONFIGDIR", str(cache_folder() / "matplotlib"))
-
-
 def complain(text: str, code: int) -> int:
     """Print one line to stderr and return the exit code."""
     with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
@@ -165,7 +155,7 @@ def described(error: Exception) -> tuple[str, int]:
 
 
 def is_refusal(error: Exception) -> bool:
-    """Whether an error is one of this package, which says in one line what is wrong with the input."""
+    """Return whether an error is a refusal of the input by this package, with a message of one line."""
     from comparison.execution.run import RunError
 
     return type(error).__module__.startswith("comparison.") and not isinstance(error, RunError)
@@ -178,13 +168,15 @@ BETWEEN_LINES = 10.0
 SILENCE = 60.0
 """s; a line after this time even if little has changed."""
 Reporter = Callable[..., None]
-"""What a command tells its finished share, 0 to 1, and what has just been finished ("" where nothing)."""
+"""Takes the finished share, 0 to 1, and the name of the part just finished ("" without one)."""
 
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
     """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
-    warn_about_the_cache()
+    from comparison.execution.store import cache_warning
+
+    warn(list(filter(None, [cache_warning()])))
     if quiet:
         yield _silence
     elif not sys.stderr.isatty():
@@ -208,10 +200,10 @@ def _silence(share: float, finished: str = "") -> None:
 
 
 class Lines:
-    """Progress as plain lines on stderr, for a file or a pipe, of what is under way by a clock in s.
+    """Progress as plain lines on stderr, for a file or a pipe; ``clock`` returns seconds.
 
-    A line for what was finished, or for another tenth of the work, at most one in `BETWEEN_LINES`; and one
-    after a `SILENCE`. Nothing at the end: then the result follows.
+    A line for a finished part or another tenth of the work, at most one in `BETWEEN_LINES`; one after a
+    `SILENCE`; none at the end, where the result follows.
     """
 
     def __init__(self, text: str, clock: Callable[[], float] = time.monotonic) -> None:
@@ -220,7 +212,7 @@ class Lines:
         self._first: tuple[float, float] | None = None  # time and share of the first report
 
     def __call__(self, share: float, finished: str = "") -> None:
-        """Report the finished share; where it is too early for a line, the next one has what was finished."""
+        """Report the finished share; a part that finishes too early for a line is named in the next one."""
         now = self._clock()
         self._first = start, before = self._first or (now, share)
         self._finished = finished or self._finished
@@ -244,10 +236,25 @@ REPORTS = Path("reports/out")
 """Default parent folder of reports."""
 MAIN = "150rpm-0.2mm"
 """The paper's central case."""
+Options = TypeVar("Options")
+
+
+def taking(options: type[Options]) -> Callable[[Callable[[Options], int]], Callable[..., int]]:
+    """Let a command take its options as one object of a dataclass, whose fields are annotated for typer."""
+
+    def taken(command: Callable[[Options], int]) -> Callable[..., int]:
+        @wraps(command)
+        def with_options(**values: Any) -> int:
+            return command(options(**values))
+
+        vars(with_options)["__signature__"] = inspect.signature(options, eval_str=True)
+        return with_options
+
+    return taken
 
 
 def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:
-    """Return an option by what its value is called, its help, and its names where they are not its own."""
+    """Return an option by the name of its value, its help, and its names if not the parameter's."""
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 
@@ -281,7 +288,7 @@ def check_unique(names: list[str], where: str) -> None:
         raise SceneError(f"scene {twice!r}: two scenes have this name; names in a {where} must be unique")
 
 
-# Hidden: typer shows its type beside it. What it is stands in the text of each command.
+# Hidden, since typer shows its type beside it; the text of each command describes it.
 _SCENE = typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names)
 SceneName = Annotated[str, _SCENE]
 SceneNames = Annotated[list[str] | None, _SCENE]

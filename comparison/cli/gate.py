@@ -46,7 +46,7 @@ def gate(
     from comparison.regression.check import gate as hold_against
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
-    from comparison.report.gate import write_gate
+    from comparison.report.page import write_gate
     from comparison.scene import load_scene
     from comparison.words.record import gate_lines, gate_notes, gate_summary, of_gate
 

@@ -1,23 +1,19 @@
-"""``make reports`` in the folder of the README: all studies, their index, and what the README has of them."""
+"""``make reports`` in the folder of the README: all studies, their index, the README's generated part."""
 
 import argparse
-import os
 import re
-import subprocess
-import sys
-import tempfile
-import time
 from pathlib import Path
 
+from comparison.accuracy.levels import TIERS
 from comparison.cli.console import progress
 from comparison.execution.pool import cpus
 from comparison.files import write_text
+from comparison.formatting import table
 from comparison.studies import NAMES, write_study
 from comparison.studies.verdicts.study import RECORD
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
-TIMES = "times.md"
 PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
 OF_THE_VERDICT = "trust"
@@ -41,30 +37,16 @@ def finding(readme: str) -> str:
     return " ".join(bold[1].split()) if bold else ""
 
 
-def times() -> str:
-    """Return a sentence on how long `sixbar validate` takes on this machine, measured."""
-    seconds = []
-    with tempfile.TemporaryDirectory() as folder:
-        for cache, options in (("one", ["--quick"]), ("all", []), ("all", [])):
-            place = dict.fromkeys(("SIXBAR_CACHE_DIR", "NUMBA_CACHE_DIR"), f"{folder}/{cache}")
-            words = ["-m", "comparison", "validate", *options, "-q", "--out", f"{folder}/out"]
-            begun = time.perf_counter()
-            subprocess.run([sys.executable, *words], env=os.environ | place, check=True, capture_output=True)
-            seconds.append(f"{time.perf_counter() - begun:.0f} s")
-    quick, cold, stored = seconds
-    return (
-        f"With neither runs nor compiled code stored `sixbar validate --quick` took {quick} and "
-        f"`sixbar validate` {cold}, with all runs stored {stored} ({cpus()} processors).\n"
-    )
-
-
-def generated(pages: dict[str, str], measured: str) -> str:
-    """Return what the README has between its markers, from the pages of the studies, by their paths."""
+def generated(pages: dict[str, str]) -> str:
+    """Return the generated part of the README, from the pages of the studies by their paths."""
     page = f"{OF_THE_VERDICT}/README.md"
     rates = f"The verdict itself, tested: {finding(pages[page])} [More](reports/{page})."
-    verdicts = pages["verdicts/README.md"]
-    table = verdicts[verdicts.index("\n|") :].strip()  # and what stands below it
-    return "\n\n".join([table, rates, measured.strip()])
+    verdicts = pages["verdicts/README.md"].splitlines()
+    rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
+    both = [rows[0].index(f"{tier} tier") for tier in TIERS]
+    cells = [(row[0].removeprefix("| "), *(row[column] for column in both)) for row in rows]
+    origin = [line for line in verdicts if line.startswith("Made on ")]
+    return "\n\n".join([table(cells[0], cells[1:]), *origin, rates])
 
 
 def with_generated(readme: str, text: str) -> str:
@@ -77,7 +59,7 @@ def with_generated(readme: str, text: str) -> str:
 
 
 def main(*, small: bool = False) -> None:
-    """Write all studies (cached runs are used), then the index and what the README has of them."""
+    """Write all studies (stored runs are used), then the index and the generated part of the README."""
     written = {}
     for name in NAMES:
         with progress(name) as report:
@@ -85,10 +67,7 @@ def main(*, small: bool = False) -> None:
                 written[page.relative_to(REPORTS).as_posix()] = page.read_text("utf-8")
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")
-    if not small:
-        write_text(times(), REPORTS / TIMES)
-    measured = (REPORTS / TIMES).read_text("utf-8") if (REPORTS / TIMES).is_file() else ""
-    write_text(with_generated(readme.read_text("utf-8"), generated(written, measured)), readme)
+    write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)
     write_text((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 

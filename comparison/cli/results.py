@@ -1,7 +1,7 @@
-"""The work of `sixbar validate`, and what it and `sixbar compare` print and write: verdicts, report, tables.
+"""The work of `sixbar validate`; the lines and files of it and of `sixbar compare`.
 
-Scenes are validated in batches: what is finished survives an interruption, or the fault of one scene. This
-module imports what the commands need, and is imported when one of them runs.
+Scenes are validated in batches: finished ones survive an interruption, or the fault of another. This module
+is imported when one of the commands runs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from glob import escape
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from comparison.accuracy.levels import solver_values
+from comparison.accuracy.levels import TIERS, solver_values
 from comparison.accuracy.refine import family
 from comparison.cli import console
 from comparison.cli.console import (
@@ -29,12 +29,13 @@ from comparison.cli.console import (
     warn,
     wrapped,
 )
+from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.models import MODELS
 from comparison.report.ci import write_job_summary, write_junit
 from comparison.report.page import Row, origin, render, write_pairwise
-from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, shipped_scenes
+from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, parse_set, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
 from comparison.verdict import overall
@@ -44,14 +45,17 @@ from comparison.verdict.overall import Pair, pairs, standing
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Validation
 from comparison.words import verdicts as words
-from comparison.words.causes import lead
+from comparison.words.differences import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
 from comparison.words.verdicts import ratio_name
+
+if TYPE_CHECKING:
+    from comparison.cli.compare import Validation as Options
 
 
 @dataclass(frozen=True)
 class Request:
-    """What a user asks to be validated, and to be shown."""
+    """Scenes to be validated, with the options that say how, and what is printed."""
 
     names: Sequence[str]
     changes: dict[str, object]
@@ -62,6 +66,18 @@ class Request:
     verbose: bool
     quiet: bool
     json: bool
+
+    @classmethod
+    def of(cls, asked: "Options") -> "Request":
+        """Return the request of a command line."""
+        same = ("accuracy", "allow_indeterminate", "verbose", "quiet", "json")
+        return cls(
+            names=asked.scenes or [],
+            changes=parse_set(asked.overrides or []),
+            tiers=TIERS[:1] if asked.quick else TIERS,
+            jobs=asked.jobs or cpus(),
+            **{name: getattr(asked, name) for name in same},
+        )
 
     def command(self, models: Sequence[str]) -> str:
         """Return the command that does the same."""
@@ -114,7 +130,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
 
 
 def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
-    """Refuse what is known to be wrong before anything runs: names, gates, an accuracy out of reach."""
+    """Refuse wrong names, gates and accuracies before anything runs."""
     console.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
@@ -137,12 +153,12 @@ def _validate_batches(
     results: list[Validation] = []
     most = 0.0
 
-    def judged(batch: range, tiers: Sequence[str]) -> list[Validation]:
+    def judged(batch: range) -> list[Validation]:
         done, cost = sum(costs[: batch.start]), sum(costs[number] for number in batch)
 
         def progressed(share: float) -> None:
             nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
-            most = max(most, (done + cost * share * len(tiers) / len(request.tiers)) / sum(costs))
+            most = max(most, (done + cost * share) / sum(costs))
             report(most)
 
         return judge.validate(
@@ -150,7 +166,7 @@ def _validate_batches(
             models=models,
             n_jobs=request.jobs,
             accuracy=request.accuracy,
-            tiers=tiers,
+            tiers=request.tiers,
             on_progress=progressed,
         )
 
@@ -158,15 +174,10 @@ def _validate_batches(
     size = max(1, request.jobs // 2)
     waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     with suppress(KeyboardInterrupt):
-        if len(scenes) > 1:
-            # A first verdict before the tight tier and the other scenes compile code of their own.
-            with suppress(Exception):  # raised again, and reported, by the scene's own batch
-                (first,) = judged(range(1), request.tiers[:1])
-                report(most, f"{first.comparison.name}, standard tier: {first.comparison.verdict}")
         while waiting:
             batch = waiting.pop(0)
             try:
-                results += judged(batch, request.tiers)
+                results += judged(batch)
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is
                     waiting = [range(number, number + 1) for number in batch] + waiting
@@ -253,7 +264,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
 
 
 def _note(tier: SceneComparison) -> str:
-    """Return in a few words where the trajectories diverge, or what is missing."""
+    """Return a short note: error, first difference, or reason of an indeterminate verdict."""
     notes, result, worst = [], tier.attribution, tier.worst_channel
     if tier.error:
         return tier.error

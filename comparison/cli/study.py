@@ -1,6 +1,7 @@
 """``sixbar study``: one command per study, and the sweep with its own options."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -84,25 +85,27 @@ for _name, _words in MOVED.items():
     )(_moved(_name, _words))
 
 
-@studies.command()
-def sweep(
-    scene: console.SceneName,
+@dataclass(frozen=True)
+class Sweep:
+    """Options of ``sixbar study sweep``."""
+
+    scene: console.SceneName
     grid: Annotated[
         list[str] | None,
         console.option("KEY=A,B,C", "Values of a key; repeat for more keys: all combinations."),
-    ] = None,
+    ] = None
     listed: Annotated[
         Path | None, console.option("FILE", "CSV: keys in the first line, values in the others.", "--list")
-    ] = None,
+    ] = None
     latin: Annotated[
         list[str] | None,
         console.option("KEY=LOW:HIGH", "Range of a key for a Latin hypercube; repeat for more."),
-    ] = None,
-    points: Annotated[int, console.option("N", "Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, console.option("N", "Seed of the Latin hypercube.", min=0)] = 0,
+    ] = None
+    points: Annotated[int, console.option("N", "Points of the Latin hypercube.")] = 100
+    seed: Annotated[int, console.option("N", "Seed of the Latin hypercube.", min=0)] = 0
     model: Annotated[
         str, console.option("NAME,NAME", "Models: reference, exudyn, those of other packages.")
-    ] = "reference",
+    ] = "reference"
     output: Annotated[
         list[str] | None,
         console.option(
@@ -110,15 +113,19 @@ def sweep(
             "min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, largest:peak_force, "
             "steps ...; repeat for more. By default peak errors, contacts, impulse and largest force.",
         ),
-    ] = None,
-    overrides: console.Overrides = None,
-    out: _OutStudy = None,
-    jobs: console.Jobs = None,
+    ] = None
+    overrides: console.Overrides = None
+    out: _OutStudy = None
+    jobs: console.Jobs = None
     scheduler: Annotated[
         str | None, console.option("ADDRESS", "Address of a Dask scheduler; by default local processes.")
-    ] = None,
-    quiet: console.NoProgress = False,
-) -> int:
+    ] = None
+    quiet: console.NoProgress = False
+
+
+@studies.command()
+@console.taking(Sweep)
+def sweep(asked: Sweep) -> int:
     """Run a scene over values of its keys: one row per run.
 
     SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
@@ -134,14 +141,16 @@ def sweep(
     from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
     from comparison.studies.sweep import sweep as run_sweep
 
-    models = [name.strip() for name in model.split(",")]
+    models = [name.strip() for name in asked.model.split(",")]
     try:
-        chosen = chosen_points(grid, listed, latin, points, seed)
-        base = load_scene(scene, parse_set(overrides or []))
-        folder = check_folder(out or console.REPORTS / f"sweep-{base.name}")
-        spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
-        with progress(f"sweep of {base.name}", quiet=quiet) as report:
-            path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)
+        chosen = chosen_points(asked.grid, asked.listed, asked.latin, asked.points, asked.seed)
+        base = load_scene(asked.scene, parse_set(asked.overrides or []))
+        folder = check_folder(asked.out or console.REPORTS / f"sweep-{base.name}")
+        spread = (
+            on_processes(asked.jobs or cpus()) if asked.scheduler is None else on_cluster(asked.scheduler)
+        )
+        with progress(f"sweep of {base.name}", quiet=asked.quiet) as report:
+            path, failed = run_sweep(base, chosen, models, asked.output or USUAL, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:

@@ -22,7 +22,7 @@ from threading import Thread
 from typing import Any
 
 Attempt = Callable[[Any, Callable[[float], None]], Any]
-"""What a worker does with a task: it gets the task and a function to report the finished share to."""
+"""Work of a worker: takes the task and a function that reports the finished share."""
 READY = 10.0
 """Times its limit that a task may take before its own work begins."""
 
@@ -39,7 +39,7 @@ class Died:
     """The process ended before the task did."""
 
     words: str
-    """How."""
+    """How it ended."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class _Worker:
         theirs.close()  # so that the end of the process ends the connection
 
     def event(self) -> Any:
-        """Wait for what it has to say of its task, or how it died."""
+        """Wait for its next event: of its task, or its death."""
         try:
             return self.connection.recv()
         except (EOFError, OSError):
@@ -95,14 +95,14 @@ def work(
 ) -> Generator[tuple[str, Any]]:
     """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
 
-    An event is a `Share`, or else the last of its task: what ``attempt``, a function of a module that must
-    not raise, returned, `Died` or `Late`. Close the generator (`contextlib.closing`) to end what its workers
-    do at once; the processes end with it, but for `kept_workers`. At most ``n_workers`` work at a time.
+    An event is a `Share`, or the last of its task: the result of ``attempt`` (a function of a module that
+    must not raise), `Died` or `Late`. Closing the generator (`contextlib.closing`) ends its workers at once,
+    except within `kept_workers`. At most ``n_workers`` work at a time.
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
     by `time.monotonic`, all are; those that wait have no event. ``environment`` are variables of the worker
-    processes alone, for what a library reads only while its process starts.
+    processes alone, for libraries that read them only while a process starts.
     """
     waiting = deque(tasks)
     busy: dict[Any, _Worker] = {}  # by connection
@@ -147,7 +147,7 @@ def work(
 def kept_workers() -> Iterator[None]:
     """Let workers live on from one call of `work` to the next, since they take seconds to start.
 
-    Not the general rule: what happens to sources or variables after its start a worker does not see.
+    Not the general rule, since a worker does not see later changes of sources or variables.
     """
     global _kept
     before, _kept = _kept, True
@@ -183,7 +183,7 @@ def _end_idle() -> None:
 
 @contextmanager
 def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
-    """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
+    """Let processes started here inherit variables, one thread for numpy, and no Ctrl-C.
 
     A terminal sends it to all processes; while Python starts, it would end in a traceback.
     """
@@ -218,11 +218,11 @@ def _serve(connection: Connection) -> None:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
-    os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
+    os.dup2(2, 1)  # a model's prints must not mix with the lines that a script reads from stdout
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # and must not be lost with a process that is ended
 
-    def report(share: float) -> None:  # what is no number is the model's own error
+    def report(share: float) -> None:  # a share that is no number is the model's own error
         connection.send(Share(min(1.0, max(0.0, float(share)))))
 
     with suppress(EOFError, OSError):

@@ -1,4 +1,4 @@
-"""Runs of scenes by models, what came of them, and its quality; the only module that starts a model."""
+"""Runs of scenes by models, their outcomes and quality; the only module that starts a model."""
 
 import platform
 import traceback
@@ -12,7 +12,7 @@ from math import log10, nan
 import numpy as np
 
 from comparison.execution.pool import Died, Share, work
-from comparison.execution.store import fetch, keep
+from comparison.execution.store import drop_unused, fetch, keep
 from comparison.formatting import number, percent, quantity
 from comparison.models import OWN, EngineError, code_hash, fingerprint, load, platform_name
 from comparison.models import check as check_scene
@@ -51,7 +51,7 @@ class Outcome:
     """Outcome of a run, with one line of ``message``, a model's remedy where the status is its own.
 
     ``status`` is "success"; "bad input": the model refuses the scene; "crashed": the process died or the
-    model raised what it should not; "unusable": the table fails `comparison.tables.table.check`; or the
+    model raised an unforeseen error; "unusable": the table fails `comparison.tables.table.check`; or the
     model's own, such as "step-too-small". ``partial`` are unchecked results of a run that ended with such a
     status: truncated where it stopped, complete where it violated an invariant (`VIOLATED`).
     """
@@ -102,7 +102,7 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
 
 
 def checked(scene: Scene, model: str) -> dict[str, float]:
-    """Return what `comparison.models.check` does; a `SceneError` if the model refuses the scene."""
+    """Return the forces of `comparison.models.check`; a `SceneError` if the model refuses the scene."""
     try:
         return check_scene(model, scene.data)
     except EngineError:
@@ -143,6 +143,7 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
         if on_progress:
             on_progress(sum(by_key[key].cost * share for key, share in shares.items()) / total)
 
+    drop_unused()
     waiting = _in_order({key: job for key, job in by_key.items() if key not in outcomes})
     with closing(_outcomes(waiting, n_jobs, report)) as finished:
         for key, outcome in finished:
@@ -276,8 +277,8 @@ def contact_warnings(table: Table) -> list[str]:
         return []
     measures = ("normal_speed", "impulse", "peak_force", "largest_depth")
     zero = [name for name in measures if name in events and not events[name].to_numpy().any()]
-    said = f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"
-    return [said] if zero else []
+    line = f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"
+    return [line] if zero else []
 
 
 def quality_warnings(table: Table) -> list[str]:

@@ -19,7 +19,7 @@ from pydantic import BaseModel
 
 from comparison.execution.pool import Attempt, Died, Late, Share, work
 from comparison.execution.run import Progress, RunError
-from comparison.execution.store import Row, append_row, cache_folder, read_rows
+from comparison.execution.store import ROWS, Row, cache_folder, drop_unused, fetch_row, keep_row
 from comparison.models import code_hash, fingerprint, platform_name, versions
 from comparison.scene import Scene, SceneError, digest
 
@@ -35,7 +35,7 @@ class Task(ABC):
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks of its measure: its fields."""
+        """The fields that distinguish it from other tasks of its measure."""
         return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
 
     @property
@@ -51,7 +51,7 @@ class Task(ABC):
 
 T = TypeVar("T", bound=Task)
 Measure = Callable[[T, Progress], Row]
-"""Measures a task; reports a share of 0 to it when what precedes the work (compiling) is over."""
+"""Measures a task; reports a share of 0 when the preparation (compiling) is over."""
 Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
 """Processes tasks of one environment by their keys and yields each row on completion."""
@@ -63,22 +63,21 @@ def measure_all(
     spread: Spread,
     on_progress: Progress | None = None,
     *,
-    ledger: Path | None = None,
+    folder: Path | None = None,
 ) -> list[Row]:
     """Measure tasks without a stored row, equal tasks once, the longest first; return rows in their order.
 
     ``"status"`` of a row is `SUCCESS` if the measure, a function of a module, returned, else the kind of
     failure, with one line in ``"message"``; ``"seconds"`` are of processor time, but where the process was
-    stopped. Rows are stored in the ledger, by default one in `comparison.execution.store.cache_folder`; a
-    `LedgerError` if they cannot be. That of a process that died is not: it is tried again.
+    stopped. Rows are stored in the folder, by default one in `comparison.execution.store.cache_folder`; an
+    `OSError` if they cannot be. That of a process that died is not: it is tried again.
     """
-    if ledger is None:
-        code = code_hash(measure.__module__)
-        ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
+    if folder is None:
+        drop_unused()
+        folder = cache_folder() / "-".join([ROWS, *measure.__module__.split(".")[-2:]])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    stored = read_rows(ledger)
-    rows = {key: stored[key] for key in by_key if key in stored}
+    rows = {key: known for key in by_key if (known := fetch_row(folder, key)) is not None}
     waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
     done = total - sum(by_key[key].cost for key in waiting)
@@ -89,7 +88,7 @@ def measure_all(
                 if isinstance(row, Died):
                     rows[key] = {"status": CRASHED, "message": row.words}
                 else:
-                    rows[key] = append_row(ledger, key, row)
+                    rows[key] = keep_row(folder, key, row)
                 done += by_key[key].cost
                 if on_progress:
                     on_progress(min(1.0, done / total))
@@ -131,7 +130,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Return what stands for an object in JSON: of a record its fields, of a scene its hash."""
+    """Return the JSON equivalent of an object: the fields of a record, the hash of a scene."""
     if isinstance(value, Scene):
         return value.hash
     if isinstance(value, BaseModel):

@@ -47,7 +47,7 @@ class Line:
 
 
 def guide_of(channel: str, scene: Mapping[str, Any] | None) -> float:
-    """Return what is subtracted to draw a channel: of x the guide's centre line (m), else 0."""
+    """Return the offset of a drawn channel: of x the guide's centre line (m), else 0."""
     return float(scene["mechanism"]["guide_x"]) if channel == "slider_x" and scene is not None else 0.0
 
 
@@ -128,8 +128,8 @@ def least_range(
 ) -> float:
     """Return the least range, in the channel's unit, of an axis for values between these extremes.
 
-    0 of an excited channel. Of any other it is the channel's scale, else the size of the values: what is
-    constant but for rounding is drawn as constant.
+    0 of an excited channel. Of any other it is the channel's scale, else the size of the values, so that a
+    constant with rounding errors is drawn as constant.
     """
     low, high = extremes
     size = max(abs(low), abs(high))

@@ -64,7 +64,7 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
 def _curves(
     axes: Axes, curves: Sequence[Line], name: str, unit: str, least: float, columns: int = svg.COLUMNS
 ) -> float:
-    """Draw one curve or two, on an axis of a least range; return what the values are divided by."""
+    """Draw one curve or two, on an axis of a least range; return the divisor of the values."""
     low, high = common_extremes(curves)
     factor, scaled = prefix(max(abs(low), abs(high), least), unit)
     for n, (each, style) in enumerate(zip(curves, svg.MODEL_LINES, strict=False)):

@@ -1,4 +1,4 @@
-"""Pages, each one self-contained HTML file: the report, several models together, the press in motion.
+"""Pages, each one self-contained HTML file: the report, several models, the press in motion, the gate.
 
 The report has the verdict, the worst channel, an overview and the scenes.
 """
@@ -20,13 +20,15 @@ from typing import Any, NamedTuple
 import jinja2
 import numpy as np
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from comparison.files import write_text
-from comparison.formatting import NO_BREAK, number, percent, quantity
+from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics.contacts import WINDOW
 from comparison.models import platform_name
+from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
-from comparison.report import tables
+from comparison.report import svg, tables
 from comparison.report.figures import channel_figure
 from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_plots
 from comparison.tables.channels import channels, has_load
@@ -35,11 +37,12 @@ from comparison.tables.table_files import read
 from comparison.verdict.overall import Pair, Standing
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.words import differences, verdicts
-from comparison.words.causes import lead
+from comparison.words.differences import lead
+from comparison.words.record import check_message, gate_notes, gate_summary, moved_first, of_gate
 from comparison.words.reliability import notes
-from comparison.words.verdicts import SYMBOLS, standing, standings
+from comparison.words.verdicts import SYMBOLS, standing
 
-# ---- what all pages share: jinja's settings, style sheet and script, and where a page comes from
+# ---- common parts of all pages: jinja's settings, style sheet, script and origin
 
 ASSETS = Path(__file__).with_name("assets")
 TEMPLATES = jinja2.Environment(
@@ -73,9 +76,9 @@ def interactive_page(template: str, **values: Any) -> str:
 
 
 def origin() -> dict[str, str]:
-    """Return when, from what and where a report is made now."""
-    made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    return {"time": made, "code": code_version(Path(__file__)), "machine": platform_name()}
+    """Return the time, code version and machine of a report that is written now."""
+    time = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    return {"time": time, "code": code_version(Path(__file__)), "machine": platform_name()}
 
 
 def code_version(file: Path) -> str:
@@ -132,7 +135,7 @@ def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, co
 
 
 def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Draw the press of a scene at its start, with texts and what the script needs to move it.
+    """Draw the press of a scene at its start, with texts and the geometry by which the script moves it.
 
     None without a scene, or where the press cannot be assembled.
     """
@@ -167,10 +170,10 @@ def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
         pin=pin,
         mm=_mm,
     )
-    held = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
-    held += f"; a workpiece below y = {_mm(scene['load']['surface'])}" if has_load(scene) else ""
+    guide = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
+    guide += f"; a workpiece below y = {_mm(scene['load']['surface'])}" if has_load(scene) else ""
     caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
-    caption += f"slider {_mm(width)} wide and {_mm(length)} long, {held}"
+    caption += f"slider {_mm(width)} wide and {_mm(length)} long, {guide}"
     caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
     about = "Schematic of the six-bar press at the start, and its slider in the guide enlarged."
     return {
@@ -198,7 +201,7 @@ _BUILT_IN = {
     "reference": "a hand-written solver of the paper's equations",
     "exudyn": "the same press, written independently as a multibody model in Exudyn",
 }
-"""What a built-in model is, for its label."""
+"""Label of a built-in model -> its description."""
 
 
 def render(
@@ -226,7 +229,7 @@ def render(
     of_tables = bool(scenes) and all(scene.ran is None and scene.failed is None for scene in scenes)
     if of_tables and len(scenes) == 1 and not all(label in title for label in scenes[0].labels):
         title = f"{' and '.join(scenes[0].labels)}: {title[0].lower()}{title[1:]}"
-    # What decides: "uncertainty", "tolerance" or "" where nothing does.
+    # The limit that decides: "uncertainty", "tolerance" or "" (none).
     threshold = "tolerance" if any(channel.threshold is not None for channel in channels) else ""
     limits = [verdicts.threshold_name(channel) for channel in channels if channel.u is not None]
 
@@ -304,7 +307,7 @@ def _without_contact(scene: SceneComparison) -> bool:
 
 
 def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
-    """Return the ids and names of what there is of a scene."""
+    """Return ids and names of the sections that a scene has."""
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
@@ -317,7 +320,7 @@ def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
 
 
 def _models(tiers: Sequence[SceneComparison]) -> dict[str, str]:
-    """Return of each label what it is, and the formulations and versions it ran with."""
+    """Return description, formulations and versions of each label."""
     models = {}
     for label in dict.fromkeys(label for tier in tiers for label in tier.labels):
         runs = [tier.provenance[label] for tier in tiers if label in tier.provenance]
@@ -351,7 +354,7 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
         title=f"{len(models)} models against each other",
         models=models,
         rows=rows,
-        lead=standings([row.standing for row in rows]),
+        lead=standing(rows[0].standing) if len(rows) == 1 else "",
         sentence=standing,
         keys=anchors([row.name for row in rows]),
         plots=[_plots(row, folder, models) for row in rows],
@@ -403,3 +406,62 @@ def write_animation(
     )
     write_text(html, path)
     return path
+
+
+# ---- the regression gate: changes since the baseline
+
+_FIGURES = 12
+"""Figures at most: those of the channels that deviate first."""
+
+
+def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> Path:
+    """Write the page of a gate, which ``command`` repeats; it begins with the lines of ``lead``."""
+    moved = moved_first(gate)
+    html = interactive_page(
+        "gate.html.j2",
+        title="Has a model changed since its baseline?",
+        verdict="differ" if gate.regressions else "agree",
+        summary=gate_summary(gate),
+        lead=lead,
+        figures=[
+            (check_message(check), _gate_figure(check, f"g{n}")) for n, check in enumerate(moved[:_FIGURES])
+        ],
+        left=max(0, len(moved) - _FIGURES),
+        cases=[case for case in of_gate(gate) if case.status in ("failed", "error")],
+        notes=gate_notes(gate),
+        origin=origin(),
+        command=command,
+    )
+    write_text(html, path)
+    return path
+
+
+def _gate_figure(check: Check, key: str) -> Markup:
+    """Draw the curve of now, the baseline's checkpoints, and below their distance with the threshold."""
+    time, values = check.data["curve"]
+    at, before, threshold, now = check.data["rows"].T
+    distance, unit = np.abs(now - before), pretty_unit(channels()[check.name].unit)
+    wide, thin = svg.MODEL_LINES
+    with svg.style():
+        figure = Figure(layout="constrained")
+        figure.set_figheight(3.3)
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        kept = svg.envelope(values)
+        ring: dict[str, Any] = {"ls": "", "marker": "o", "ms": 6, "mfc": "none", "mew": 1.6}
+        upper.plot(at, before, color=wide["color"], label="baseline", zorder=3, **ring)
+        upper.plot(time[kept], values[kept], label="now", **thin)
+        upper.set_ylabel(f"{check.name}\n({unit})" if unit else check.name, parse_math=False)
+        floor = min(threshold.min(), distance[distance > 0.0].min()) / 3
+        lower.set_yscale("log", nonpositive="clip")
+        lower.vlines(
+            at, floor, np.maximum(distance, floor), color=svg.DIFFERENCE, lw=2.4, label="|difference|"
+        )
+        lower.plot(at, threshold, "_", color=svg.THRESHOLD, ms=14, mew=1.6, label="threshold")
+        lower.set_ylim(floor, 4 * max(distance.max(), threshold.max()))
+        lower.set_ylabel(f"|now − baseline|\n({unit})" if unit else "|now − baseline|", parse_math=False)
+        lower.set_xlabel("time (s)", labelpad=2)
+        lower.set_xlim(time[0], time[-1])
+        for axes in (upper, lower):
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+        figure.align_ylabels([upper, lower])
+        return Markup(svg.inline_svg(figure, key))  # matplotlib escapes the text in its drawings

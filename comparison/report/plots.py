@@ -1,8 +1,8 @@
-"""Data of the interactive plots: curves of two or more models, their differences and thresholds, packed.
+"""Data of the interactive plots: curves of two or more models, their differences and thresholds.
 
-The numbers have the digits that a plot shows, are deflated, and written as Base64; ``plots.js`` reads them.
-Of a channel the first model's values are stored in 65,534 steps of their range, the others by their
-difference from it and the threshold with 5 bits of mantissa, i.e. to 1.6 %.
+Deflated JSON in Base64, which ``plots.js`` reads, with the digits that a plot shows: values of a channel's
+first model in 65,534 steps of their range, the differences from it and the threshold in steps of a 32nd of an
+octave, i.e. to 1.1 %. Each of these stands as its difference from the step before.
 """
 
 import base64
@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.files import plain
 from comparison.formatting import pretty_unit
 from comparison.metrics.contacts import Pulse, noted
 from comparison.report.curves import contact_of, guide_of, least_range
@@ -31,14 +30,14 @@ MOST = 6_000
 MOTION = ("slider_x", "slider_y", "slider_angle")
 """Channels that the moving drawing needs."""
 FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
-_MANTISSA = 5  # bits of differences and thresholds
 _PULSE = 25  # points of a resolved contact at most
 _STEPS = 20  # of those in which values are stored, at least, are the range of an axis
-_UNIFORM = 1e-9  # of the run time: such times are stored by their steps
+_UNKNOWN = 1e300  # a threshold that is not finite
+_ONE = 40_000  # step of the size 1, so that the least size has a positive one
 
 
 class Curve(NamedTuple):
-    """A channel of two or more models, what is subtracted from its values, and how it was judged."""
+    """A channel of two or more models, the offset subtracted from its values, and its comparison."""
 
     channel: Channel
     zero: float
@@ -47,7 +46,7 @@ class Curve(NamedTuple):
 
 
 def independent(scene: SceneComparison) -> list[str]:
-    """Return the excited channels, of corners only normal forces and what differs: the others follow."""
+    """Return the excited channels; of corners the normal forces and those that differ: the others follow."""
     return [
         name
         for name, channel in scene.excited.items()
@@ -108,23 +107,19 @@ def _packed(
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
     kept = _kept(curves, time)
-    interval = (time[-1] - time[0]) / (time.size - 1)
-    even = np.abs(time - time[0] - interval * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
-    arrays = [_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8")]
     described = []
     for channel, zero, models, judged in curves:
         first, *others = (np.asarray(values)[kept] - zero for values in models)
-        # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
+        # Zero lies on the grid of values: a corner that is free has exactly no force.
         low, high = float(first.min()), float(first.max())
         step = (high - low) / 65534.0 or abs(low) or 1.0
         lowest = math.floor(low / step)
-        arrays.append(_integers(np.diff(np.rint(first / step) - lowest, n=2, prepend=[0.0, 0.0])))
-        arrays += [_halves(first - other) for other in others]
         # The plotted |a - b| is not what a threshold within a time tolerance limits.
         limit = None if judged is None or judged.time_tolerance else judged.threshold
         if judged is not None and limit is not None:
+            limit = np.nan_to_num(limit, nan=_UNKNOWN, posinf=_UNKNOWN)
             # The sign is free: negative where the sample is not predictable.
-            arrays.append(_halves(np.where(judged.predictable, limit, -limit)[kept]))
+            limit = np.where(judged.predictable, limit, -limit)[kept]
         shifted = [np.asarray(values) - zero for values in models]
         extremes = min(float(v.min()) for v in shifted), max(float(v.max()) for v in shifted)
         # No plot shows the steps in which the values are stored, or the rounding of a constant.
@@ -141,27 +136,28 @@ def _packed(
                 "least": float(f"{least:.3g}"),
                 "floor": channel.floor,
                 "grid": [lowest, step],
-                "threshold": limit is not None,
-                "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept])[:1].tolist(),
+                "steps": np.diff(
+                    (np.rint(first / step) - lowest).astype(np.int64), n=2, prepend=[0, 0]
+                ).tolist(),
+                "apart": [_octaves(first - other) for other in others],
+                "limit": None if limit is None else _octaves(limit),
+                "outside": [] if judged is None else np.flatnonzero(judged.beyond[kept]).tolist(),
             }
         )
     if not any(contact_of(curve.channel.name, scene) for curve in curves):
         pulses = [()] * len(events)
-    resolved = [_pulses(table, own) for table, own in zip(events, pulses, strict=True)]
     names = [curve.channel.name for curve in curves]
     head |= {
-        "samples": int(kept.size),
         "of": int(time.size),
         "start": float(time[0]),
-        "step": float(interval) if even else None,
+        "time": [float(f"{since:.10g}") for since in (time[kept] - time[0]).tolist()],
         "contacts": [_contacts(table) for table in events],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
-        "pulses": [what for what, _ in resolved],
+        "pulses": [_pulses(table, own) for table, own in zip(events, pulses, strict=True)],
         "channels": described,
     }
-    text = json.dumps(plain(head), separators=(",", ":")).encode()
-    body = [len(text).to_bytes(4, "little"), text, *arrays, *(shares for _, shares in resolved)]
-    return base64.b64encode(zlib.compress(b"".join(body), 9)).decode()
+    text = json.dumps(head, separators=(",", ":"), allow_nan=False)
+    return base64.b64encode(zlib.compress(text.encode(), 9)).decode()
 
 
 def _kept(curves: Sequence[Curve], time: Array) -> NDArray[np.intp]:
@@ -192,41 +188,27 @@ def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
     ]
 
 
-def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[str, Any], bytes]:
-    """Return which of the sorted contacts are resolved, by how many points, and these in shares of 8 bits."""
-    if events is None or not pulses:
-        return {"of": [], "count": [], "last": [], "peak": []}, b""
+def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> list[dict[str, Any]]:
+    """Return place by start, duration (s) and peak (N) of each resolved contact; times, forces in 1/255."""
+    if events is None:
+        return []
     place = np.argsort(np.argsort(events["start"].to_numpy(), kind="stable"))
-    ordered = sorted(pulses, key=lambda pulse: int(place[pulse.row]))
     drawn = []
-    for pulse in ordered:  # evenly chosen points, the ends and the peak among them
+    for pulse in pulses:  # evenly chosen points, the ends and the peak among them
         even = np.linspace(0, pulse.time.size - 1, min(pulse.time.size, _PULSE)).round().astype(np.intp)
-        drawn.append(np.union1d(even, int(pulse.force.argmax())))
-    described = {
-        "of": [int(place[pulse.row]) for pulse in ordered],
-        "count": [part.size for part in drawn],
-        "last": [float(f"{pulse.time[-1]:.6g}") for pulse in ordered],
-        "peak": [float(f"{pulse.force.max():.6g}") for pulse in ordered],
-    }
-    times = [pulse.time[part] / pulse.time[-1] for pulse, part in zip(ordered, drawn, strict=True)]
-    forces = [pulse.force[part] / pulse.force.max() for pulse, part in zip(ordered, drawn, strict=True)]
-    shares = np.clip(np.concatenate([*times, *forces]), 0.0, 1.0)
-    return described, np.rint(255.0 * shares).astype(np.uint8).tobytes()
+        kept = np.union1d(even, int(pulse.force.argmax()))
+        last, peak = float(pulse.time[-1]), float(pulse.force.max())
+        times, forces = (
+            np.rint(255.0 * np.maximum(share[kept], 0.0)).astype(int).tolist()
+            for share in (pulse.time / last, pulse.force / peak)
+        )
+        place_of = int(place[pulse.row])
+        drawn.append({"place": place_of, "last": last, "peak": peak, "t": times, "n": forces})
+    return sorted(drawn, key=lambda pulse: pulse["place"])
 
 
-def _integers(values: Array | NDArray[np.intp]) -> bytes:
-    """Return integers modulo 65,536."""
-    return _planes(np.asarray(values).astype(np.int64) & 0xFFFF, "<u2")
-
-
-def _halves(values: Array) -> bytes:
-    """Return the upper halves of 32-bit numbers, rounded to `_MANTISSA` bits."""
-    dropped = 23 - _MANTISSA
-    bits = values.astype("<f4").view("<u4")
-    return _planes((bits + (1 << (dropped - 1))) >> dropped << (dropped - 16), "<u2")
-
-
-def _planes(values: Array | NDArray[Any], kind: str) -> bytes:
-    """Return numbers byte by byte of all samples: neighbours are alike and deflate well."""
-    number = np.dtype(kind)
-    return values.astype(number).view(np.uint8).reshape(-1, number.itemsize).T.tobytes()
+def _octaves(values: Array) -> list[int]:
+    """Return differences of integers, whose size is `_ONE` + 32 log2 of that of the values, 0 for 0."""
+    sizes = np.maximum(np.abs(values), 1.0 / _UNKNOWN)
+    steps = np.where(values == 0.0, 0.0, np.sign(values) * (_ONE + np.rint(32.0 * np.log2(sizes))))
+    return np.diff(steps.astype(np.int64), prepend=0).tolist()  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to what a figure can show."""
+"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to the resolution of a figure."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -90,32 +90,12 @@ def inline_svg(figure: Figure, key: str) -> str:
     text = StringIO()
     with mpl.rc_context({"svg.hashsalt": key}):
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    noise = r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->|(?<=>)\s+(?=<)"
-    svg = re.sub(noise, "", text.getvalue(), flags=re.DOTALL)
-    svg = _without_bare_groups(re.sub(r'<g id="[^"]*"', "<g", svg))  # to which nothing refers
-    # Hundredths of a point are finer than a screen.
-    svg = re.sub(
-        r"<[^<>]*>",
-        lambda tag: re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", tag[0]),
-        svg,
-    )
+    svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
+    svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
     for role, colour in _ROLES.items():
         if colour in _IN_FIGURES and role != "difference":  # which is that of the ink
             svg = svg.replace(colour, f"var(--{role})")
     return re.sub(r'<svg [^>]*(viewBox="[^"]*")[^>]*>', r'<svg \1 focusable="false">', svg, count=1).strip()
-
-
-def _without_bare_groups(svg: str) -> str:
-    """Leave out groups without attributes: of a figure half of the elements that a browser would hold."""
-    kept, is_bare = [], []
-    for part in re.split(r"(<g\b[^>]*>|</g>)", svg):
-        bare = part == "<g>"
-        if part.startswith("<g"):
-            is_bare.append(bare)
-        elif part == "</g>":
-            bare = is_bare.pop()
-        kept.append("" if bare else part)
-    return "".join(kept)
 
 
 def standalone(svg: str) -> str:

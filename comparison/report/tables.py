@@ -19,7 +19,7 @@ from comparison.words.reliability import rounded
 from comparison.words.verdicts import SYMBOLS
 
 Cells = list[tuple[str, str, str]]
-"""A row: of each cell heading, subheading ("" without one) and what it says; Markup is a whole cell."""
+"""A row: heading, subheading ("" without one) and text of each cell; Markup is a whole cell."""
 _CONTACTS = {
     "Median duration": ("duration", "median", "s"),
     "Largest normal speed": ("normal_speed", "max", "m/s"),
@@ -60,7 +60,7 @@ def _verdict(verdict: str) -> Cells:
 
 
 def channel_table(scene: SceneComparison) -> Table | None:
-    """Return the channels that were excited, and what their verdicts rest on."""
+    """Return a row per excited channel with the numbers that its verdict rests on."""
     excited = scene.excited
     judged = next((each for each in excited.values() if each.threshold is not None), None)
     known = any(each.u is not None for each in excited.values() if each.threshold is not None)
@@ -103,6 +103,24 @@ def _strip(channel: ChannelComparison) -> Markup:
             layers.append(f"linear-gradient(90deg,{','.join(stops)},#0000 {end})")
     cell = Markup('<td class="strip" style="background-image:{}"></td>')
     return cell.format(",".join(layers) or "none")
+
+
+def attribution_table(scene: SceneComparison) -> Table | None:
+    """Return how much of the difference each refinement leaves, and both; None where none was made."""
+    result = scene.attribution
+    rows: dict[str, Cells] = {}
+    for key, change in zip("ab", result.refinements if result.remaining else (), strict=False):
+        rows[change.label] = [
+            ("Difference left", "", percent(result.remaining[key])),
+            ("If the cause", "", percent(1.0 / change.gain)),
+            ("Setting", "", pairs(change.settings)),
+            ("Divided by", "", number(change.factor)),
+        ]
+    if rows:
+        gain = min(change.gain for change in result.refinements)
+        left = percent(result.remaining["both"])
+        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
+    return _table("Refined", rows)
 
 
 def contact_table(scene: SceneComparison) -> Table | None:

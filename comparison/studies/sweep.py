@@ -130,7 +130,7 @@ def _value(text: str) -> object:
 
 # ---- the quantities of each run, and the processes
 
-LEDGER, TABLE = "runs.jsonl", "sweep.csv"
+ROWS, TABLE = "runs", "sweep.csv"
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
 OF_CHANNELS = ("min", "max", "rms", "end")  # min and max over the integration steps
 OF_ERRORS = ("slider_y", "slider_vy", "slider_ay")  # whose error against the ideal mechanism the paper shows
@@ -228,8 +228,8 @@ def sweep(
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
     does not depend on the order of the runs; failed runs are rows too, with their reason. The folder is made
-    once all keys and quantities are known: an unknown one is a `SweepError`, a row that cannot be kept a
-    `LedgerError`.
+    once all keys and quantities are known: an unknown one is a `SweepError`, a row that cannot be stored an
+    `OSError`.
     """
     known = names()
     for name in asked:
@@ -246,7 +246,7 @@ def sweep(
         find(model)
     folder.mkdir(parents=True, exist_ok=True)
     tasks = [SweepRun(base, point, model, tuple(asked)) for point in points for model in models]
-    rows = measure_all(run_point, tasks, spread, on_progress, ledger=folder / LEDGER)
+    rows = measure_all(run_point, tasks, spread, on_progress, folder=folder / ROWS)
     numbers: dict[str, int] = {}
     keys = [digest(_texts(task.point)) for task in tasks]
     lines = [

@@ -1,22 +1,24 @@
-"""Sentences about a difference: its instant, its confirmation by ensembles, and what it is due to."""
+"""Sentences about a difference: causes that the data name, its instant, confirmation and attribution."""
 
-from math import isfinite, isnan, nan
+import json
+from collections.abc import Sequence
+from math import ceil, isfinite, isnan, log10, nan
+from typing import Any
 
 import pandas as pd
 
 from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.tables.channels import CONTACTS, PIN
+from comparison.tables.units import parse_unit
 from comparison.verdict.confirmation import ENOUGH
 from comparison.verdict.results import (
     SUSPICIOUS,
+    Cause,
     Doubt,
     Refinement,
     SceneComparison,
 )
 
-_CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
-_MANY = 5  # contacts that begin in it
-_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 _DOUBTS = {
     Doubt.TOLERANCE: "the verdict uses a tolerance, to which ensembles do not apply",
     Doubt.RIGID: "no joint has clearance, so no start can be moved",
@@ -32,8 +34,144 @@ _UNPREDICTABLE = {
 }
 
 
+# ---- causes that the data name
+
+_DIGITS = 7  # of a number that is known to more
+_FEW = 3  # names or scenes in one sentence
+_SHOWN = 0.01  # of the difference, from which on the part that is left is said
+_NEAR = 1e-3  # share by which a ratio may miss that of two units, if it is not known better
+# Units that programs write instead of an SI unit.
+_UNITS = {
+    "m": ("mm", "cm", "in", "ft"),
+    "rad": ("deg", "rev"),
+    "m/s": ("mm/s", "cm/s", "in/s"),
+    "rad/s": ("rpm", "deg/s"),
+    "m/s^2": ("mm/s^2", "cm/s^2"),
+    "rad/s^2": ("deg/s^2",),
+    "N": ("kN", "mN", "lbf"),
+    "N m": ("N mm", "kN m"),
+    "J": ("mJ", "kJ"),
+}
+
+
+def causes(scene: SceneComparison) -> list[str]:
+    """Return the causes that the data of a comparison name, those that explain most first."""
+    return [cause(one, scene) for one in scene.causes]
+
+
+def lead(scenes: Sequence[SceneComparison]) -> list[str]:
+    """Return the first lines of a report: all causes of one scene, the first of each of several.
+
+    The causes are those of the tightest tier that names one.
+    """
+    lines: list[str] = []
+    for scene in scenes:
+        texts = next((texts for tier in reversed(scene.tiers) if (texts := causes(tier))), [])
+        lines += texts if len(scenes) == 1 else [f"{scene.name}: {text}" for text in texts[:1]]
+    left = len(lines) - _FEW
+    return [*lines[:_FEW], f"{left} more causes are on the page"] if left > 1 else lines
+
+
+def cause(one: Cause, scene: SceneComparison) -> str:
+    """Return a cause as a sentence without full stop, with the share of the difference that it leaves."""
+    rest = f"; without it {one.left:.0%} of the difference is left" if one.left >= _SHOWN else ""
+    return _cause_of(one, scene) + rest
+
+
+def _cause_of(one: Cause, scene: SceneComparison) -> str:
+    a, b = scene.labels
+    name, several = _named(one.channels), len(one.channels) > 1
+    unit = scene.channels[one.channels[0]].unit if one.channels else ""
+    those = "those" if several else "that"
+    of_b = f"{name} of {b} {'are' if several else 'is'}"
+    place = CONTACTS.get(one.place, "") + ("" if one.place == PIN else " corner")
+    impact = f"the first impact, at {one.time:.6g} s ({place}),"
+    known = _known(one.value, one.uncertainty)
+    match one.kind:
+        case "keys":
+            keys = [f"{key} is {_value(its)} in {a} and {_value(own)} in {b}" for key, its, own in one.keys]
+            more = len(keys) - _FEW
+            return "; ".join(keys[:_FEW] + [f"{more} more keys of the scenes differ"] * (more > 0))
+        case "ratio":
+            return _ratio(one, of_b, f"{those} of {a}", unit, scene.labels)
+        case "offset":
+            size, sense = _known(abs(one.value), one.uncertainty, unit), "above" if one.value > 0 else "below"
+            return f"{of_b} {size} {sense} {those} of {a}, at all times"
+        case "constant":
+            return f"{of_b} constant, {quantity(one.value, unit)}"
+        case "shift":
+            late, early = (b, a) if one.value > 0 else (a, b)
+            size = _known(abs(one.value), one.uncertainty, "s")
+            return f"{late} is later than {early} by {size} in {name}"
+        case "friction":
+            its, own = (f"{value:.6g}" for value in one.values)  # noqa: PD011
+            return f"friction over normal force is {its} in {a} and {own} in {b}, {known} times"
+        case "gravity":
+            size = _known(one.value, one.uncertainty, unit, sign=True)
+            return f"before the first contact {name} differs by {size} in {b}, whatever slider_ay is: gravity"
+        case "stiffness":
+            return (
+                f"{impact} has equal impulses, and forces as of {known} times the stiffness in {b}: "
+                "the material, radius or stiffness of the contact"
+            )
+        case "restitution":
+            return (
+                f"{impact} has {known} times the impulse in {b}, at equal approach speed: "
+                "restitution or damping"
+            )
+        case "contact":
+            having, lacking = (a, b) if one.side == "b" else (b, a)
+            return f"{lacking} lacks the contact of the {place} at {one.time:.6g} s, which {having} has"
+
+
+def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str]) -> str:
+    size = abs(one.value)
+    text = f"{of_b} {_known(one.value, one.uncertainty)} times {of_a}"
+    if (
+        size - 1.0 <= max(one.uncertainty, 1e-9)
+        and 1.0 - size <= max(one.uncertainty, 1e-9)
+        and one.value < 0
+    ):
+        text = f"{of_b} minus {of_a}: the sign"
+    text += (
+        f", {'plus' if one.offset > 0 else 'minus'} {quantity(abs(one.offset), unit)}" if one.offset else ""
+    )
+    for other in _UNITS.get(unit, ()):
+        units = parse_unit(unit), parse_unit(other)
+        assert units[0] is not None
+        assert units[1] is not None
+        times = float(units[0].factor / units[1].factor)
+        for label, factor in ((labels[1], times), (labels[0], 1.0 / times)):
+            if abs(size / factor - 1.0) <= max(_NEAR if one.left > 1e-6 else 1e-6, one.uncertainty / size):
+                rest = labels[0] if label == labels[1] else labels[1]
+                return f"{text}: perhaps {other} in {label} and {unit} in {rest}"
+    return text
+
+
+def _named(channels: Sequence[str]) -> str:
+    if len(channels) <= _FEW:
+        return " and ".join(filter(None, (", ".join(channels[:-1]), channels[-1]))) if channels else ""
+    return f"{', '.join(channels[: _FEW - 1])} and {len(channels) - _FEW + 1} more channels"
+
+
+def _value(value: Any) -> str:
+    return "not stated" if value is None else json.dumps(value, ensure_ascii=False)
+
+
+def _known(value: float, uncertainty: float, unit: str = "", *, sign: bool = False) -> str:
+    """Return a number to the digits that are known, and its uncertainty where it shows in these."""
+    share = uncertainty / abs(value) if value and not isnan(uncertainty) else 0.0
+    if share < 10.0**-_DIGITS:
+        return f"{value:{'+' if sign else ''}#.{_DIGITS}g} {unit}".rstrip().removesuffix(".")
+    digits = max(1, min(_DIGITS, ceil(-log10(share)) + 1))
+    return f"{value:{'+' if sign else ''}#.{digits}g} ± {uncertainty:.1g} {unit}".rstrip()
+
+
+# ---- its instant, confirmation and attribution
+
+
 def instant_of(time: float, scene: SceneComparison) -> str:
-    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner"."""
+    """Return "0.0142 s (cycle 1, crank at 13°), during contact of the upper left corner"."""
     where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
     if scene.scene is not None and scene.period is not None:
         cycles, start = time / scene.period, scene.scene["mechanism"]["crank_angle_deg"]
@@ -42,52 +180,28 @@ def instant_of(time: float, scene: SceneComparison) -> str:
     recorded = zip(scene.labels, scene.events, strict=True)
     contacts = {label: contact(time, events) for label, events in recorded if events is not None}
     if len(set(contacts.values())) <= 1:
-        where = ", ".join([where, *list(contacts.values())[:1]])
-    else:
-        where += ", " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
-    events = next((events for events in scene.events if events is not None), None)
-    if events is None or scene.period is None:
-        return where
-    before = _CHATTER * scene.period
-    count = int(((events["start"] > time - before) & (events["start"] <= time)).sum())
-    span = quantity(before, "s", 2).replace(NO_BREAK, " ")
-    return f"{where}, just after chatter ({count} contacts in the {span} before)" if count >= _MANY else where
+        return ", ".join([where, *list(contacts.values())[:1]])
+    return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
 
 
 def contact(time: float, events: pd.DataFrame) -> str:
-    """Describe the contacts at an instant (s), or the last ones before it, numbered by corner.
-
-    Two corners of one side often touch at one instant: of the last contacts, all that overlap the one that
-    ended last are listed.
-    """
-    numbered = events.sort_values("start", kind="stable")
-    numbered = numbered.assign(count=numbered.groupby("corner").cumcount() + 1)
-    begun = numbered[numbered["start"] <= time]
+    """Return which places are in contact at an instant (s), or which were last before it."""
+    begun = events[events["start"] <= time]
     if begun.empty:
         return "before the first contact"
     current, word = begun[begun["end"] >= time], "during"
     if current.empty:
-        last = begun["end"].to_numpy().argmax()
-        current, word = begun[begun["end"] >= begun["start"].to_numpy()[last]], "after"
-    order = list(CONTACTS)
-    named = sorted(zip(current["corner"], current["count"], strict=True), key=lambda row: order.index(row[0]))
-    places = (f"the {_ordinal(count)} contact of the {_place(place)}" for place, count in named)
-    return f"{word} {' and '.join(places)}"
+        current, word = begun[begun["end"] == begun["end"].max()], "after"
+    places = [_place(place) for place in CONTACTS if place in set(current["corner"])]
+    return f"{word} contact of the {' and the '.join(places)}"
 
 
 def _place(place: str) -> str:
     return CONTACTS.get(place, place) + ("" if place == PIN else " corner")
 
 
-def _ordinal(count: int) -> str:
-    if count <= len(_ORDINALS):
-        return _ORDINALS[count - 1]
-    teens = count % 100 in (11, 12, 13)
-    return f"{count}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(count % 10, 'th')}"
-
-
 def confirmation(scene: SceneComparison) -> str:
-    """Return what ensembles of runs say of a verdict "differ"; empty where none was."""
+    """Return the result of the ensembles for a verdict "differ"; empty where none ran."""
     result, labels = scene.confirmation, scene.labels
     if result is None:
         return ""

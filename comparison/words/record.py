@@ -13,7 +13,7 @@ from comparison.tables.channels import channels
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
-from comparison.words.causes import causes
+from comparison.words.differences import causes
 from comparison.words.reliability import missing
 
 _OF_CHANNEL = (
@@ -187,7 +187,7 @@ def _quantity(name: str, models: Mapping[str, Assessment], difference: Differenc
     )
 
 
-# ---- the gate: its checks, its notes and what it comes to
+# ---- the gate: checks, notes and summary
 
 _MESSAGES = {
     Kind.SCENE_GONE: "{source!r} of the baseline is neither a shipped scene nor a file",
@@ -225,7 +225,7 @@ def _group(check: Check) -> str:
 
 
 def check_message(check: Check) -> str:
-    """Return where a check found which deviation, in one line; empty where there is none."""
+    """Return place and size of the deviation of a check, in one line; empty where there is none."""
     kind, data, name = check.kind, check.data, check.name
     if kind is None:
         return ""
@@ -253,7 +253,7 @@ def _share(share: float) -> str:
 
 
 def gate_lines(gate: Gate) -> list[str]:
-    """Return what a reader needs first: when, where and how large; then each run, other checks, counters."""
+    """Return the first deviation with its time, place and size, then each run, other checks, counters."""
     moved = moved_first(gate)
     runs: dict[tuple[str, str], list[Check]] = {}
     for check in moved:
@@ -261,9 +261,9 @@ def gate_lines(gate: Gate) -> list[str]:
     lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in moved[:1]]
     for (scene, run), checks in runs.items():
         worst = max(checks, key=lambda check: float(check.data["largest"]))
-        said = "1 channel deviates" if len(checks) == 1 else f"{len(checks)} channels deviate"
+        count = "1 channel deviates" if len(checks) == 1 else f"{len(checks)} channels deviate"
         most = f"{worst.name} by {_share(worst.data['largest'])} of its scale at t = {worst.data['peak']:g} s"
-        lines.append(f"{run}, scene {scene!r}: {said}, most of all {most}")
+        lines.append(f"{run}, scene {scene!r}: {count}, most of all {most}")
     rest = [check for check in gate.regressions if check.kind is not Kind.MOVED]
     ordered = sorted(rest, key=lambda check: check.name in ("settings", "counters"))
     return lines + [check_message(check) for check in ordered]
@@ -280,7 +280,7 @@ def _or_missing(value: object) -> object:
 
 
 def gate_notes(gate: Gate) -> list[str]:
-    """Return the remarks about what is not a regression."""
+    """Return remarks that are no regressions."""
     remarks = []
     if gate.platform is not None:
         there, here = gate.platform
@@ -305,7 +305,7 @@ def gate_notes(gate: Gate) -> list[str]:
 
 
 def gate_summary(gate: Gate) -> str:
-    """Return in one sentence what the checks come to."""
+    """Return the result of the checks in one sentence."""
     checked = sum(check.status != "skipped" for check in gate.checks)
     if gate.regressions:
         return f"{len(gate.regressions)} of {checked} checks failed: a model deviates from its baseline"

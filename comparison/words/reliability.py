@@ -17,7 +17,7 @@ def rounded(value: float) -> str:
 
 
 def missing(comparison: ReliabilityComparison) -> str:
-    """Return what prevented the comparison, in one line; empty where nothing did."""
+    """Return why there is no comparison, in one line; empty where there is one."""
     why = comparison.missing
     if isinstance(why, RunError):
         return f"a run failed: {why}"
@@ -59,8 +59,8 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
     sampled = f"Cycles sampled: {cycles}{few}."
     if cycles == 1:
         sampled = (
-            "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
-            "cycle is taken for what varies between cycles."
+            "Of one cycle nothing is known about others: for the intervals, the variation within a part of "
+            "the cycle stands for that between cycles."
         )
     return [
         f"Mean and deviation over time of the {size} in each of {settings.bins} intervals of the crank "
@@ -115,7 +115,7 @@ def difference_rows(comparison: ReliabilityComparison) -> list[tuple[str, ...]]:
 
 
 def table_notes(result: TableReliability) -> list[str]:
-    """Return what the verdicts mean, what is missing, and what the numbers rest on."""
+    """Return notes: meaning of the verdicts, missing quantities, basis of the numbers."""
     lines = []
     if result.comparison:
         lines.append(

@@ -25,8 +25,7 @@ from comparison.verdict.results import (
     decisive,
     rank,
 )
-from comparison.words.causes import causes
-from comparison.words.differences import attribution_lines, confirmation, plain_percent
+from comparison.words.differences import attribution_lines, causes, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
 
 SYMBOLS = {
@@ -65,12 +64,6 @@ _PAIRS = {
     "cannot compare": "{}: cannot compare",
     "agree": "{} agree",
 }
-_OUTCOMES = {
-    "agree": "all models that can be compared agree",
-    "differ": "models differ without an outlier",
-    "undecided": "no outlier can be told",
-    "cannot compare": "no two models can be compared",
-}
 _MARKS = {
     "confirmed": "confirmed by at least {0.fewest} runs",
     "unconfirmed": "unconfirmed, {0.fewest} runs",
@@ -80,7 +73,7 @@ _TIMES = ("", "once", "twice", "three times", "four times")
 
 
 def reason(channel: ChannelComparison) -> str:
-    """Return why the verdict of a channel is what it is."""
+    """Return the reason of a channel's verdict."""
     if channel.basis is Basis.GATE:
         return _gate(channel)
 
@@ -138,7 +131,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 
 
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
-    """Return why the verdict of a scene is what it is; if brief, not why channels beside it are open."""
+    """Return the reason of a scene's verdict; if brief, without the reasons of indeterminate channels."""
     if scene.error:
         return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
@@ -148,7 +141,7 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
     differ = f"{len(differing)} of {count} channels differ, most of all {_named(differing)}"
     if scene.unsettled:
         return (
-            "the models differ, but what five bodies converge to is unknown: at a step of "
+            "the models differ, but the five bodies have not converged: at a step of "
             f"{_step(scene):g} s refinement still moves them by as much, or a finer run failed. {differ}"
         )
     if not count:
@@ -196,16 +189,16 @@ def _step(scene: SceneComparison) -> float:
 
 
 def why(scene: SceneComparison) -> str:
-    """Return the causes, what the runs and the confirmation need explained, and the reason of the verdict."""
-    said = *causes(scene), confirmation(scene), finer_runs(scene), scene_reason(scene)
-    return ". ".join(filter(None, said))
+    """Return causes, confirmation, refinement and reason of a verdict as one text."""
+    parts = *causes(scene), confirmation(scene), finer_runs(scene), scene_reason(scene)
+    return ". ".join(filter(None, parts))
 
 
 def mark(scene: SceneComparison) -> str:
-    """Return what stands beside the verdict: that its runs are finer, and its confirmation."""
+    """Return the note beside a verdict: refinement of its runs, and its confirmation."""
     marks = [f"step halved {_TIMES[scene.refined]}"] if scene.refined else []
-    if (made := scene.confirmation) is not None:
-        marks.append(_MARKS[made.outcome].format(made))
+    if (result := scene.confirmation) is not None:
+        marks.append(_MARKS[result.outcome].format(result))
     return "; ".join(marks)
 
 
@@ -226,7 +219,7 @@ def shift_line(scene: SceneComparison) -> str:
 
 
 def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
-    """Return why a verdict at one tier is what it is: what each sentence is about, and the sentence."""
+    """Return the reasons of a verdict at one tier as pairs of topic and sentence."""
     lines = [
         ("reason", scene_reason(scene)),
         ("runs", finer_runs(scene)),
@@ -248,8 +241,8 @@ def headline(scenes: Sequence[SceneComparison]) -> str:
     closer = [scene.tight for scene in scenes if scene.tight is not None]
     text = _counted(scenes)
     text = f"At the standard tier {text}; at the tight tier {_counted(closer)}" if closer else text
-    made = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
-    corrected = sum(confirmation.outcome == "underestimated" for confirmation in made)
+    results = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
+    corrected = sum(result.outcome == "underestimated" for result in results)
     rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
     return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if corrected else "")
 
@@ -279,10 +272,10 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
     return f"Incomplete: interrupted after {len(scenes)} of {total} scenes. Not compared: {names}."
 
 
-def departures(changed: Sequence[Departure], made: Mapping[str, str]) -> str:
-    """Return which verdicts are not those on record, made with which machine when; nothing where all are."""
+def departures(changed: Sequence[Departure], origin: Mapping[str, str]) -> str:
+    """Return the verdicts that are not those on record, with machine and date of these; "" where all are."""
     verdicts = [f"{scene}, {tier}: {verdict}, not {recorded}" for scene, tier, verdict, recorded in changed]
-    head = f"not the verdicts on record (on {made['machine']}; {made['date']})"
+    head = f"not the verdicts on record (on {origin['machine']}; {origin['date']})"
     return f"{head}: {'; '.join(verdicts)}" if changed else ""
 
 
@@ -305,17 +298,6 @@ def standing(result: Standing) -> str:
     return f"{_capital(text)}."
 
 
-def standings(results: Sequence[Standing]) -> str:
-    """Return one sentence for all scenes of three or more models: which is the outlier, how often."""
-    if len(results) == 1:
-        return standing(results[0])
-    outliers = Counter(result.outlier for result in results if result.outlier)
-    parts = [f"{model} is the outlier on {count}" for model, count in outliers.items()]
-    outcomes = Counter(result.outcome for result in results)
-    parts += [f"{text} on {outcomes[outcome]}" for outcome, text in _OUTCOMES.items() if outcomes[outcome]]
-    return f"Of {len(results)} scenes: {'; '.join(parts)}."
-
-
 def listed(names: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
@@ -336,7 +318,7 @@ _DEFINITION = jinja2.Template(
 
 
 class Card(NamedTuple):
-    """Texts of a card: the reason of the verdict, the observed orders, what to do next."""
+    """Texts of a card: reason of the verdict, observed orders, next step and its commands."""
 
     sentence: str
     order: str
@@ -356,7 +338,7 @@ def card(scene: SceneComparison) -> Card:
 
 
 def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
-    """Return what to do next, and the commands for it; the latter empty where there is nothing to do."""
+    """Return the next step that a verdict calls for, and its commands; both empty where there is none."""
     closer, ran = scene.closer_command, scene.ran
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"

@@ -2,7 +2,6 @@
 
 import errno
 from pathlib import Path
-from threading import Thread
 
 import pytest
 
@@ -60,33 +59,3 @@ def test_a_folder_made_for_what_failed_is_gone():
     with pytest.raises(ValueError, match="no"), replacing_in(Path("made")):
         raise ValueError("no")
     assert not Path("made").exists()
-
-
-def test_several_files_that_others_read_and_write_at_once_are_never_absent_or_in_part():
-    """Three writers and two readers: with the old file moved away first, every other look found none."""
-    errors = []
-
-    def tried(times, work):
-        try:
-            for _ in range(times):
-                work()
-        except (OSError, AssertionError) as error:
-            errors.append(error)
-
-    def write():
-        with replacing_in(Path("folder")) as part:
-            for name in ("a.csv", "a.json"):
-                (part / name).write_text("whole")
-
-    def look():
-        assert {Path("folder", name).read_text() for name in ("a.csv", "a.json")} == {"whole"}
-
-    write()
-    threads = [Thread(target=tried, args=(200, write)) for _ in range(3)]
-    threads += [Thread(target=tried, args=(2000, look)) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert errors == []
-    assert sorted(path.name for path in Path("folder").iterdir()) == ["a.csv", "a.json"]

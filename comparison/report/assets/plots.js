@@ -65,52 +65,31 @@ function tickTexts(splits, unit, scaled = true) {
 
 async function inflate(text) {
   const packed = Uint8Array.from(atob(text.trim()), c => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
 }
 
-function unpack(bytes) {
-  const length = new DataView(bytes.buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length))), n = head.samples;
-  let at = 4 + length;
-  // The bytes of all samples stand plane by plane, the lowest first; `size` of `width` are stored.
-  const planes = (size, width = size) => {
-    const out = new Uint8Array(n * width);
-    for (let k = 0; k < size; k++) {
-      for (let i = 0; i < n; i++) out[i * width + width - size + k] = bytes[at + k * n + i];
-    }
-    at += size * n;
-    return out.buffer;
-  };
-  const sums = values => { for (let i = 1; i < n; i++) values[i] += values[i - 1]; return values; };
-  const halves = () => Array.from(new Float32Array(planes(2, 4)));
-  head.t = head.step === null ? Float64Array.from(new Float64Array(planes(8)), t => head.start + t)
-    : Float64Array.from(sums(Float64Array.from(new Uint16Array(planes(2)))), i => head.start + head.step * i);
+function unpack(head) {
   const models = head.labels.length;
+  head.t = head.time.map(t => head.start + t);
   head.pairs = [];
   for (let a = 0; a < models; a++) for (let b = a + 1; b < models; b++) head.pairs.push([a, b]);
+  const sums = steps => { let at = 0; return steps.map(k => at += k); };
+  const octaves = steps => sums(steps).map(k => k && Math.sign(k) * 2 ** ((Math.abs(k) - 40000) / 32));
   for (const c of head.channels) {
-    const [lowest, step] = c.grid;
-    const first = Array.from(sums(sums(new Uint16Array(planes(2)))), k => (lowest + k) * step);
-    const apart = [first.map(() => 0), ...Array.from({length: models - 1}, halves)];
+    const [lowest, step] = c.grid, first = sums(sums(c.steps)).map(k => (lowest + k) * step);
+    const apart = [first.map(() => 0), ...c.apart.map(octaves)], limit = c.limit && octaves(c.limit);
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
     c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i])));
-    const limit = c.threshold ? halves() : null;
+    c.threshold = Boolean(limit);
     c.within = limit && limit.map(Math.abs);
-    c.judged = first.map((_, i) => !limit || !(limit[i] < 0 || Object.is(limit[i], -0)));
+    c.judged = first.map((_, i) => !limit || limit[i] >= 0);
     c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? v / c.within[i] : null);
   }
-  // Contacts resolved at a model's own steps: times and forces as shares of the last and of the largest.
-  const shares = count => Array.from(bytes.subarray(at, at += count), v => v / 255);
-  head.pulses = head.pulses.map((model, side) => {
-    const count = model.count.reduce((a, b) => a + b, 0), times = shares(count), forces = shares(count);
-    let from = 0;
-    return model.of.map((place, i) => {
-      const [corner, start] = head.contacts[side][place], part = [from, from += model.count[i]];
-      const t = times.slice(...part).map(v => start + v * model.last[i]), n = forces.slice(...part).map(v => v * model.peak[i]);
-      return {corner, place, start, end: start + model.last[i], most: model.peak[i], t, n};
-    });
-  });
+  // Contacts resolved at a model's own steps.
+  head.pulses = head.pulses.map((list, side) => list.map(({place, last, peak, t, n}) => {
+    const [corner, start] = head.contacts[side][place];
+    return {corner, place, start, end: start + last, most: peak, t: t.map(v => start + v / 255 * last), n: n.map(v => v / 255 * peak)};
+  }));
   return head;
 }
 
@@ -264,7 +243,8 @@ function differencePlot(viewer, c, width) {
     series.push(line("threshold", ratio ? "outside" : "threshold", 1.2, {dash: [8, 3, 2, 3], points: {show: false}}));
     series.push(line("beyond", "outside", 0, {paths: () => null, points: {show: true, size: 6, fill: colour("outside")}}));
     columns.push(ratio ? c.ratio.map(() => 1) : c.within);
-    columns.push(c.sizes[0].map((v, i) => c.judged[i] && v > c.within[i] ? (ratio ? c.ratio[i] : v) : null));
+    const beyond = new Set(c.outside);
+    columns.push(c.sizes[0].map((v, i) => beyond.has(i) ? (ratio ? c.ratio[i] : v) : null));
   }
   return [options(viewer, width, 170, {
     label: ratio ? `|difference| / ${data.threshold}` : `|difference| (${c.unit || "1"})`, judged: c.judged, last: true,
@@ -350,7 +330,7 @@ class Viewer {
   }
 
   help(judged) {
-    const {channels, contacts, pulses, labels, samples, of} = this.data;
+    const {channels, contacts, pulses, labels, t, of} = this.data;
     const parts = ["Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first beyond, space plays."];
     if (judged) parts.push("Shaded: not predictable.");
     if (channels.some(c => c.contact >= 0) && contacts.flat().length > pulses.flat().length) parts.push("Triangles: peaks of contacts whose course is not known.");
@@ -358,7 +338,7 @@ class Viewer {
       const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
       parts.push(`Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`);
     }
-    if (samples < of) parts.push(`Of ${of} samples ${samples} are kept, with all envelopes.`);
+    if (t.length < of) parts.push(`Of ${of} samples ${t.length} are kept, with all envelopes.`);
     return parts.join(" ");
   }
 

@@ -67,7 +67,7 @@ def simulate(
     Parameters
     ----------
     scene
-        A shipped name, a path, or what `sixbar.load_scene` returns.
+        A shipped name, a path, or a scene of `sixbar.load_scene`.
     model
         "reference", "exudyn" or one of another package.
     progress

@@ -1,20 +1,15 @@
 """What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
 
 import os
-import re
-import signal
 import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
 
 import pytest
-import typer
 
 from comparison.cli import console, main
-from comparison.cli.console import SILENCE, Lines, progress
-from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
-from comparison.execution.store import LedgerError, read_rows
+from comparison.cli.console import SILENCE, Lines
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep import LARGEST_LIST
@@ -48,35 +43,6 @@ def test_commands_that_run_nothing_fit_the_terminal(columns, capsys):
         assert len(out.splitlines()) > 8
 
 
-@pytest.fixture(scope="module")
-def shared(tmp_path_factory):
-    return tmp_path_factory.mktemp("shared")
-
-
-@pytest.fixture
-def runs_of_all_widths(shared, fakes, monkeypatch):
-    """Fake models whose runs are kept from one width to the next."""
-    with fakes(shared, monkeypatch):
-        yield
-
-
-@pytest.mark.usefixtures("runs_of_all_widths")
-def test_verdicts_and_a_sweep_fit_the_terminal_but_leave_out_no_column(columns, scene_file, gravity, capsys):
-    good, bad = scene_file("a-scene"), scene_file("bad", gravity.fail)
-    one = ["--jobs", "1"]  # starting another worker costs more than the fakes' runs
-    assert main(["validate", good, bad, "--out", "v", "--set", "drive.cycles=1", "-v", *one]) == 2
-    out, err = capsys.readouterr()
-    assert all(line.startswith(("scene", "a-scene", "bad")) for line in too_long(out, columns))
-    assert all(line.startswith("sixbar: 2 scenes: ") for line in err.splitlines())  # progress
-    assert re.search(r"\nbad\+drive\.cycles=1 +standard  cannot compare", out)
-    speeds = ",".join(map(str, range(90, 97)))
-    assert main(["study", "sweep", good, "--grid", f"drive.speed_rpm={speeds}", *one]) == 0
-    first, *rows, _ = capsys.readouterr().out.splitlines()
-    assert first.startswith("point  drive.speed_rpm  model")
-    assert "  impulse  largest:p" in first
-    assert len(rows) == 7
-
-
 def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
     rows = [("name", "value", "note"), ("first", "12345678", "a long explanation"), ("b", "1", "")]
     for width, cut in ((40, "a long explanation"), (30, "a long exp..."), (12, "a long ex...")):
@@ -85,14 +51,6 @@ def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
         assert console.columns(rows, right=(1,)) == shown
     path = "a-folder/of-a/long-name/with-hyphens-and/more-of-it.csv"
     assert console.wrapped(f"a table of the scene is in {path}") == ["a table of the scene is in", path]
-
-
-def test_verdicts_have_colours_unless_they_are_not_wanted(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    assert console.coloured("differ  ") == "\x1b[31mdiffer  \x1b[0m"
-    assert console.coloured("unknown") == "unknown"
-    monkeypatch.setenv("NO_COLOR", "1")
-    assert console.coloured("differ") == "differ"
 
 
 def test_control_characters_are_shown_not_obeyed():
@@ -125,20 +83,6 @@ def test_progress_in_a_log_is_few_lines(capsys):
     assert "60%, about 4 min left" in lines(capsys, [(0.0, 0.5, ""), (60.0, 0.6, "")])[0]
 
 
-def test_quiet_is_quiet_and_a_terminal_gets_a_bar_on_stderr(capsys, monkeypatch):
-    with progress("gate", quiet=True) as report:
-        report(0.5, "one")
-    assert capsys.readouterr() == ("", "")
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with progress("gate") as report:
-        report(0.5)
-        report(0.5, "one of two")
-        typer.echo("a result")
-    out, err = capsys.readouterr()
-    assert out == "a result\n"
-    assert "gate, one of two" in err
-
-
 def sixbar(*arguments, code="", **options):
     """Run a command in a process that runs ``code`` first."""
     path = {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
@@ -146,38 +90,6 @@ def sixbar(*arguments, code="", **options):
     start = f"{code}\nimport sys\nfrom comparison.cli import main\nsys.exit(main())"
     command = [sys.executable, "-c", start, *arguments]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, **options)
-
-
-def test_what_a_terminal_s_encoding_lacks_is_escaped_and_warnings_of_python_are_not_shown(tmp_path):
-    """But where they are asked for."""
-    (tmp_path / "own.toml").write_text('[scene]\nextends = "paper"\ntitle = "✓"\n')
-    code = (
-        "import warnings, comparison.scene\n"
-        "def own():\n    warnings.warn('overflow', RuntimeWarning)\n    return ['own.toml']\n"
-        "comparison.scene.shipped_scenes = own"
-    )
-    for asked in ("", "default"):
-        env = {"PYTHONIOENCODING": "latin-1", "PYTHONWARNINGS": asked}
-        ended = sixbar("scenes", code=code, cwd=tmp_path, env=env)
-        assert (ended.returncode, "overflow" in ended.stderr) == (0, bool(asked))
-        assert ended.stdout.endswith("\\u2713\n")
-
-
-@pytest.mark.parametrize("module", ["typer", "comparison.scene"])
-def test_an_interruption_while_modules_are_imported_ends_with_130_in_one_line(module):
-    code = f"""
-import builtins, os, signal
-signal.signal(signal.SIGINT, signal.default_int_handler)
-usual = builtins.__import__
-def importing(name, *rest):
-    if name == {module!r}:
-        builtins.__import__ = usual
-        os.kill(os.getpid(), signal.SIGINT)
-    return usual(name, *rest)
-builtins.__import__ = importing
-"""
-    ended = sixbar("scenes", code=code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    assert (ended.returncode, ended.stderr[:19], ended.stderr.count("\n")) == (130, "sixbar: interrupted", 1)
 
 
 def test_help_imports_nothing_heavy():
@@ -222,19 +134,3 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
     assert (out, err.count("\n")) == ("", 1)
     assert name in err
     assert f"is larger than {most} bytes" in err
-
-
-@pytest.mark.parametrize(("name", "most"), [("sound.json", LARGEST_TEXT), ("sound.events.csv", LARGEST)])
-def test_a_file_beside_a_table_that_is_too_large_is_named_and_not_read(name, most, capsys):
-    Path("sound.csv").write_text("time,x\n0,1\n1,2\n2,4\n")
-    Path(name).touch()
-    os.truncate(name, most + 1)
-    assert main([*SOUND.split(), "--tolerance", "1"]) == 0
-    assert f"{name}: is larger than {most} bytes" in capsys.readouterr().err
-
-
-def test_a_store_of_rows_that_is_too_large():
-    Path("rows.jsonl").touch()
-    os.truncate("rows.jsonl", LARGEST_STORE + 1)
-    with pytest.raises(LedgerError, match=f"is larger than {LARGEST_STORE} bytes"):
-        read_rows(Path("rows.jsonl"))

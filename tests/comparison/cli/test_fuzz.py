@@ -7,9 +7,7 @@ page is written. How many inputs were tried, and how they ended, is printed at t
 
 import contextlib
 import io
-import json
 import os
-import string
 from collections import Counter
 from importlib.resources import files
 from pathlib import Path
@@ -151,63 +149,7 @@ def test_damaged_files(name, data, text):
     Path(name).unlink()
 
 
-ENTRIES = ["extrema", "scene", "settings", "slider_x", "min", "counters", "versions", "solver", "wall_time_s"]
-VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(string.printable, max_size=8)
-RECORDS = st.recursive(
-    VALUES,
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(ENTRIES), inner, max_size=4),
-    max_leaves=12,
-)
-
-
-@costly
-@given(record=RECORDS)
-@pytest.mark.usefixtures("text")
-def test_records_of_tables(record):
-    Path("plain.json").write_text(json.dumps(record))
-    held(COMPARE.split())
-
-
 @many
 @given(values=st.dictionaries(st.sampled_from(KEYS), ODD, min_size=1, max_size=3))
 def test_values_on_the_command_line(values):
     held(["plan", "both-clearances", *(f"--set={key}={value}" for key, value in values.items())])
-
-
-@many
-@given(
-    words=st.lists(
-        st.one_of(
-            st.sampled_from(
-                ["run", "plan", "scenes", "compare", "study", "sweep", "--model", "--out", "--set", "--grid",
-                 "--latin", "--list", "--accuracy", "--tolerance", "nowhere", "ideal", "reference",
-                 "file/x.csv", "~nobody/x"]
-            ),
-            st.text(st.characters(exclude_characters="\0"), max_size=12),
-        ),
-        max_size=6,
-    )
-)  # fmt: skip
-def test_arguments(words, tmp_path):
-    (tmp_path / "here" / "file").touch()
-    # What would run, or write outside: not what is asked here.
-    if {"validate", "gate"} & set(words) or ("ideal" in words and ("run" in words or "sweep" in words)):
-        return
-    held(words)
-
-
-@costly
-@given(
-    places=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), min_size=1, max_size=4)
-)
-@pytest.mark.usefixtures("text")
-def test_parquet(places, make_table):
-    path = Path("own.parquet")
-    write(make_table(), path)
-    content = bytearray(path.read_bytes())
-    # Every other one close to the end, where a file says what it holds.
-    for number, (place, byte) in enumerate(places):
-        length = len(content) if number % 2 else min(len(content), 3000)
-        content[-1 - int(place * length)] = byte
-    path.write_bytes(content)
-    held(["plot", "own.parquet", "sound.csv", "--out", "own.svg"])

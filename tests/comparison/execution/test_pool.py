@@ -79,14 +79,6 @@ def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypa
     assert dict(os.environ) == before
 
 
-def test_at_a_given_time_all_that_runs_is_terminated_and_nothing_else_begins():
-    """However long a process takes to start: one that has not begun by then ends too."""
-    last = dict(events_of("wait", "wait", "wait", n_workers=2, until=time.monotonic() + 0.5))
-    assert set(last) == {"0 wait", "1 wait"}
-    assert all(isinstance(event, Late) for event in last.values())
-    assert events_of("wait", until=time.monotonic()) == []
-
-
 def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
     """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
     late, last = tmp_path / "late", {}

@@ -4,9 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.cli import main
-from comparison.execution.run import energy_share, quality_warnings, run_one, steps_per_contact
-from comparison.scene import load_scene
+from comparison.execution.run import energy_share, quality_warnings, steps_per_contact
 from comparison.tables.table import Table
 
 
@@ -67,30 +65,4 @@ def test_each_doubt_is_reported_alone(run, words):
     assert all(words in warning for warning in warnings)
 
 
-FULL = {"drive.cycles": 0.2, "solver.exudyn.formulation": "full"}
 # Alpha 1000/s with steps of up to 8 ms: the feedback multiplies what the stages of a step miss.
-GAINS = {"formulation": "multiplier", "tolerance": 5e-6, "baumgarte_alpha": 1e3, "baumgarte_beta": 0.0}
-LOOSE = {"joints.slider": "ideal"} | {f"solver.reference.{key}": value for key, value in GAINS.items()}
-
-
-@pytest.mark.parametrize(
-    ("changes", "model", "words"),
-    [
-        (FULL, "exudyn", None),
-        (FULL | {"solver.exudyn.step": 5e-5}, "exudyn", "last less than"),  # an ordinary contact in four
-        (LOOSE, "reference", "Baumgarte"),
-    ],
-)
-def test_the_paper_s_case_is_not_doubted_and_one_that_is_solved_badly_is(changes, model, words, capfd):
-    warnings = quality_warnings(run_one(load_scene("150rpm-0.2mm", changes), model))
-    assert capfd.readouterr() == ("", "")  # a model prints nothing of its own
-    assert len(warnings) == (words is not None)
-    assert all(words in warning for warning in warnings)
-
-
-def test_a_doubt_is_a_warning_on_the_command_line(tmp_path, capfd):
-    coarse = FULL | {"solver.exudyn.step": 5e-5}
-    changes = [f"--set={key}={value}" for key, value in coarse.items()]
-    assert main(["run", "150rpm-0.2mm", "--model=exudyn", f"--out={tmp_path}/a.csv", *changes]) == 0
-    warning = "sixbar: warning: half of its contacts, weighted by force, last less than"
-    assert warning in capfd.readouterr().err

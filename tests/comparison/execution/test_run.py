@@ -2,13 +2,10 @@
 
 import os
 
-import numpy as np
 import pytest
 
-import comparison.execution.run
-from comparison.execution.run import Job, RunError, run_all, run_one, run_uncached
+from comparison.execution.run import Job, run_all, run_uncached
 from comparison.models import EngineError
-from comparison.scene import SceneError
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 
@@ -32,27 +29,6 @@ def test_results_come_in_the_order_of_the_jobs_with_their_scene_and_progress_ris
     assert len(shares) >= 6  # half and whole of each
     with pytest.raises(EngineError, match="model 'adams' is not known"):
         run_all([Job(scene, "adams")], 1)
-
-
-def test_one_of_each_formulation_starts_first_then_the_longest_and_workers_are_kept(scene, fake_models):
-    """Longest first alone would start two runs of the five bodies, and both workers compile the same."""
-    tree = scene.with_values({"solver.exudyn.formulation": "tree"})
-    formulations = ((20.0, scene, "exudyn"), (30.0, tree, "exudyn"), (40.0, scene, "reference"))
-    planned = [
-        Job(each.with_values({"drive.cycles": cycles, "environment.gravity": gravity + cycles}), model)
-        for gravity, each, model in formulations
-        for cycles in (1.0, 3.0, 2.0)
-    ]
-    run_all(planned, 1)
-    log = log_of(fake_models)
-    gravities = [float(gravity) for _, gravity, *_ in log]
-    costs = {job.scene.data["environment"]["gravity"]: job.cost for job in planned}
-    first = sorted((23.0, 33.0, 43.0), key=costs.get, reverse=True)
-    assert gravities == first + sorted(costs.keys() - first, key=costs.get, reverse=True)
-    assert len({process for *_, process in log}) == 1
-    # The tree has no fixed step, and takes less time.
-    finer = tree.with_values({"solver.exudyn.step": 1e-7})
-    assert Job(finer, "exudyn").cost == Job(tree, "exudyn").cost < Job(scene, "exudyn").cost
 
 
 @pytest.mark.parametrize("n_jobs", [0, 2])
@@ -86,17 +62,3 @@ def test_after_an_interruption_only_what_is_missing_runs(scene, fake_models, gra
         run_all([hanging, *finished], 1, interrupt)
     assert [outcome.status for outcome in run_all(finished, 1)] == ["success"] * 2
     assert len(log_of(fake_models)) == 3
-
-
-def test_run_one_in_this_process(scene, fake_model, gravity, monkeypatch):
-    monkeypatch.setattr(fake_model, "MODEL", "exudyn")
-    monkeypatch.setattr(comparison.execution.run, "load", lambda _: fake_model.simulate)
-    shares = []
-    assert np.all(np.diff(run_one(scene, "exudyn", shares.append).time) > 0)
-    assert shares == [0.5]
-    for error, value, message in (
-        (SceneError, gravity.refuse, "is not simulated yet"),
-        (RunError, gravity.fail, "newton-failed; try a smaller step"),
-    ):
-        with pytest.raises(error, match=message):
-            run_one(scene.with_values({"environment.gravity": value}), "exudyn")

@@ -10,7 +10,6 @@ import pytest
 from comparison.execution import tasks as module
 from comparison.execution.pool import Died
 from comparison.execution.run import Outcome, RunError
-from comparison.execution.store import LedgerError, read_rows
 from comparison.execution.tasks import CRASHED, LATE, SUCCESS, Task, measure_all, on_processes
 from comparison.scene import RandomInput, Scene, SceneError, load_scene
 
@@ -85,12 +84,12 @@ def test_rows_come_in_the_order_of_the_tasks_and_equal_ones_are_measured_once(he
     # What was measured is not measured again.
     assert measured(here, 4.0, 6.0, 2.0)[::2] == rows[1:]
     assert [number for number, _ in here[1]] == [4.0, 2.0, 6.0]
-    assert len(list(tmp_path.glob("*.jsonl"))) == 1
-    ledger = tmp_path / "mine.jsonl"  # or where one asks
-    measured(here, 2.0, ledger=ledger)
-    assert [row["square"] for row in read_rows(ledger).values()] == [4.0]
-    with pytest.raises(LedgerError, match="cannot be written"):
-        measured(here, 4.0, ledger=tmp_path / "nowhere" / "mine.jsonl")
+    assert len(list(tmp_path.glob("rows-*/*"))) == 3
+    measured(here, 2.0, folder=tmp_path / "mine")  # or where one asks
+    assert len(list(tmp_path.glob("mine/*"))) == 1
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="file"):
+        measured(here, 4.0, folder=tmp_path / "file" / "mine")
 
 
 def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(here, monkeypatch):
@@ -134,18 +133,6 @@ def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
     assert rows[5.0]["message"] == "lower the tolerance"
     assert rows[3.0]["message"] == "its process was killed"
     assert sorted(number for number, _ in here[1]) == [3.0, 3.0, 5.0, 7.0, 13.0]
-
-
-def test_tasks_of_one_environment_follow_one_another_and_progress_goes_by_the_expected_time(here):
-    shares = []
-    tasks = [Square(number, variant) for number in (1.0, 4.0) for variant in ((), (("A", "1"),))]
-    measure_all(square, tasks[:1], here[0])
-    rows = measure_all(square, tasks, here[0], shares.append)
-    assert [row["square"] for row in rows] == [1.0, 1.0, 16.0, 16.0]
-    _, *environments = (environment for _, environment in here[1])
-    assert sorted(environments) in (environments, environments[::-1])
-    # Of 10 s 1 is done before; of each environment, whichever comes first, the longer one precedes.
-    assert shares in (pytest.approx([0.5, 0.9, 1.0]), pytest.approx([0.5, 0.6, 1.0]))
 
 
 def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():

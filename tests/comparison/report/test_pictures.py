@@ -16,14 +16,11 @@ from half_sines import half_sines
 from comparison.cli import main
 from comparison.formatting import number
 from comparison.report import svg
-from comparison.report.curves import scene_lines, table_extremes, table_line
+from comparison.report.curves import scene_lines
 from comparison.report.figures import picture
-from comparison.report.page import joints, schematic, write_animation
-from comparison.report.pictures.notebook import tabulated
+from comparison.report.page import joints
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
-from comparison.tables.table_files import write
-from comparison.verdict.recorded import compare
 
 
 def test_a_panel_a_channel_with_quantity_and_unit_and_a_curve_a_table(tables):
@@ -62,71 +59,6 @@ def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_dra
     assert all(line.get_xdata().max() <= 0.01 for line in axes.get_lines())
 
 
-def test_the_largest_value_stated_is_that_of_all_steps(tables):
-    table = replace(tables["a"], extrema={"slider_vx": {"min": None, "max": 12.34, "time_of_max": 0.1}})
-    assert table_extremes(table, "slider_vx") == (table.values("slider_vx").min(), 12.34)
-
-
-def test_a_side_s_force_is_not_drawn_as_that_of_one_of_its_corners(struck, scene):
-    whole = load_scene("150rpm-0.2mm", {"contact.law": "foundation"}).data
-    table = replace(struck["a"], provenance={"scene": whole})
-    channel = scene.channels["corner_ll_normal"]
-    for line in (table_line(table, channel.channel), scene_lines(replace(scene, scene=whole), channel)[0]):
-        np.testing.assert_array_equal(line.values, channel.a)
-        assert line.peak.size == 0
-
-
-def test_compare_draws_the_pulses_beside_tables_and_refuses_unsound_ones(
-    struck, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
-    for label, table in struck.items():
-        write(table, f"{label}.csv")
-    compared = compare("a.csv", "b.csv", tolerance=0.01)
-    assert [len(pulses) for pulses in compared.pulses] == [len(table.events) for table in struck.values()]
-    in_memory = compare(struck["a"], struck["b"], tolerance=0.01)
-    assert [len(pulses) for pulses in in_memory.pulses] == [len(table.events) for table in struck.values()]
-    Path("b.pulses.csv").write_text("row,time,force\n100000,0.1,1.0\n")
-    for command in (["compare"], ["plot", "--channels", "corner_ll_normal"], ["animate"]):
-        assert main([*command, "a.csv", "b.csv"]) == 2
-        assert "row 100000 is none of" in capsys.readouterr().err
-    assert main(["plot", "a.csv", "b.csv"]) == 0  # no force is drawn
-
-
-def test_a_channel_that_is_constant_but_for_rounding_is_drawn_at_its_scale(tables):
-    """At the clearance, at what the clearance is to an angle; a force without a scale at its own size."""
-    frame = tables["a"].frame
-    noise = 1e-16 * (np.arange(len(frame)) % 3)
-    constant = {
-        "slider_x": 5e-5 - 0.55,
-        "slider_angle": 0.0,
-        "corner_ll_normal": 7.0,
-        "corner_lr_normal": 0.0,
-    }
-    table = replace(
-        tables["a"], frame=frame.assign(**{k: v + noise * (v != 0) for k, v in constant.items()}), events=None
-    )
-    ranges = {"slider_x": 2e-4, "slider_angle": 2e-4 / 0.07, "corner_ll_normal": 7.0, "corner_lr_normal": 1.0}
-    figure = picture({"a": table}, list(ranges))
-    seen = [np.ptp(axes.get_ylim()) for axes in figure.axes]
-    # 6 % of margin at either end; of x in micrometres, of the angle in milliradians.
-    assert seen == pytest.approx(np.multiply(list(ranges.values()), [1.12e6, 1.12e3, 1.12, 1.12]))
-    (axes,) = picture({"a": tables["a"]}).axes
-    assert np.ptp(axes.get_ylim()) == pytest.approx(1.12e6 * np.ptp(frame["slider_x"]))
-
-
-def test_an_estimated_error_is_shaded_about_its_curve(tables):
-    u = np.full(len(tables["a"].frame), 5e-5)
-    with_u = replace(tables["a"], frame=tables["a"].frame.assign(slider_x_u=u))
-    assert picture({"a": with_u}, ["slider_x_u"]).axes[0].get_ylabel() == "estimated error of slider x\n(µm)"
-    (axes,) = picture({"a": with_u, "b": tables["b"]}).axes
-    ((shade,), (line, _)) = axes.collections, axes.get_lines()
-    heights = shade.get_paths()[0].vertices[:, 1]
-    # Micrometres, from the guide's centre line; the shade is as wide at the top as at the bottom.
-    assert heights.max() == pytest.approx(line.get_ydata().max() + 50.0)
-    assert heights.min() == pytest.approx(line.get_ydata().min() - 50.0)
-
-
 @pytest.mark.usefixtures("files")
 def test_a_table_s_name_is_shown_as_it_is_in_every_format(capsys):
     """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
@@ -142,32 +74,6 @@ def test_a_table_s_name_is_shown_as_it_is_in_every_format(capsys):
             assert f">{escape(name)}</text>" in path.read_text("utf-8")
             assert all(colour in path.read_text() for colour in (svg.FIRST, svg.SECOND))
     assert len(list(Path("deep").iterdir())) == 3
-
-
-@pytest.mark.usefixtures("files")
-def test_a_number_that_cannot_be_drawn_is_refused_where_it_is_drawn(capsys):
-    text = Path("a.csv").read_text()
-    for value in ("1e308", "text", "nan", "inf"):
-        Path("bad.csv").write_text(re.sub(r"((?:.*\n){5}[^,]*,)[^,]*", rf"\g<1>{value}", text, count=1))
-        for command in (["plot", "bad.csv"], ["animate", "bad.csv", "--scene", "ideal"]):
-            assert main(command) == 2
-            err = capsys.readouterr().err
-            assert ("in data row 5" in err, err.count("\n")) == (True, 1)
-    assert main(["plot", "bad.csv", "--channels", "slider_y"]) == 0  # one that is sound
-
-
-def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, central_case):
-    result = fake_model.simulate(central_case.data)
-    result.columns["<b>"] = result.columns["time"]
-    table = tabulated(result)
-    shown = table._repr_html_()
-    assert "success; 401 samples to 0.800 s, 1 contacts" in shown
-    assert shown.count("<tr") == 1 + len(table.channels)
-    assert "<b>" not in shown
-    (axes,) = table.plot().axes
-    assert axes.get_ylabel().startswith("slider x")
-    upper, lower = table.plot("slider_vx", "slider_vy", other=table).axes
-    assert len(upper.get_lines()) == len(lower.get_lines()) == 2
 
 
 @pytest.mark.usefixtures("files")
@@ -188,22 +94,6 @@ def test_the_animation_needs_nothing_holds_the_mechanism_and_no_label_breaks_it(
     assert len(page) < 300_000
 
 
-def test_what_cannot_be_animated_is_refused(tables, central_case, tmp_path):
-    table, scene = tables["a"], central_case.data
-    rod = scene["mechanism"]["rod4"] | {"length": 1e-3}
-    for frame, mechanism, rule in (
-        (table.frame.drop(columns="slider_angle"), {}, "a: channel 'slider_angle' is missing"),
-        (table.frame.iloc[:1], {}, "a: an animation needs two samples at least"),
-        (table.frame, {"rod4": rod}, "cannot be assembled at every crank angle"),
-    ):
-        changed = scene | {"mechanism": scene["mechanism"] | mechanism}
-        with pytest.raises(TableError, match=rule):
-            write_animation(
-                {"a": replace(table, frame=frame)}, changed, tmp_path / "a.html", title="a", command=""
-            )
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("angle", [0.0, 111.36, 200.0, 290.0])
 def test_the_joints_keep_the_lengths_and_the_branches(angle):
     mechanism = load_scene("150rpm-0.2mm").data["mechanism"]
@@ -217,15 +107,3 @@ def test_the_joints_keep_the_lengths_and_the_branches(angle):
     assert at["F"].real == mechanism["guide_x"]
     assert at["F"].imag < at["C"].imag  # rod 4 hangs down
     assert ((at["B"] - at["A"]) / (at["H"] - at["A"])).imag > 0  # B is left of the line from A to H
-
-
-def test_the_dimensions_are_the_scenes_and_without_an_assembly_nothing_is_drawn():
-    for name, said in (
-        ("90rpm-0.5mm", ["clearance 0.5\u00a0mm on each side", "50\u00a0mm wide", "90 rpm"]),
-        ("crank-pin", ["held by its guide", "clearance at the crank pin A 0.2\u00a0mm"]),
-    ):
-        drawing = schematic(load_scene(name).data)
-        assert all(words in drawing["caption"] and words in drawing["alt"] for words in said)
-        assert ("no clearance" in drawing["svg"]) == ("held by" in drawing["caption"])
-    assert schematic(None) is None
-    assert schematic(load_scene("150rpm-0.2mm", {"mechanism.rod2.length": 0.01}).data) is None

@@ -1,4 +1,4 @@
-"""Data of the interactive plots: packed without loss that a reader could see, bounded for long runs."""
+"""Data of the interactive plots: stored without loss that a reader could see, bounded for long runs."""
 
 import base64
 import json
@@ -15,50 +15,24 @@ from comparison.report.plots import MOST, scene_plots, table_plots
 from comparison.tables.table import Table
 
 
+def octaves(steps):
+    steps = np.cumsum(steps)
+    return np.where(steps == 0, 0.0, np.sign(steps) * 2.0 ** ((np.abs(steps) - 40_000) / 32))
+
+
 class Unpacked:
     """What a page's script reads."""
 
     def __init__(self, text):
-        body = zlib.decompress(base64.b64decode(text))
-        length = int.from_bytes(body[:4], "little")
-        self.head = json.loads(body[4 : 4 + length])
-        self._body, self._at, self.size = body, 4 + length, self.head["samples"]
-        even = self.head["step"] is not None
-        self.time = self.head["start"] + (
-            self.head["step"] * np.cumsum(self._planes("<u2").astype(float)) if even else self._planes("<f8")
-        )
+        self.head = json.loads(zlib.decompress(base64.b64decode(text)))
+        self.time = self.head["start"] + np.array(self.head["time"])
         self.channels = {}
         for channel in self.head["channels"]:
             lowest, step = channel["grid"]
-            steps = np.cumsum(np.cumsum(self._planes("<u2"), dtype="<u2"), dtype="<u2")
-            first = (lowest + steps.astype(float)) * step
-            others = [self._halves() for _ in self.head["labels"][1:]]
-            limit = self._halves() if channel["threshold"] else None
-            self.channels[channel["name"]] = {"first": first, "apart": others, "limit": limit} | channel
-        self.pulses = []
-        for model in self.head["pulses"]:
-            count = sum(model["count"])
-            ends = np.cumsum(model["count"])[:-1]
-            shares = [np.split(self._bytes(count) / 255, ends)[: len(model["of"])] for _ in ("time", "force")]
-            self.pulses.append(
-                [
-                    (last * time, peak * force)
-                    for time, force, last, peak in zip(*shares, model["last"], model["peak"], strict=True)
-                ]
-            )
-        assert self._at == len(body)
-
-    def _bytes(self, count):
-        self._at += count
-        return np.frombuffer(self._body[self._at - count : self._at], np.uint8)
-
-    def _planes(self, kind):
-        width = np.dtype(kind).itemsize
-        planes = self._bytes(width * self.size).reshape(width, self.size)
-        return np.ascontiguousarray(planes.T).view(kind)[:, 0]
-
-    def _halves(self):
-        return (self._planes("<u2").astype("<u4") << 16).view("<f4")
+            first = (lowest + np.cumsum(np.cumsum(channel["steps"]))) * step
+            own = {"first": first, "apart": [octaves(steps) for steps in channel["apart"]]}
+            own["limit"] = channel["limit"] and octaves(channel["limit"])
+            self.channels[channel["name"]] = channel | own
 
 
 def test_what_is_packed_is_what_was_compared(scene):
@@ -69,13 +43,13 @@ def test_what_is_packed_is_what_was_compared(scene):
     for name, plot in packed.channels.items():
         channel = scene.channels[name]
         zero = scene.scene["mechanism"]["guide_x"] if plot["guide"] else 0.0
-        # Half of one of 65,534 steps; 5 bits of mantissa, half a unit by rounding.
+        # Half of one of 65,534 steps; of a 32nd of an octave.
         step = np.ptp(channel.a) / 65534
         np.testing.assert_allclose(plot["first"], channel.a - zero, rtol=0, atol=0.51 * step)
         np.testing.assert_array_equal(plot["first"][channel.a == zero], 0.0)
-        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=2**-6, atol=1e-37)
-        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=2**-6)
-        np.testing.assert_array_equal(plot["limit"] > 0, channel.predictable)
+        np.testing.assert_allclose(plot["apart"][0], channel.difference, rtol=1.1e-2)
+        np.testing.assert_allclose(np.abs(plot["limit"]), channel.threshold, rtol=1.1e-2)
+        np.testing.assert_array_equal(np.array(plot["limit"]) > 0, channel.predictable)
     assert packed.channels["slider_x"]["guide"]
     assert {"slider_x", "slider_ax", "corner_ll_normal"} <= packed.channels.keys()
     # Constant ones, and those that follow from others, are left to the tables.
@@ -90,14 +64,14 @@ def test_contacts_and_resolved_ones_are_in_order_of_time_with_their_peaks(scene)
         assert [start for _, start, _, _ in contacts] == pytest.approx(sorted(events["start"]), abs=1e-8)
         assert sorted(peak for *_, peak in contacts) == pytest.approx(sorted(events["peak_force"]), rel=5e-4)
         by_start = {round(events["start"][pulse.row], 8): pulse for pulse in some[side]}
-        drawn = packed.head["pulses"][side]["of"]
+        drawn = packed.head["pulses"][side]
         assert len(drawn) == len(some[side])
-        for place, (time, force) in zip(drawn, packed.pulses[side], strict=True):
-            pulse = by_start[contacts[place][1]]
-            # 8 bits of either, half a unit by rounding; the peak itself to six digits.
-            assert np.abs(time - pulse.time).max() < pulse.time[-1] / 500
-            assert np.abs(force - pulse.force).max() < pulse.force.max() / 500
-            assert force.max() == pytest.approx(pulse.force.max(), rel=1e-5)
+        for each in drawn:
+            pulse = by_start[contacts[each["place"]][1]]
+            assert each["peak"] == pulse.force.max()
+            for shares, most, values in (("t", "last", pulse.time), ("n", "peak", pulse.force)):
+                shown = np.array(each[shares]) / 255 * each[most]
+                assert np.abs(shown - values).max() <= 0.51 / 255 * each[most]
 
 
 def test_an_axis_shows_neither_the_rounding_of_a_constant_nor_the_steps_of_what_is_stored(scene):
@@ -120,27 +94,7 @@ def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
     time, n = longer.time, longer.time.size
     longer.a[n // 2 + 7] = longer.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
     packed = Unpacked(scene_plots(replace(scene, time=time, channels={"corner_ll_normal": longer})))
-    assert packed.size <= MOST < packed.head["of"] == n
+    assert packed.time.size <= MOST < packed.head["of"] == n
     first = packed.channels["corner_ll_normal"]["first"]
     assert first.max() == pytest.approx(1e4)
     assert packed.time[first.argmax()] == pytest.approx(time[n // 2 + 7])
-
-
-def test_without_channels_there_are_no_plots(broken):
-    assert scene_plots(broken) == ""
-
-
-def test_three_tables_lie_over_each_other_at_uneven_times():
-    scene = {"mechanism": {"guide_x": 0.5}, "drive": {"speed_rpm": 60.0}}
-    time = np.linspace(0.0, 1.0, 101) ** 2
-    tables = {
-        label: Table(pd.DataFrame({"time": times, "slider_x": times**2 + n, "slider_y": -times}))
-        for n, (label, times) in enumerate({"a": time, "b": time[::2], "c": time}.items())
-    }
-    packed = Unpacked(table_plots(tables, ("slider_x", "slider_vx"), scene))
-    assert packed.head["labels"] == ["a", "b", "c"]
-    np.testing.assert_allclose(packed.time, time, atol=1e-15)
-    (plot,) = packed.channels.values()
-    assert plot["threshold"] is False
-    np.testing.assert_allclose(plot["first"], time**2 - 0.5, atol=1e-5)
-    np.testing.assert_allclose(plot["apart"][1], -2.0, rtol=2**-6)

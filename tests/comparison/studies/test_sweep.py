@@ -3,6 +3,8 @@
 import importlib.util
 import json
 import os
+import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -98,7 +100,7 @@ def test_the_table_does_not_depend_on_the_number_of_processes_and_a_partner_has_
     for jobs in ("1", "2"):
         assert sweep(*grids, "--jobs", jobs) == 0
         tables.append(Path("out/sweep.csv").read_bytes())
-        Path("out/runs.jsonl").unlink()
+        shutil.rmtree("out/runs")
     assert tables[0] == tables[1]
     assert tables[0].count(b",success,") == 4
 
@@ -111,6 +113,29 @@ def environment(tmp_path):
 
 def command(*arguments):
     return [sys.executable, "-m", "comparison", "study", "sweep", "150rpm-0.2mm", *QUICK, *arguments]
+
+
+def test_a_killed_sweep_goes_on_where_it_was_and_ends_with_the_same_table(here, tmp_path):
+    count = 30
+    axis = ["--latin", "clearance.slider=1e-4:3e-4", "--points", str(count), "--jobs", "2"]
+    where = {"env": environment(tmp_path), "cwd": tmp_path}
+    subprocess.run(command(*axis, "--out", "whole"), **where, check=True, stdout=subprocess.DEVNULL)
+    # Two runs a row: the scene's and the ideal mechanism's. After three quarters of them the models wait.
+    held = where["env"] | {"SIXBAR_TEST_HOLD": str(lines(here) + 2 * count * 3 // 4)}
+    rows = tmp_path / "broken" / "runs"
+    broken = command(*axis, "--out", "broken")
+    with subprocess.Popen(broken, env=held, cwd=tmp_path, start_new_session=True) as process:
+        while len(list(rows.glob("[0-9a-f]*"))) < count // 2:
+            assert process.poll() is None
+            time.sleep(0.002)
+        os.killpg(process.pid, signal.SIGKILL)
+    kept = len(list(rows.glob("[0-9a-f]*")))
+    assert count // 2 <= kept < count
+    assert not (tmp_path / "broken" / "sweep.csv").exists()
+    before = lines(here)
+    subprocess.run(broken, **where, check=True, stdout=subprocess.DEVNULL)
+    assert lines(here) - before == 2 * (count - kept)
+    assert (tmp_path / "broken" / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
 
 
 NO_DASK = "dask is not installed: pip install 'sixbar-crossval[cluster]'"

@@ -70,7 +70,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert (attribution.outside_in, attribution.outside_from) == ("slider_x", pytest.approx(0.014))
     assert attribution_lines(result)[-1] == (
         "first outside the band: slider_x at 0.014 s (cycle 1, crank at 124°), "
-        "during the first contact of the upper left corner"
+        "during contact of the upper left corner"
     )
     # Errors of 1e-6 and 2e-6 of 2e-4 m beside 1e-7 m: what refinement removes is below 3/4 * 2 * 2 * 4e-10.
     assert all(abs(attribution.remaining[key] - 1) < 1.2e-2 for key in ("a", "b", "both"))
