@@ -14,7 +14,7 @@ from typing import Any
 
 import typer
 
-from comparison.accuracy.levels import solver_values
+from comparison.accuracy.levels import check_accuracy
 from comparison.accuracy.refine import family
 from comparison.cli import console
 from comparison.cli.console import (
@@ -112,15 +112,15 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
 
 
 def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
-    """Refuse what is known to be wrong before anything runs: names, gates, an accuracy out of reach."""
+    """Refuse what is known to be wrong before anything runs: names, gates, an accuracy."""
     console.check_unique([scene.name for scene in scenes], "report")
     for scene in scenes:
         try:
             check_gate(scene.compare.gate)
         except TableError as error:
             raise SceneError(f"scene {scene.name!r}: compare.{error}") from None
-        for model in models if accuracy is not None else ():
-            solver_values(model, accuracy or "", scene)
+    for model in models if accuracy is not None else ():
+        check_accuracy(model, accuracy or "")
 
 
 def _validate_batches(

@@ -436,7 +436,7 @@ def rerun(
 # ---- why a run did not converge, as far as the runs themselves show
 
 SCATTER = 10.0
-"""Errors of single runs scatter by so much about their bound (`benchmarks/error_bounds.py`)."""
+"""Errors of single runs scatter by so much about their bound (`studies.tradeoff.study.bounded`)."""
 GAIN = 2.0
 """By which a finer setting, of a tenth of the tolerance or half the step, must err less at least."""
 SLIGHTLY = 1.25

@@ -101,7 +101,7 @@ def test_what_keeps_an_error_from_being_reached(wanted, known, limit, taken):
 
 def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
     result = refined(1e-6, growing, fails=lambda tolerance: "bad input" if tolerance > 0.9e-8 else "")
-    coarsest = result.tried[1]
+    coarsest = result.tried[0]
     assert coarsest.outcomes.keys() == {"base", "finer", "perturbed", "other_perturbed"}
     # A billionth of the clearance, magnified by 1e8, with the safety factor.
     assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)

@@ -75,7 +75,7 @@ def contents(folder):
 
 
 COMMANDS = {
-    "run": "run {scene} --model reference --no-check --out out/a.csv",
+    "run": "run {scene} --model reference --out out/a.csv",
     "validate": "validate {scene} --quick --out out --jobs 1",
     "gate": "gate {scene} --update --baseline out/b.toml --jobs 1",
     "sweep": "study sweep {scene} --grid drive.speed_rpm={speed} --out out --jobs 1",

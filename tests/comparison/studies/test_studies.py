@@ -32,7 +32,7 @@ OTHER_FILES = {
     "paper/laws": "runs.csv",
     "paper/nonlinear": "exponents.csv",
     "paper/reliability": "differences.csv random-inputs.csv",
-    "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
+    "tradeoff": "settings.csv measured.toml",
     "verdicts": "verdicts.csv verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""

@@ -100,36 +100,19 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene_and_chatter_is_told(speed
 # Accuracy
 
 
-@pytest.mark.parametrize(
-    ("scene", "model", "said"),
-    [
-        (
-            OWN,
-            "reference",
-            "measured on 150rpm-0.2mm; this scene may magnify errors: estimate them by --check",
-        ),
-        (OWN, "exudyn", "this scene may magnify errors"),
-        (USUAL.with_values({"solver.reference.method": "Radau"}), "reference", "with another method"),
-        (load_scene("crank-pin"), "reference", "for y use a named accuracy"),
-    ],
-)
-def test_cautions_stand_in_the_expectation_and_in_the_plan(scene, model, said):
-    assert said in expectation(expected(scene, model))
-    assert any(said in text for text in plan_lines(plan(scene, model)) if "  caution  " in text)
-
-
-def test_what_is_expected_names_the_part_of_the_run_and_what_is_not_known():
-    there = expected(OWN, "reference")
-    failed = expectation(replace(there, error=np.nan, failed="chatter"))
-    assert failed.startswith("expected: nothing recorded of slider_x over ")
-    assert "no result at this setting: chatter; measured on" in failed
-    both = expectation(expected(load_scene("both-clearances"), "exudyn"))
-    assert "slider_x over the first 0.06 cycles, and" in both
-    assert unmeasured(expected(USUAL, "reference")) == unmeasured(expected(USUAL, "mine")) == ""
-    assert f"on this scene (on 150rpm-0.2mm it is {there.error:.2g} m)" in unmeasured(there)
-    for changes, moduli in (({}, "210"), ({"contact.youngs_modulus.slider": 69e9}, "69 on 210")):
-        (text,) = plan(load_scene("150rpm-0.2mm", changes), "exudyn").contacts
-        assert text == f"four corners of the slider (hertz-corners; {moduli} GPa, Poisson's ratio 0.28)"
+def test_an_error_is_stated_where_it_was_measured_and_elsewhere_how_to_find_it():
+    here = "2e-09 m of slider_x over the first cycle"
+    radau = USUAL.with_values({"solver.reference.method": "Radau"})
+    for scene, said in ((USUAL, here), (OWN, "estimate it by --check"), (radau, "by --check")):
+        known = expected(scene, "reference")
+        assert said in expectation(known)
+        (line,) = (text for text in plan_lines(plan(scene, "reference")) if text.startswith("  error "))
+        assert said in line
+        assert ("--check" in unmeasured(known)) == ("--check" in said)
+    assert unmeasured(expected(USUAL, "mine")) == ""
+    assert any(
+        "  time  " in text and "as on 150rpm-0.2mm" in text for text in plan_lines(plan(OWN, "exudyn"))
+    )
 
 
 def test_the_expected_cost_is_that_of_the_whole_family():
@@ -138,10 +121,8 @@ def test_the_expected_cost_is_that_of_the_whole_family():
     )
     text = cost_before(expected_cost(OWN, "reference", 1e-8))
     (seconds,) = re.fullmatch(f"{head}, more if it has to be refined", text).groups()
-    assert 4 < float(seconds) / expected(OWN, "reference").seconds < 6
+    assert 4 < float(seconds) / expected(OWN, "reference").seconds < 7
     assert cost_before(expected_cost(OWN, "reference", "draft")).endswith(" s of processor time")
-    unknown = OWN.with_values({"solver.exudyn.formulation": "tree", "joints.slider": "ideal"})
-    assert "no time recorded, more if" in cost_before(expected_cost(unknown, "exudyn", 1e-8))
 
 
 def coarse(tolerance):
