@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from comparison.accuracy.refine import FLOOR, Limit, accurate_run
+from comparison.accuracy.refine import FLOOR, Limit, accurate_run, chosen_settings
 from comparison.execution.run import RunError
 from comparison.scene import SceneError, load_scene
 from tests.helpers.known_error import USUAL, KnownError, exact, growing, steady
@@ -70,6 +70,19 @@ def test_a_named_setting_and_the_scenes_own_are_estimated_without_refinement():
     assert (named.kept, named.wanted, len(named.tried)) == (True, None, 1)
     assert np.all(error(named) <= named.estimate.u)
     assert refined(None).level.scene == OWN
+
+
+def test_a_comparison_runs_at_the_settings_that_are_refined_to_or_at_strict():
+    def chosen(accuracy, **known):
+        run = KnownError(**known)
+        return chosen_settings("reference", accuracy, OWN, lambda jobs: run([job.scene for job in jobs]))
+
+    found = tolerance(refined(1e-7, error=1e3).level)
+    assert 1e-12 < found < 1e-9
+    assert chosen(1e-7, error=1e3) == {"solver.reference.tolerance": found}
+    assert (
+        chosen("1e-7", fails=lambda _: "chatter") == chosen("strict") == {"solver.reference.tolerance": 1e-12}
+    )
 
 
 def test_where_neighbouring_trajectories_diverge_at_once_nothing_is_reached():

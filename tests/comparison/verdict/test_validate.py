@@ -43,8 +43,8 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     command = "sixbar validate 150rpm-0.2mm --set output.samples_per_cycle=200 --accuracy strict"
     # Strict it is already.
     assert (result.comparison.command, result.comparison.closer_command) == (command, "")
-    with pytest.raises(AccuracyError, match="out of reach of the exudyn model"):
-        validate([scene], accuracy=1e-10)
+    with pytest.raises(AccuracyError, match="'fine' must be draft, standard, strict or a positive number"):
+        validate([scene], accuracy="fine")
 
 
 @pytest.mark.usefixtures("ran")
