@@ -83,7 +83,7 @@ def drawn(seed):
         "150rpm-0.2mm",
         {
             "drive.speed_rpm": float(rng.uniform(60.0, 400.0)),
-            "drive.cycles": 0.5,
+            "drive.cycles": 0.2,
             "clearance.slider": float(clearance),
             "initial.slider_offset": float(rng.uniform(-0.9, 0.9) * clearance),
             "contact.youngs_modulus": float(10.0 ** rng.uniform(9.5, 11.5)),
@@ -97,7 +97,7 @@ def drawn(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_an_accuracy_that_is_kept_is_not_exceeded_threefold_on_random_scenes(seed):
     """Judged by the other model's strict run, where its own estimate is as small."""
     scene = drawn(seed)
