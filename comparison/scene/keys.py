@@ -8,7 +8,7 @@ import json
 import re
 import shlex
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
@@ -92,13 +92,14 @@ def _notes(annotation: Any) -> Iterator[Any]:
             yield from _notes(part)
 
 
-def did_you_mean(wrong: str, known: Iterable[str] = ()) -> str:
+def did_you_mean(wrong: str) -> str:
     """Return the end of a message on an unknown dotted name: the key that it is like, if any.
 
     Tried in turn: last parts in its section, ends of keys, sections (which stand for their first key), keys
     whatever the order of their words, last parts of keys, keys that contain its last part.
     """
-    names = [*known, *(key.name for key in scene_keys() if key.name != wrong and "[]" not in key.name)]
+    names = [key.name for key in scene_keys() if key.name != wrong and ("[]" in key.name) <= ("[]" in wrong)]
+    names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
     section, _, last = wrong.rpartition(".")
     ways: list[tuple[str, Callable[[str], str]]] = [
         (last, lambda name: _last(name) if name.rpartition(".")[0] == section else ""),
@@ -322,9 +323,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     if kind in ("extra_forbidden", "not_installed"):
         if schema is SceneKeys:
             wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
-            known = [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
-            known += [each.name for each in scene_keys() if each.name != wrong]  # extends, only of a file
-            return f"{key} {text}{did_you_mean(wrong, known)}"
+            return f"{key} {text}{did_you_mean(wrong)}"
         close = get_close_matches(".".join(steps), schema.model_fields, n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
     if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
