@@ -44,7 +44,8 @@ class AccuracyError(ValueError):
 class Expected:
     """Expected error and cost of a run; nan where not recorded."""
 
-    error: float = nan  # bound of slider_x over the first cycle, m
+    error: float = nan  # bound of slider_x over the first cycles, m
+    cycles: float = 1.0  # over which it was measured: one, or all of the shipped scene
     seconds: float = nan  # processor time of the whole run
     scene: str = ""  # shipped scene on which they were measured
     own: bool = False  # whether that is this very scene by its method: elsewhere errors may be larger
@@ -72,6 +73,7 @@ def expected(scene: Scene, model: str) -> Expected:
     implicit = name == "full" and {"joints", "energy"} & set(scene.data["output"]["groups"])
     return Expected(
         error=error,
+        cycles=min(1.0, _shipped(measured_on).data["drive"]["cycles"]),
         seconds=START[model] + seconds * of_steps * scene.duration / scene.period,
         scene=measured_on,
         own=bool(same) and settings["method"] in _METHODS and not implicit,
@@ -82,7 +84,8 @@ def measured_record(scene: Scene, model: str, accuracy: str) -> dict[str, object
     """Return what is recorded of a named accuracy beside a table: the measured error of its setting."""
     known = expected(scene, model)
     source = f"measured on {known.scene}" if known.own else "not measured on this scene"
-    return {"wanted": accuracy, "from": source, "bound_m": known.error if known.own else nan}
+    bound = known.error if known.own else nan
+    return {"wanted": accuracy, "from": source, "bound_m": bound, "over_cycles": known.cycles}
 
 
 def at(scene: Scene, model: str, formulation: str, setting: float) -> Scene:
@@ -101,12 +104,12 @@ def _same_physics(scene: Scene) -> str:
     """Return the measured scene with the same physics, which errors depend on; "" if there is none."""
     own, known = _physics(scene), _read("measured.toml")
     names = sorted(known, key=lambda name: name != scene.source)
-    return next((name for name in names if _shipped_physics(name) == own), "")
+    return next((name for name in names if _physics(_shipped(name)) == own), "")
 
 
 @cache
-def _shipped_physics(name: str) -> str:
-    return _physics(load_scene(name))
+def _shipped(name: str) -> Scene:
+    return load_scene(name)
 
 
 def _physics(scene: Scene) -> str:

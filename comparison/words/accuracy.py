@@ -21,7 +21,8 @@ _UNMEASURED = "not measured on this scene: estimate it by --check"
 def error_of(expected: Expected) -> str:
     """Return the measured error of a scene's settings, or how to find it."""
     known = expected.own and isfinite(expected.error)
-    return f"{expected.error:.2g} m of slider_x over the first cycle" if known else _UNMEASURED
+    span = "cycle" if expected.cycles == 1.0 else f"{expected.cycles:g} cycles"
+    return f"{expected.error:.2g} m of slider_x over the first {span}" if known else _UNMEASURED
 
 
 def expectation(expected: Expected) -> str:

@@ -223,7 +223,7 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     assert "--check" in sixbar(*SLIDE).err
     assert "estimate it by --check" in sixbar(*SLIDE, "--accuracy", "draft").out
     assert sixbar.json("x.json")["accuracy"] == {
-        "wanted": "draft", "from": "not measured on this scene", "bound_m": None,
+        "wanted": "draft", "from": "not measured on this scene", "bound_m": None, "over_cycles": 1.0,
     }  # fmt: skip
     assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
 

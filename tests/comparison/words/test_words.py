@@ -110,6 +110,8 @@ def test_an_error_is_stated_where_it_was_measured_and_elsewhere_how_to_find_it()
         assert said in line
         assert ("--check" in unmeasured(known)) == ("--check" in said)
     assert unmeasured(expected(USUAL, "mine")) == ""
+    longer = load_scene("both-clearances", {"drive.cycles": 2.0})  # than what was measured of it
+    assert "slider_x over the first 0.06 cycles, and" in expectation(expected(longer, "exudyn"))
     assert any(
         "  time  " in text and "as on 150rpm-0.2mm" in text for text in plan_lines(plan(OWN, "exudyn"))
     )
