@@ -1,4 +1,4 @@
-"""The models that run a scene: their formulations, where they are found, and what their results depend on.
+"""The models that run a scene: where they are found, their formulations, and what their results depend on.
 
 A package registers a model by an entry point (``docs/engine.md``); our two are available without one.
 """
@@ -8,6 +8,7 @@ import hashlib
 import os
 import platform
 import sys
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
 from copy import deepcopy
@@ -44,50 +45,56 @@ class EngineError(ValueError):
     """Unusable model; the message is one line."""
 
 
-# A driven crank and ideal joints leave no degree of freedom; every clearance adds two coordinates. "minimal"
-# and "tree" integrate only these, "multiplier" and "full" all bodies, constrained. The other bodies matter
-# where joint forces or energies are requested: Exudyn then needs all five with their constraints, while the
-# reference obtains both by force balance from the reduced motion.
-FORMULATIONS = {
-    "minimal": ("reference", "tolerance"),
-    "multiplier": ("reference", "tolerance"),
-    "tree": ("exudyn", "tolerance"),
-    "full": ("exudyn", "step"),
-}
-"""Name -> model, and the key of its solver that controls the error; those of a model from the smallest on."""
+# A driven crank and ideal joints leave no degree of freedom; every clearance adds two coordinates. A model's
+# smallest formulation integrates only these, a larger one all bodies, constrained.
 
 
-def formulations(scene: Mapping[str, Any]) -> list[str]:
-    """Return the formulations that can run a scene; all record the motion of the slider."""
-    free = joints_with_clearance(scene)
-    impossible = {"multiplier": "crank_pin" in free, "tree": not free}
-    return [name for name in FORMULATIONS if not impossible.get(name)]
+@cache
+def declared_formulations(model: str) -> dict[str, dict[str, Any]]:
+    """Return the formulations that ``formulations.toml`` of a model's package declares, the smallest first.
+
+    Each has the key of its solver that controls the error, ``setting``, and what it requires; none where the
+    package has no such file. The package is not imported.
+    """
+    spec = find_spec((OWN.get(model) or find(model)).module.partition(".")[0])
+    for folder in (spec and spec.submodule_search_locations) or ():
+        if (path := Path(folder, "formulations.toml")).is_file():
+            return tomllib.loads(path.read_text("utf-8"))
+    return {}
 
 
-def model_of(formulation: str) -> str:
-    """Return the model that has a formulation."""
-    return FORMULATIONS[formulation][0]
+def formulations(model: str, scene: Mapping[str, Any]) -> list[str]:
+    """Return a model's formulations that can run the joints of a scene; all record the slider's motion."""
+    free = {name for name, kind in scene["joints"].items() if kind == "clearance"}
+    return [
+        name
+        for name, each in declared_formulations(model).items()
+        if (free or not each.get("clearance")) and not free & set(each.get("ideal", ()))
+    ]
 
 
-def key_of(formulation: str) -> str:
-    """Return the dotted key that controls the error: ``"solver.exudyn.step"``."""
-    return "solver.{}.{}".format(*FORMULATIONS[formulation])
+def smallest(model: str, scene: Mapping[str, Any]) -> str:
+    """Return the first of these with a scene's channels and method, else the last; "auto" where none is."""
+    declared, groups = declared_formulations(model), set(scene["output"]["groups"])
+    method = scene["solver"].get(model, {}).get("method", "auto")
+    possible = formulations(model, scene)
+    for name in possible:
+        each = declared[name]
+        if not groups & set(each.get("without", ())) and method in ("auto", *each.get("methods", [method])):
+            return name
+    return possible[-1] if possible else "auto"
 
 
-def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
-    """Return Exudyn's smallest formulation with the requested channels; an implicit method is of "full"."""
-    explicit = scene["solver"]["exudyn"]["method"] in ("auto", "dopri5")
-    return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"
+def planned(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a model integrates of a scene, by its function's ``plan``; raises as `check`.
 
-
-def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the joints with clearance, of "crank_pin" and "slider"."""
-    return tuple(name for name in ("crank_pin", "slider") if scene["joints"][name] == "clearance")
-
-
-def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the requested channel groups that require the motion of all bodies."""
-    return tuple(name for name in ("joints", "energy") if name in scene["output"]["groups"])
+    ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and ``constraints``,
+    and possibly a ``note``.
+    """
+    own = getattr(load(model), "plan", None)
+    if own is None:
+        raise EngineError(f"model {model!r} declares no plan of a scene")
+    return dict(own(deepcopy(scene)))
 
 
 def engine_names() -> list[str]:

@@ -5,8 +5,10 @@ damping of Eq. 11, and the solver's settings that the scene leaves open.
 """
 
 import math
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any, NamedTuple
 
 from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, LAWS, SWITCHING, Law
@@ -295,12 +297,10 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
                 raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
-# Usual settings of each formulation (see `Integration`), and the methods that integrate it
-_USUAL: dict[str, dict[str, Any]] = {
-    "full": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
-    "tree": {"method": "dopri5", "step": 1e-4, "tolerance": 1e-10},
-}
-_METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri5",)}
+# Of each formulation the methods that integrate it and its usual settings (see `Integration`)
+_FORMULATIONS = tomllib.loads((files("exudyn_model") / "formulations.toml").read_text("utf-8"))
+_METHODS: dict[str, list[str]] = {name: each["methods"] for name, each in _FORMULATIONS.items()}
+_USUAL = {name: {"method": _METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
 
 
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,8 +18,11 @@ from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
 from exudyn_model.tables import ACCELERATIONS, JOURNAL, REACTIONS, STATE, corner_channels, energies, whole
-from exudyn_model.tree.solver import run_tree
+from exudyn_model.tree.solver import run_tree, tree_name
 from exudyn_model.workpiece import pushes
+
+BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
+TWO_ROTORS = "Exudyn steps two rotors driven by equations written here; only five bodies test its own joints"
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,28 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
 
 simulate.check = check  # type: ignore[attr-defined]
+
+
+def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """List what :func:`simulate` integrates of a scene; a ValueError as for :func:`check`.
+
+    ``formulation`` as in the provenance, ``bodies``, the numbers of ``coordinates`` and ``constraints``, and
+    where there is something to know of the equations, a ``note``.
+    """
+    parameters = read_scene(scene)
+    ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
+    if parameters.integration.formulation == "full":
+        # Two rows a pin, one of the drive, two of an ideal slider
+        rows = (12 if ideal_pin else 10) + 1 + (2 if ideal_slider else 0)
+        return {"formulation": "five bodies", "bodies": [*BODIES], "coordinates": 15, "constraints": rows}
+    free = [*BODIES[3 if ideal_pin else 1 :]]
+    # An ideal slider is a point mass at the end of rod 4
+    planned = {"formulation": tree_name(parameters), "bodies": free, "constraints": 0}
+    planned |= {"coordinates": len(free) - ideal_slider}
+    return planned | ({"note": TWO_ROTORS} if ideal_pin else {})
+
+
+simulate.plan = plan  # type: ignore[attr-defined]
 
 
 def _accepted(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:

@@ -1,8 +1,10 @@
 """The scene's numbers in the paper's symbols, read from a plain mapping and checked once."""
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = range(len(LAWS))
 """Their numbers."""
 GROUPS = ("accelerations", "corners", "joints", "energy")
-FORMULATIONS = ("auto", "minimal", "multiplier")
+FORMULATIONS = ("auto", *tomllib.loads((files("reference_model") / "formulations.toml").read_text("utf-8")))
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
 """Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
 METHODS = ("dop853", *SCIPY_METHODS)

@@ -22,6 +22,7 @@ STEPS_PER_CYCLE_LIMIT = 10_000_000
 cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
+BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 
 
 _MARKS = 1000
@@ -52,7 +53,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     assemble(p)
     count = round(p.cycles * p.samples_per_cycle)
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    if p.ideal_slider and p.ideal_pin and not p.multipliers:
+    if _closed(p):
         result = _ideal(p, times)
     else:
         # Imported only where it is used: it brings the compiler, which takes longer than a short run.
@@ -81,6 +82,32 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
 
 simulate.check = check  # type: ignore[attr-defined]
+
+
+def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what `simulate` integrates of a scene: ``formulation``, as in the provenance, and ``bodies``.
+
+    With the numbers of their ``coordinates`` and of the ``constraints`` between these; raises as `check`.
+    """
+    p = read_parameters(scene)
+    if _closed(p):
+        return {"formulation": "closed form", "bodies": [], "coordinates": 0, "constraints": 0}
+    from reference_model.multiplier import Linkage
+    from reference_model.running import formulation
+
+    model, name = formulation(p)
+    if isinstance(model, Linkage):
+        return {"formulation": name, "bodies": [*BODIES], "coordinates": 15, "constraints": model.rows}
+    free = [*([] if p.ideal_pin else BODIES[1:3]), *([] if p.ideal_slider else BODIES[3:])]
+    return {"formulation": name, "bodies": free, "coordinates": len(free), "constraints": 0}
+
+
+simulate.plan = plan  # type: ignore[attr-defined]
+
+
+def _closed(p: Parameters) -> bool:
+    """Return whether a scene leaves nothing to integrate."""
+    return p.ideal_slider and p.ideal_pin and not p.multipliers
 
 
 @cache

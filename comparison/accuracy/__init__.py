@@ -1,1 +1,1 @@
-"""Accuracy: levels of refinement, measured error bounds, tiers, numerical uncertainty."""
+"""Accuracy: named settings, refinement, tiers, numerical uncertainty."""

@@ -2,17 +2,20 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf, nan
-from typing import NamedTuple
+from math import inf, log, nan
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from comparison.accuracy.levels import (
     NAMES,
+    check_accuracy,
     coarser,
     expected,
     finer,
-    front,
     metres,
     refinement,
     solver_values,
@@ -28,16 +31,16 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.execution.run import VIOLATED, Job, Outcome, Progress, run_all, successful
+from comparison.execution.run import VIOLATED, Job, Outcome, Progress, RunError, run_all, successful
 from comparison.models import OWN
-from comparison.scene import Scene
+from comparison.scene import Scene, SceneError
 from comparison.tables.channels import UNCERTAINTY, Array
 from comparison.tables.table import Table
 
 CHANNEL = "slider_x"  # whose error an accuracy means
 FLOOR = thresholds("tight").coverage  # share of the samples on which an error must be known to count
 ENOUGH = 0.9  # share of the samples that suffices; less has grown if it was less than this share of it before
-MOST_LEVELS = 4  # tried of a model whose finest useful setting is not known
+MOST_LEVELS = 4  # tried of a model whose finest useful setting is not known, and coarser than the first
 
 Run = Callable[[Sequence[Scene]], list[Outcome]]
 
@@ -144,25 +147,27 @@ def tried_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -
 
 
 def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
-    """Yield the scene at the settings to try, from one measured on the scene most like it to ``strict``.
+    """Yield the scene at the settings to try, from what should do on the scene most like it to ``strict``.
 
     Another package's model begins with the scene's own. `AccuracyError` for what is no accuracy of it.
     """
     if accuracy is None:
         yield scene
     elif accuracy in NAMES:
-        yield scene.variant(solver_values(model, accuracy, scene))
+        yield scene.variant(solver_values(model, str(accuracy), scene))
     elif model in OWN:
         wanted = metres(accuracy)
-        ((key, finest),) = solver_values(model, "strict", scene).items()
-        assert isinstance(finest, float)
-        known = front(scene, model)
-        setting = (known and known.cheapest(wanted)) or finest
-        factor, _ = refinement(model, scene)
-        while setting > finest * (1 + 1e-9):
-            yield scene.variant({key: setting})
+        (key,) = solver_values(model, "strict", scene)
+        named: list[Any] = [solver_values(model, name, scene)[key] for name in NAMES]
+        bounds = [expected(scene.variant({key: each}), model).error for each in named]
+        setting, (factor, _) = named[0], refinement(model, scene)
+        while setting > named[-1] * (1 + 1e-9):
+            # Between the names the error goes with a power of the setting.
+            if np.interp(log(setting), np.log(named[::-1]), np.log(bounds[::-1])) <= log(wanted):
+                wanted = inf
+                yield scene.variant({key: setting})
             setting = float(f"{setting / factor:.12g}")
-        yield scene.variant({key: finest})
+        yield scene.variant({key: named[-1]})
     else:
         metres(accuracy)
         level: Scene | None = scene
@@ -312,9 +317,10 @@ def accurate_run(
     ended = [tried[-1].outcomes[kind] for kind in ("base", "finer") if kind in tried[-1].outcomes]
     stopped = next((outcome for outcome in ended if outcome.table is None), None)
     rough = coarser(model, tried[0].scene)
-    while rough and len(tried) < MOST_LEVELS and all(level.estimate is None for level in tried):
-        attempt(rough)
-        rough = coarser(model, rough)
+    for _ in range(MOST_LEVELS):
+        if rough and all(level.estimate is None for level in tried):
+            attempt(rough)
+            rough = coarser(model, rough)
 
     def merit(level: Level) -> tuple[float, float]:
         """Return the predictable part, then how small the error is, or whether there is a result at all."""
@@ -339,3 +345,24 @@ def accurate_run(
             until = error.until(wanted)
             record |= {"coverage": result.coverage, "until_s": None if until == inf else until}
     return replace(result, table=replace(table, provenance={**table.provenance, "accuracy": record}))
+
+
+def chosen_settings(
+    model: str, accuracy: str | float, scene: Scene, start: Callable[[Sequence[Job]], list[Outcome]]
+) -> dict[str, object]:
+    """Return a built-in model's solver settings for an accuracy, by dotted keys: in metres those refined to.
+
+    Where no setting has a result, those of ``strict``, whose run says why. Raises as `check_accuracy`.
+    """
+    check_accuracy(model, accuracy)
+    if accuracy in NAMES:
+        return solver_values(model, str(accuracy), scene)
+
+    def run(scenes: Sequence[Scene]) -> list[Outcome]:
+        return start([Job(level, model) for level in scenes])
+
+    values = solver_values(model, "strict", scene)
+    with suppress(RunError, SceneError):
+        solver = accurate_run(scene, model, accuracy, run=run).level.scene.data["solver"][model]
+        values = {key: solver[key.rpartition(".")[2]] for key in values}
+    return values

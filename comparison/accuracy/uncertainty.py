@@ -95,30 +95,28 @@ class Levels:
 
 
 def perturbed_scenes(scene: Scene) -> dict[str, Scene]:
-    """Return the scenes with their start moved by `perturbation`, if it can be, by their names in `Runs`."""
-    joint = movable(scene)
-    if joint is None:
+    """Return the scenes whose start is moved by `perturbation`, by name in `Runs`; none without clearance."""
+    if not scene.loose:
         return {}
     shift = perturbation(scene)
     scenes = {"perturbed": moved(scene, shift, shift)}
-    return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if joint == "slider" else {})
+    return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if "slider" in scene.loose else {})
 
 
 def movable(scene: Scene) -> str | None:
     """Return the joint whose clearance lets the start be moved: "slider", else "crank_pin", else None."""
-    joints = scene.data["joints"]
-    return next((joint for joint in ("slider", "crank_pin") if joints[joint] == "clearance"), None)
+    return scene.loose[-1] if scene.loose else None
 
 
 def perturbation(scene: Scene) -> float:
     """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
-    return max(LEAST_PERTURBATION, float(PERTURBATION * scene.data["clearance"][movable(scene)]))
+    return max(LEAST_PERTURBATION, PERTURBATION * scene.clearance(scene.loose[-1]))
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:
     """Return a scene with slider, else crank pin, moved across, m, and turned: angle times length, m."""
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
-    if movable(scene) != "slider":
+    if "slider" not in scene.loose:
         angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
         return scene.variant({"mechanism.crank_angle_deg": angle})
     angle = start["slider_angle"] + turned / mechanism["slider"]["length"]

@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, isnan, nan
+from math import nan
 
 import numpy as np
 
-from comparison.accuracy.levels import SETTINGS, TIERS, at, expected, thresholds
+from comparison.accuracy.levels import TIERS, at, thresholds
 from comparison.accuracy.refine import CHANNEL, FLOOR
 from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
@@ -27,10 +27,18 @@ from comparison.accuracy.uncertainty import (
 )
 from comparison.execution.pool import Died, Share, work
 from comparison.execution.run import RunError, run_one
-from comparison.models import MODELS, formulations, model_of, smallest_in_exudyn
+from comparison.models import MODELS, declared_formulations, formulations, smallest
 from comparison.scene import Scene, SceneError
 from comparison.tables.channels import Array, BoolArray, channels
 
+_TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+SETTINGS = {
+    "minimal": _TOLERANCES,
+    "multiplier": _TOLERANCES,
+    "tree": _TOLERANCES[:-1],
+    "full": (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7),
+}
+"""Formulation -> its tolerances, or steps in s, coarsest first; of each model the smallest first."""
 EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
 """Formulation -> its most accurate setting that a minute allows: what the others are held against."""
 DECADES = tuple(10.0**-n for n in range(5, 13))  # m, for which the cheapest setting is looked for
@@ -42,27 +50,24 @@ _warm: set[str] = set()
 
 @dataclass(frozen=True)
 class Candidate:
-    """A scene at a setting of a formulation, by the names of `comparison.accuracy.levels.SETTINGS`."""
+    """A scene at a setting of a formulation."""
 
     scene: Scene
+    model: str
     formulation: str
+    key: str  # of the setting: "tolerance" or "step"
     setting: float
-    cost: float  # expected processor time, s; inf if unknown
-
-    @property
-    def model(self) -> str:
-        """The model that has the formulation."""
-        return model_of(self.formulation)
 
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """One run of a candidate: its processor time, s, and slider_x, m, shape (n,), if it has a result."""
+    """One run of a candidate: processor time, s, and if it has a result slider_x, m, shape (n,), and work."""
 
     candidate: Candidate
     status: str  # "success", a status of the model, or what kept it from running
     seconds: float = nan
     x: Array | None = None
+    evaluations: int | None = None  # of the equations of motion
 
 
 @dataclass(frozen=True)
@@ -118,28 +123,28 @@ class WorkPrecision:
 
 
 def candidates(scene: Scene) -> list[Candidate]:
-    """Return what can run a scene: first what the others are held against, then the cheapest first.
+    """Return what can run a scene: first what the others are held against, then the coarsest settings first.
 
     Not Exudyn's tree where forces are asked for that only all five bodies have. Multipliers, which take as
     many steps of more work, only where the scene names them.
     """
-    smallest = smallest_in_exudyn(scene.data)
-    wanted = {"minimal", smallest, "full", scene.data["solver"]["reference"]["formulation"]}
+    least = smallest("exudyn", scene.data)
+    wanted = {"minimal", least, "full", scene.data["solver"]["reference"]["formulation"]}
+    models = {name: model for model in MODELS for name in formulations(model, scene.data) if name in wanted}
 
-    def candidate(formulation: str, setting: float) -> Candidate:
-        named = at(scene, formulation, setting)
-        seconds = expected(named, model_of(formulation)).seconds
-        return Candidate(named, formulation, setting, inf if isnan(seconds) else seconds)
+    def candidate(name: str, setting: float) -> Candidate:
+        model = models[name]
+        key = declared_formulations(model)[name]["setting"]
+        return Candidate(at(scene, model, name, setting), model, name, key, setting)
 
-    exact = [candidate(name, EXACT[name]) for name in ("minimal", smallest)]
-    first = {(task.formulation, task.setting) for task in exact}
-    names = [name for name in formulations(scene.data) if name in wanted]
-    others = [(name, setting) for name in names for setting in SETTINGS[name] if (name, setting) not in first]
-    return exact + sorted((candidate(*other) for other in others), key=lambda other: other.cost)
+    exact = {(name, EXACT[name]): None for name in ("minimal", least)}
+    rest = [(place, name, each) for name in models for place, each in enumerate(SETTINGS[name])]
+    others = {(name, setting): None for _, name, setting in sorted(rest, key=lambda each: each[0])}
+    return [candidate(*each) for each in exact | others]
 
 
 def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
-    """Run a candidate and take its time, after a short run that compiles (in a worker)."""
+    """Run a candidate and take its time, after a short run that compiles."""
     del progress
     try:
         if candidate.formulation not in _warm:
@@ -156,7 +161,9 @@ def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
         return Timed(candidate, error.outcome.status)
     except SceneError as error:
         return Timed(candidate, " ".join(str(error).split()))
-    return Timed(candidate, "success", min(times), table.values(CHANNEL))
+    counters = table.provenance["counters"]
+    evaluations = counters.get("rhs", counters.get("newton_iterations"))
+    return Timed(candidate, "success", min(times), table.values(CHANNEL), evaluations)
 
 
 def work_precision(
@@ -182,8 +189,7 @@ def work_precision(
     rows = {name: Timed(candidate, WAITING) for name, candidate in planned.items()}
     first = planned["0"]
     moved = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
-    affordable = {name: task for name, task in planned.items() if task.cost <= seconds * n_jobs}
-    tasks = {name: planned[name] for name in ("0", "1")} | moved | affordable
+    tasks = {name: planned[name] for name in ("0", "1")} | moved | planned
     interrupted = False
     try:
         with closing(work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)) as events:

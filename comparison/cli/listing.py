@@ -21,11 +21,7 @@ def scenes(json: console.AsJson = False) -> int:
             "description": scene.description,
             "speed_rpm": scene.data["drive"]["speed_rpm"],
             "cycles": scene.data["drive"]["cycles"],
-            "clearance": {
-                joint: float(scene.data["clearance"][joint])
-                for joint in ("slider", "crank_pin")
-                if scene.data["joints"][joint] == "clearance"
-            },
+            "clearance": {joint: scene.clearance(joint) for joint in reversed(scene.loose)},
             "hash": scene.hash,
         }
         for scene in map(load_scene, shipped_scenes())

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from comparison.accuracy.levels import TIERS, solver_values
+from comparison.accuracy.levels import TIERS, check_accuracy
 from comparison.accuracy.refine import family
 from comparison.cli import console
 from comparison.cli.console import (
@@ -137,8 +137,8 @@ def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
             check_gate(scene.compare.gate)
         except TableError as error:
             raise SceneError(f"scene {scene.name!r}: compare.{error}") from None
-        for model in models if accuracy is not None else ():
-            solver_values(model, accuracy or "", scene)
+    for model in models if accuracy is not None else ():
+        check_accuracy(model, accuracy or "")
 
 
 def _validate_batches(

@@ -6,8 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from comparison.cli import console
 from comparison.cli.console import (
     INTERRUPTED,
@@ -33,17 +31,14 @@ def run(
     out: Annotated[Path, console.option("FILE", "The table to write: .csv or .parquet.")],
     accuracy: console.Accuracy = None,
     check: Annotated[
-        bool | None,
+        bool,
         console.option(
             None,
-            "Estimate the error by further runs of this scene; by default for an accuracy in metres, "
-            "where no measurement of this scene is at hand.",
-            "--check/--no-check",
+            "Estimate the error by further runs of this scene, as for an accuracy in metres, and add it as a "
+            "column slider_x_u.",
+            "--check",
+            "--uncertainty",
         ),
-    ] = None,
-    uncertainty: Annotated[
-        bool,
-        console.option(None, "Add the estimated error as a column slider_x_u (--check).", "--uncertainty"),
     ] = False,
     formulation: Annotated[
         str | None, console.option("NAME", "Formulation of the equations; by default the scene's.")
@@ -63,15 +58,7 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import (
-        NAMES,
-        expected,
-        is_measured,
-        measured_record,
-        metres,
-        solver_values,
-        with_declared,
-    )
+    from comparison.accuracy.levels import NAMES, expected, measured_record, solver_values, with_declared
     from comparison.execution.pool import cpus
     from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
     from comparison.files import check_file
@@ -80,24 +67,17 @@ def run(
     from comparison.tables.table_files import check_format, companions, write
     from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
 
-    if uncertainty and check is False:
-        raise typer.BadParameter("--uncertainty needs the further runs that --no-check leaves out")
     find(model)
     check_format(out)
     out = check_file(out)
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
     loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
-    unasked = check is None
-    if check is None:
-        number = None if accuracy is None or accuracy in NAMES else metres(accuracy)
-        check = uncertainty or (number is not None and not is_measured(loaded, model, number))
-    chosen, record = loaded, {}
-    if check:
+    estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
+    if estimated:
         from comparison.accuracy.refine import accurate_run, expected_cost  # with scipy
 
         say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
     elif accuracy is not None:
-        # The setting whose measured error bound meets the accuracy.
         values = solver_values(model, accuracy, loaded)
         chosen = loaded.variant(values)
         for key, value in values.items():
@@ -107,17 +87,17 @@ def run(
     code, job = 0, Job(chosen, model)
     try:
         with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
-            if check:
+            if estimated:
                 accurate = accurate_run(loaded, model, accuracy, n_jobs=cpus(), on_progress=report)
             else:
                 table = successful(run_uncached(job, report), job)
     except RunError as error:
         raise _kept(error, out) from None
-    if check:
+    if estimated:
         say_wrapped(accuracy_line(accurate), rest="  ")
-        table = accurate.with_uncertainty() if uncertainty else accurate.table
+        table = accurate.with_uncertainty() if check else accurate.table
         code = 0 if accurate.kept else NOT_REACHED
-    elif unasked and accuracy is None and (note := unmeasured(expected(loaded, model))):
+    elif accuracy is None and (note := unmeasured(expected(loaded, model))):
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     record |= {"reliability": loaded.reliability.model_dump()}

@@ -30,7 +30,6 @@ from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import (
     Runs,
     model_uncertainty,
-    movable,
     moved,
     perturbation,
     spread,
@@ -38,7 +37,7 @@ from comparison.accuracy.uncertainty import (
 )
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.files import contents, reading, write_text
-from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
+from comparison.models import MODELS, platform_name, smallest, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.scene.keys import explain, toml
 from comparison.tables.channels import Array, BoolArray, channels, expected
@@ -213,7 +212,7 @@ def gated_runs(scene: Scene) -> dict[Which, Job]:
     closest = tight(scene, MODELS)
     assert closest is not None  # both models are ours
     jobs = {("reference", "tight"): Job(closest, "reference"), ("exudyn", "standard"): Job(scene, "exudyn")}
-    if smallest_in_exudyn(scene.data) == "tree":
+    if smallest("exudyn", scene.data) == "tree":
         jobs["exudyn", "tight"] = Job(closest, "exudyn")
     return jobs
 
@@ -223,7 +222,7 @@ def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> list[Job]:
 
     None without clearance, nor at the standard tier, where steps of the family differ by more than any start.
     """
-    if tier != "tight" or movable(gated.scene) is None:
+    if tier != "tight" or not gated.scene.loose:
         return []
     jobs = []
     for number in numbers:

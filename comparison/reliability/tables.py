@@ -14,7 +14,6 @@ from pydantic_core import PydanticCustomError
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.formatting import holes_line, instant
-from comparison.models import joints_with_clearance
 from comparison.reliability.assessment import (
     MARGIN,
     Assessment,
@@ -191,7 +190,7 @@ def _conditions(
 ) -> tuple[float, Scene]:
     """Return the period of the crank cycle, s, and the scene whose limits count."""
     recorded = {part: table.scene for part, table in tables.items()}
-    if (own := recorded["ideal"]) and (joints := joints_with_clearance(own.data)):
+    if (own := recorded["ideal"]) and (joints := own.loose):
         rule = f"recorded of a scene with clearance ({', '.join(joints)}): the ideal motion has none"
         raise TableError(f"{names['ideal']}: {rule}")
     periods = {names[part]: own.period for part, own in recorded.items() if own is not None}

@@ -8,12 +8,10 @@ import json
 import re
 import shlex
 import tomllib
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from difflib import SequenceMatcher, get_close_matches
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
-from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
@@ -22,15 +20,8 @@ from pydantic.fields import FieldInfo
 
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
-_IN_SECTION, _IN_DESCRIPTION = 0.8, 0.6
-"""How much a word counts that is not of a key's own name."""
-_ABOVE = 0.4
-"""How much a word counts of the section of a wrong name: which is often what is wrong."""
-_ALIKE = 0.8
-"""Share of letters that words have in common of which one is a typing error of the other."""
-_CLOSE = 0.9
-"""Score of keys that are named beside the best one."""
-_FILLERS = ("a", "and", "at", "by", "for", "from", "in", "is", "its", "of", "or", "that", "the", "to")
+_ALIKE = 0.82
+"""Share of letters that two names have in common of which one is a typing error of the other."""
 _SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 
@@ -101,73 +92,36 @@ def _notes(annotation: Any) -> Iterator[Any]:
             yield from _notes(part)
 
 
-def did_you_mean(wrong: str, known: Iterable[str] = ()) -> str:
-    """Return the end of a message on an unknown key: one of its section misspelt, else what is `meant`."""
-    section, _, last = wrong.rpartition(".")
-    own = {name.rpartition(".")[2]: name for name in known if name.rpartition(".")[0] == section}
-    names = [own[name] for name in get_close_matches(last, own, n=1, cutoff=_ALIKE)] or meant(wrong)
-    listed = " or ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
-    return f"; did you mean {listed}?" if names else "; sixbar keys lists all"
+def did_you_mean(wrong: str) -> str:
+    """Return the end of a message on an unknown dotted name: the key that it is like, if any.
 
-
-def meant(wrong: str) -> list[str]:
-    """Return up to three keys that an unknown dotted name may mean, best first; none where no word matches.
-
-    Words of the name are held against those of names and descriptions; rare words count more.
+    Tried in turn: last parts in its section, ends of keys, sections (which stand for their first key), keys
+    whatever the order of their words, last parts of keys, keys that contain its last part.
     """
-    vocabulary = _vocabulary()
-    shared = Counter(word for weights in vocabulary.values() for word in weights)
-    *above, last = ([_alike(word, shared) for word in _words(part)] for part in wrong.split("."))
-    asked = [(alike, 1.0) for alike in last] + [(alike, _ABOVE) for part in above for alike in part]
-    scores: dict[str, float] = {}
-    for name, weights in vocabulary.items():
-        matched: dict[str, float] = {}
-        for alike, weight in asked:
-            for word, likeness in alike.items():
-                if word in weights:
-                    matched[word] = weight * likeness * weights[word] / shared[word] ** 0.5
-        if any(alike.keys() & matched for alike in last):
-            *sections, own = map(set, map(_words, name.split(".")))
-            parts = len(own & matched.keys()) + any(section & matched.keys() for section in sections)
-            scores[name] = sum(matched.values()) * (1.0 + parts / (len(own) + 1))
-    least = _CLOSE * max(scores.values(), default=0.0)
-    ranked = sorted(scores, key=scores.__getitem__, reverse=True)
-    return [name for name in ranked if scores[name] >= least and name != wrong][:3]
+    names = [key.name for key in scene_keys() if key.name != wrong and ("[]" in key.name) <= ("[]" in wrong)]
+    names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
+    section, _, last = wrong.rpartition(".")
+    ways: list[tuple[str, Callable[[str], str]]] = [
+        (last, lambda name: _last(name) if name.rpartition(".")[0] == section else ""),
+        (wrong, lambda name: name.partition(".")[2]),
+        (last, lambda name: name.partition(".")[0]),
+        (_words(wrong), _words),
+        (last, _last),
+    ]
+    for word, part in ways:
+        choices = {part(name): name for name in reversed(names)}
+        if word and (close := get_close_matches(word, choices, n=1, cutoff=_ALIKE)):
+            return f"; did you mean {choices[close[0]]}?"
+    holding = next((name for name in names if len(last) > 2 and last in name), "")
+    return f"; did you mean {holding}?" if holding else "; sixbar keys lists all"
 
 
-@cache
-def _vocabulary() -> dict[str, dict[str, float]]:
-    """Return the words known of each key that can be set, with their weights; also two in a row."""
-    known = {}
-    for key in scene_keys():
-        if "[]" not in key.name:
-            section, _, own = key.name.rpartition(".")
-            weights: dict[str, float] = {}
-            for text, weight in ((own, 1.0), (section, _IN_SECTION), (key.description, _IN_DESCRIPTION)):
-                words = _words(text)
-                for word in (*words, *map(" ".join, pairwise(words))):
-                    weights.setdefault(word, weight)
-            known[key.name] = weights
-    return known
+def _last(name: str) -> str:
+    return name.rpartition(".")[2]
 
 
-def _words(text: str) -> list[str]:
-    """Return the words of a name or description; single letters are symbols: E is not e."""
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text.replace("'", ""))
-    words = re.findall(r"(?<![A-Za-z0-9])[A-Za-z]+[0-9]*", apart.replace("_", " "))
-    return [word if len(word) == 1 else word.lower() for word in words if word.lower() not in _FILLERS]
-
-
-def _alike(word: str, known: Iterable[str]) -> dict[str, float]:
-    """Return the known words that a word is, abbreviates or misspells, with their likeness up to 1."""
-    if same := {each: 1.0 for each in known if each.replace(" ", "") == word}:
-        return same
-    alike = {
-        each: 0.9 if each.startswith(word) else SequenceMatcher(None, word, each).ratio()
-        for each in known
-        if len(word) > 2 and " " not in each
-    }
-    return {each: likeness for each, likeness in alike.items() if likeness >= _ALIKE}
+def _words(name: str) -> str:
+    return " ".join(sorted(re.split(r"[._]", name.lower())))
 
 
 # ---- overrides, what follows from them, and errors of validation
@@ -369,9 +323,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     if kind in ("extra_forbidden", "not_installed"):
         if schema is SceneKeys:
             wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
-            known = [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
-            known += [each.name for each in scene_keys() if each.name != wrong]  # extends, only of a file
-            return f"{key} {text}{did_you_mean(wrong, known)}"
+            return f"{key} {text}{did_you_mean(wrong)}"
         close = get_close_matches(".".join(steps), schema.model_fields, n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
     if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be

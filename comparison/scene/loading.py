@@ -24,7 +24,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparison.files import contents, reading
-from comparison.models import joints_with_clearance, smallest_in_exudyn
+from comparison.models import declared_formulations, smallest
 from comparison.scene.keys import (
     apply,
     combine,
@@ -44,8 +44,8 @@ from comparison.scene.schema import NAME, PARTNERS, Compare, Load, RandomInput, 
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
-_TREE = {"step": 1e-4, "tolerance": 1e-10}
-"""Settings of Exudyn's tree where a scene has none."""
+JOINTS = ("crank_pin", "slider")
+"""Joints that may have clearance."""
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
 LONGEST_CHAIN = 20
@@ -70,7 +70,6 @@ class Scene:
 
     data: dict[str, Any]
     """All keys but the criteria, with defaults filled in; the input of a model."""
-    warnings: tuple[str, ...]
     files: dict[str, Any]
     """The dotted keys that its files give, without overrides and defaults."""
     overrides: dict[str, Any]
@@ -113,6 +112,20 @@ class Scene:
         """Simulated time, s: that of the last sample, the cycles rounded to whole samples."""
         per_cycle = self.data["output"]["samples_per_cycle"]
         return float(round(self.data["drive"]["cycles"] * per_cycle) * (self.period / per_cycle))
+
+    @cached_property
+    def loose(self) -> tuple[str, ...]:
+        """The joints with clearance, of "crank_pin" and "slider"."""
+        return tuple(joint for joint in JOINTS if self.data["joints"][joint] == "clearance")
+
+    def clearance(self, joint: str) -> float:
+        """Return the clearance of a joint, m; 0 where it is ideal."""
+        return float(self.data["clearance"][joint]) if joint in self.loose else 0.0
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """A line for each value that is valid but probably not meant."""
+        return tuple(implausible(self))
 
     @cached_property
     def hash(self) -> str:
@@ -276,11 +289,10 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
     if exudyn["formulation"] == "auto":
-        exudyn["formulation"] = smallest_in_exudyn(data)
-    if exudyn["formulation"] == "tree":
-        exudyn |= {key: _TREE[key] for key in _TREE.keys() - keys.solver.exudyn.model_fields_set}
-    warnings = tuple(implausible(data))
-    return Scene(data, warnings, files, overrides, source, keys.compare, keys.reliability, keys.random)
+        exudyn["formulation"] = smallest("exudyn", data)
+    usual = declared_formulations("exudyn").get(exudyn["formulation"], {}).get("usual", {})
+    exudyn |= {key: usual[key] for key in usual.keys() - keys.solver.exudyn.model_fields_set}
+    return Scene(data, files, overrides, source, keys.compare, keys.reliability, keys.random)
 
 
 def new_scene(path: Path, source: str) -> str:
@@ -326,14 +338,15 @@ HEAVIEST_LOAD = 1e5
 """Slider's weights: in the paper's press 1.7e5 N, which presses a corner of steel deeper than its radius."""
 
 
-def implausible(data: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a line for each implausible value of a complete scene: key, value, unit, reason."""
-    joints, exudyn, lasts = joints_with_clearance(data), data["solver"]["exudyn"], contact_time(data)
+def implausible(scene: Scene) -> Iterator[str]:
+    """Yield a line for each implausible value of a scene: key, value, unit, reason."""
+    data, joints, lasts = scene.data, scene.loose, contact_time(scene)
+    exudyn = data["solver"]["exudyn"]
     gravity, friction = data["environment"]["gravity"], data["friction"]["coefficient"]
     if "slider" in joints:
         yield from _in_guide(data)
-    gap, journal = data["clearance"]["crank_pin"], data["clearance"]["journal_radius"]
-    if "crank_pin" in joints and gap > journal / 5.0:
+    gap, journal = scene.clearance("crank_pin"), data["clearance"]["journal_radius"]
+    if gap > journal / 5.0:
         yield f"clearance.crank_pin = {gap:g} m is large for clearance.journal_radius = {journal:g} m"
     # The tree controls its error: its step is the largest one.
     if exudyn["formulation"] != "tree" and exudyn["step"] > lasts / STEPS_PER_CONTACT:
@@ -341,7 +354,7 @@ def implausible(data: Mapping[str, Any]) -> Iterator[str]:
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
         )
-    contact, without_effect = data["contact"], _without_effect(data)
+    contact, without_effect = data["contact"], _without_effect(scene)
     for key, why in without_effect.items():
         if contact[key] != _usual_contact().get(key):
             yield f"contact.{key} = {readable(contact[key])} has no effect {why}"
@@ -374,9 +387,9 @@ def _usual_contact() -> dict[str, Any]:
     return contact
 
 
-def _without_effect(data: Mapping[str, Any]) -> dict[str, str]:
+def _without_effect(scene: Scene) -> dict[str, str]:
     """Return the keys of the contact that no contact uses, and beside what; none without clearance."""
-    joints, contact = joints_with_clearance(data), data["contact"]
+    joints, contact = scene.loose, scene.data["contact"]
     if not joints:
         return {}
     law, has_law = contact["law"], f"under contact.law = {contact['law']!r}"
@@ -394,7 +407,7 @@ def _without_effect(data: Mapping[str, Any]) -> dict[str, str]:
     return unused | {"restitution": has_law}
 
 
-def contact_time(data: Mapping[str, Any]) -> float:
+def contact_time(scene: Scene) -> float:
     """Return about how long the shortest contacts of a scene last, s; infinite without clearance.
 
     A mass m hits a spring K d^n at the speed v: for n = 1.5 3.2181 (m^2 / (K^2 v))^(1/5), docs/model.md,
@@ -402,16 +415,17 @@ def contact_time(data: Mapping[str, Any]) -> float:
     v = omega sqrt(crank * clearance). In the shipped scenes the time is between the shortest and the median;
     contacts of a ``foundation`` are shorter.
     """
-    mechanism, contact, clearance = data["mechanism"], data["contact"], data["clearance"]
+    data = scene.data
+    mechanism, contact = data["mechanism"], data["contact"]
     slider, rod, n = mechanism["slider"], mechanism["rod4"], contact["exponent"]
     share, shortest = 1.0 / (n + 1.0), inf
     with suppress(ArithmeticError):  # beyond the numbers of the machine
         hanging = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
         mass = 1.0 / (rod["length"] ** 2 / hanging + (slider["length"] / 2.0) ** 2 / slider["inertia"])
-        for joint in joints_with_clearance(data):
-            gap, radius, partners = clearance[joint], contact["corner_radius"], PARTNERS
+        for joint in scene.loose:
+            gap, radius, partners = scene.clearance(joint), contact["corner_radius"], PARTNERS
             if joint == "crank_pin":  # journal and bearing, both of the guide's material
-                journal = clearance["journal_radius"]
+                journal = data["clearance"]["journal_radius"]
                 radius, partners = journal * (journal + gap) / gap, ("guide", "guide")
             poisson, modulus = contact["poisson"], contact["youngs_modulus"]
             compliance = sum(

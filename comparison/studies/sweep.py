@@ -240,7 +240,7 @@ def sweep(
     keys = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
         if key not in keys:
-            hint = f"is not a key of a scene{did_you_mean(key, keys)}"
+            hint = f"is not a key of a scene{did_you_mean(key)}"
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
     for model in models:
         find(model)

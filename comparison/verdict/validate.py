@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
-from comparison.accuracy.refine import families, sorted_runs, table_of_family
+from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
+from comparison.accuracy.refine import chosen_settings, families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
 from comparison.models import MODELS, EngineError, named
@@ -76,7 +76,7 @@ def validate(
         Worker processes: a script that calls this needs ``if __name__ == "__main__":``. With 0 all runs
         are of this process.
     accuracy
-        For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
+        For both models at the standard tier, as in `comparison.accuracy.refine.accurate_run`; None: the
         scenes' settings.
     tiers
         "standard", or both; the tight tier is for the built-in models only.
@@ -92,7 +92,7 @@ def validate(
     Raises
     ------
     AccuracyError
-        If the accuracy is out of reach.
+        If the accuracy is none, or a model is not built in.
     EngineError
         If a model is not known, or there are not two.
     SceneError
@@ -281,7 +281,7 @@ def _cases(
     if accuracy is not None:
         values: dict[str, object] = {}
         for model in models:
-            values |= solver_values(model, accuracy, usual)
+            values |= chosen_settings(model, accuracy, usual, start)
         usual = usual.variant(values)
     command, closer = (
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")

@@ -5,9 +5,8 @@ from __future__ import annotations
 from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING
 
-from comparison.accuracy.levels import SETTINGS, Caution, Expected, Plan
+from comparison.accuracy.levels import Expected, Plan, setting_key
 from comparison.execution.run import Outcome
-from comparison.models import key_of
 from comparison.scene import Scene
 from comparison.tables import channels
 
@@ -16,39 +15,27 @@ if TYPE_CHECKING:  # they load scipy, which a single run does not need
     from comparison.accuracy.work_precision import Candidate, WorkPrecision
 
 
-_CAUTIONS = {
-    Caution.OTHER_SCENE: "measured on {}; this scene may magnify errors: estimate them by --check",
-    Caution.OTHER_METHOD: "measured with another method: estimate errors by --check",
-    Caution.IDEAL_SLIDER: "x of an ideal slider is exact at any setting: for y use a named accuracy",
-}
-_FAR = "errors and times were measured on {}, far from this scene in {}: estimate errors by --check"
+_UNMEASURED = "not measured on this scene: estimate it by --check"
 
 
-def cautions(expected: Expected) -> list[str]:
-    """Return why expected numbers may not hold."""
-    failed = [f"no result at this setting: {expected.failed}"] if expected.failed else []
-    texts = _CAUTIONS | ({Caution.OTHER_SCENE: _FAR} if expected.far else {})
-    keys = ", ".join(
-        f"{key} ({'another' if isnan(times) else f'{times:.4g} times'})" for key, times in expected.far
-    )
-    return failed + [texts[caution].format(expected.measured_on, keys) for caution in expected.cautions]
+def error_of(expected: Expected) -> str:
+    """Return the measured error of a scene's settings, or how to find it."""
+    known = expected.own and isfinite(expected.error)
+    span = "cycle" if expected.cycles == 1.0 else f"{expected.cycles:g} cycles"
+    return f"{expected.error:.2g} m of slider_x over the first {span}" if known else _UNMEASURED
 
 
 def expectation(expected: Expected) -> str:
     """Return the expected error and time of a run."""
-    error = f"{expected.error:.2g} m" if isfinite(expected.error) and not expected.far else "nothing recorded"
-    time = f"about {expected.seconds:.2g} s" if isfinite(expected.seconds) else "no time recorded"
-    numbers = f"expected: {error} of slider_x over {expected.span}, and {time}"
-    return "; ".join([numbers, *cautions(expected)])
+    time = f"about {expected.seconds:.2g} s"
+    if not expected.own:
+        return f"expected: {time}; the error is {_UNMEASURED}"
+    return f"expected: {error_of(expected)}, and {time}"
 
 
 def unmeasured(expected: Expected) -> str:
-    """Return where the error at a scene's settings was measured, if not on this scene; else nothing."""
-    if expected.applies:
-        return ""
-    known = isfinite(expected.error) and not expected.far
-    there = f" (on {expected.measured_on} it is {expected.error:.2g} m)" if known else ""
-    return f"the error of slider_x was not measured on this scene{there}: estimate it by --check"
+    """Return that the error of a built-in model's settings was not measured on a scene; else nothing."""
+    return "" if expected.own or not expected.scene else f"the error of slider_x was {_UNMEASURED}"
 
 
 def channels_line(scene: Scene) -> str:
@@ -72,16 +59,14 @@ def plan_lines(plan: Plan) -> list[str]:
     items += [("contacts", ", ".join(plan.contacts) or "none")]
     items += [("load", plan.load)] if plan.load else []
     items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
-    if expected.far:
-        items.append(("error", "not known"))
-    elif isfinite(expected.error):
-        items.append(("error", f"{expected.error:.2g} m of slider_x over {expected.span}"))
+    items += [("note", plan.note)] if plan.note else []
+    items += [("error", error_of(expected))]
     if isfinite(expected.seconds):
-        items.append(("time", f"about {expected.seconds:.2g} s on a processor like that of the measurement"))
-    items += [("caution", caution) for caution in cautions(expected)]
-    for setting, description, ratio in plan.instead:
+        where = "" if expected.own else f", as on {expected.scene}"
+        items.append(("time", f"about {expected.seconds:.2g} s{where}"))
+    for setting, name, ratio in plan.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
-        items.append(("instead", f"{setting}: {description}{cost}"))
+        items.append(("instead", f"{setting}: {name}{cost}"))
     return [f"{plan.model}: {plan.formulation}", *(f"  {name:<10}  {text}" for name, text in items)]
 
 
@@ -115,7 +100,8 @@ def accuracy_line(run: AccurateRun) -> str:
         line = f"slider_x is within {run.wanted:g} m {where}"
         if run.coverage < 1.0:
             line += f"; elsewhere within {estimate.held(1.0):.2g} m{_divergence(scene, estimate)}"
-        return line + cost
+        exact = "; x of an ideal slider is exact at any setting: for y use a named accuracy"
+        return line + (exact if scene.loose == ("crank_pin",) else "") + cost
     reason = {
         Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
         Limit.STOPPED: f"Finer settings have no result: {_stopped(run.stopped)}",
@@ -130,17 +116,16 @@ def accuracy_line(run: AccurateRun) -> str:
 def _setting(scene: Scene, model: str) -> str:
     """Return what a model's error depends on, as a user writes it."""
     solver = scene.data["solver"].get(model, {})
-    key = "tolerance" if model == "reference" or solver.get("formulation") == "tree" else "step"
-    key = key if key in solver else "tolerance"
+    key = setting_key(model, solver)
     return f"solver.{model}.{key} = {solver[key]:g}" if key in solver else f"the settings of {model}"
 
 
 def _divergence(scene: Scene, estimate: Estimate) -> str:
     """Return how far neighbouring trajectories diverge."""
-    from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
+    from comparison.accuracy.uncertainty import SAFETY_FACTOR, perturbation
 
     farthest = float(estimate.spread.max()) / SAFETY_FACTOR
-    if movable(scene) is None or farthest == 0.0:
+    if not scene.loose or farthest == 0.0:
         return ""
     starts = f"{perturbation(scene):.0e} m"
     return f", since trajectories from starts {starts} apart diverge by up to {farthest:.2g} m"
@@ -168,6 +153,8 @@ def settings_basis(result: WorkPrecision) -> str:
 
 def settings_table(result: WorkPrecision) -> list[tuple[str, str, str, str]]:
     """Return the headings, and a row for each setting, by formulation from coarse to fine."""
+    from comparison.accuracy.work_precision import SETTINGS
+
     order = list(SETTINGS)
     rows = [("setting", "error (m)", "time (s)", "front")]
     for row in sorted(
@@ -199,5 +186,4 @@ def settings_commands(result: WorkPrecision) -> list[tuple[str, str]]:
 
 
 def _title(candidate: Candidate) -> str:
-    key = key_of(candidate.formulation).rpartition(".")[2]
-    return f"{candidate.model} {candidate.formulation}, {key} {candidate.setting:g}"
+    return f"{candidate.model} {candidate.formulation}, {candidate.key} {candidate.setting:g}"

@@ -152,5 +152,10 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
         "located": steps.located,
         "rhs": _STAGES * (recorder.steps + rejected + steps.located),
     }
-    name = "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"
-    return Run(name, {"least_step": least}, recorder, Outcome(status, _REMEDIES[status], counters))
+    outcome = Outcome(status, _REMEDIES[status], counters)
+    return Run(tree_name(parameters), {"least_step": least}, recorder, outcome)
+
+
+def tree_name(parameters: Parameters) -> str:
+    """Name the tree of a scene."""
+    return "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"

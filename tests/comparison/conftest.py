@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from comparison.cli.console import Lines
-from comparison.models import GROUP
+from comparison.models import GROUP, ROOT
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 
@@ -93,6 +93,7 @@ def _fakes(folder, monkeypatch):
     for name in ("reference_model", "exudyn_model"):
         (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
         shutil.copy(model.__file__, folder / "fakes" / name / "__init__.py")
+        shutil.copy(ROOT / name / "formulations.toml", folder / "fakes" / name)
         # Another test may have imported the real one, whose sources would then stand for the fake's.
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.syspath_prepend(str(folder / "fakes"))

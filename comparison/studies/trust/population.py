@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy import uncertainty
-from comparison.models import joints_with_clearance
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.scene.keys import flat
 from comparison.scene.schema import PARTNERS
@@ -37,7 +36,7 @@ def random_scene(number: int, seed: int = DATA["seed"]) -> Scene:
 @cache
 def scenes_with_clearance() -> list[str]:
     """Name the shipped scenes in which a joint has clearance."""
-    return [name for name in shipped_scenes() if joints_with_clearance(_shipped(name).data)]
+    return [name for name in shipped_scenes() if _shipped(name).loose]
 
 
 def changed(scene: Scene, rng: np.random.Generator) -> Scene:
@@ -55,7 +54,7 @@ def pushed(scene: Scene, rng: np.random.Generator) -> Scene:
 
 def drawn_keys(scene: Scene, which: str) -> dict[str, Any]:
     """Return the keys that a scene uses, of "users" or "extremes", with how each is drawn."""
-    parts = ["all", *joints_with_clearance(scene.data)]
+    parts = ["all", *scene.loose]
     if "slider" in parts:
         parts.append(scene.data["contact"]["law"])
     if has_load(scene.data):

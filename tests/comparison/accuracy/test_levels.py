@@ -1,72 +1,103 @@
-"""An accuracy becomes the cheapest setting whose error bound meets it on the scene; levels and tiers."""
+"""Named settings with their measured errors, levels of refinement, the tight tier."""
+
+from math import isnan
 
 import pytest
 
 from comparison.accuracy.levels import (
     NAMES,
+    START,
     AccuracyError,
     coarser,
     expected,
     finer,
-    front,
     refinement,
     solver_values,
     tight,
 )
 from comparison.scene import load_scene, shipped_scenes
 
-FULL, TREE, ROWS = ({"solver.exudyn.formulation": name} for name in ("full", "tree", "rows"))
+FULL, TREE = ({"solver.exudyn.formulation": name} for name in ("full", "tree"))
 EACH = {"reference": ("reference", {}), "full": ("exudyn", FULL), "tree": ("exudyn", TREE)}
 NAMED = {"reference": [1e-7, 1e-10, 1e-12], "full": [8e-6, 2e-6, 5e-7], "tree": [1e-7, 1e-10, 1e-11]}
-
-
-def setting(model, accuracy, scene):
-    (value,) = solver_values(model, accuracy, scene).values()
-    return value
+MODELS = ("reference", "exudyn")
 
 
 @pytest.mark.parametrize("each", EACH)
-def test_names_stand_for_the_same_settings_on_every_scene_from_coarse_to_fine(each):
-    """The verdicts of both tiers depend on them."""
+def test_names_stand_for_the_same_settings_on_every_scene_and_promise_less_error_each(each):
+    """The verdicts of both tiers depend on them; tests/contract/test_error_bounds.py holds the errors."""
     model, changes = EACH[each]
     for name in shipped_scenes():
         scene = load_scene(name, changes)
-        assert [setting(model, accuracy, scene) for accuracy in NAMES] == NAMED[each]
-    rows = load_scene("150rpm-0.2mm", ROWS)  # without measurements there are names too
-    assert solver_values("exudyn", "standard", rows) == {"solver.exudyn.step": 2e-6}
-
-
-@pytest.mark.parametrize("each", EACH)
-@pytest.mark.parametrize("name", ["150rpm-0.2mm", "wedge"])
-def test_a_number_gives_the_cheapest_setting_whose_bound_meets_it(each, name):
-    model, changes = EACH[each]
-    scene = load_scene(name, changes)
-    known = front(scene, model)
-    (key,) = solver_values(model, "draft", scene)
-    cost = {row.setting: expected(scene.with_values({key: row.setting}), model).seconds for row in known.rows}
-    for wanted in (1.0, *(row.error for row in known.rows)):
-        chosen = setting(model, f"{wanted!r}", scene)
-        assert expected(scene.with_values({key: chosen}), model).error <= wanted
-        assert cost[chosen] == min(cost[row.setting] for row in known.rows if row.error <= wanted)
-    with pytest.raises(AccuracyError, match=f"smallest error bound is {known.best:g} m, measured on {name}$"):
-        solver_values(model, known.best * 0.99, scene)
+        if name == "ideal" and each == "tree":
+            continue
+        values = [solver_values(model, accuracy, scene) for accuracy in NAMES]
+        assert [value for ((_, value),) in map(dict.items, values)] == NAMED[each]
+        known = [expected(scene.variant(value), model) for value in values]
+        assert [one.error for one in known] == sorted((one.error for one in known), reverse=True)
+        assert all((one.scene, one.own, one.seconds > 0) == (name, True, True) for one in known)
 
 
 @pytest.mark.parametrize(
-    ("model", "wanted", "name", "changes", "rule"),
+    ("shipped", "changes", "measured_on", "own"),
     [
-        ("exudyn", 1e-6, "ideal", TREE, "is not recorded for these joints; use draft, standard, strict"),
-        ("exudyn", 1e-6, "150rpm-0.2mm", ROWS, "is not recorded for these"),
-        ("adams", "strict", "ideal", {}, "model 'adams' is not recorded; set its solver.adams"),
+        # The same physics
+        ("300rpm-0.2mm", {"drive.cycles": 11.0, "scene.name": "mine"}, "300rpm-0.2mm", True),
+        ("300rpm-0.2mm", {"output.groups": [], "solver.reference.tolerance": 1e-8}, "300rpm-0.2mm", True),
+        ("300rpm-0.2mm", {"initial.slider_offset": 5e-5}, "300rpm-0.2mm", True),  # what it is anyway
+        ("300rpm-0.2mm", {"drive.speed_rpm": 150}, "150rpm-0.2mm", True),
+        # Other physics: the usual scene with the same joints
+        ("300rpm-0.2mm", {"clearance.slider": 0.3e-3}, "150rpm-0.2mm", False),
+        ("crank-pin", {"friction.coefficient": 0.1}, "crank-pin", False),
+        ("both-clearances", {"load.force": 300.0}, "both-clearances", False),
+        ("ideal", {"mechanism.crank.length": 0.044}, "ideal", False),
+        # Another method, of both models
+        (
+            "150rpm-0.2mm",
+            {"solver.reference.method": "Radau", "output.groups": ["joints"]},
+            "150rpm-0.2mm",
+            False,
+        ),
+    ],
+)
+def test_a_scene_has_the_error_of_the_shipped_one_with_its_physics_and_its_method(
+    shipped, changes, measured_on, own
+):
+    scene = load_scene(shipped, changes)
+    for model in MODELS:
+        known = expected(scene, model)
+        assert (known.scene, known.own) == (measured_on, own)
+        assert known.seconds > 0
+
+
+def test_a_finer_setting_has_the_error_of_the_next_coarser_name_and_the_time_of_its_steps():
+    scene = load_scene("150rpm-0.2mm", FULL)
+    named, between, finest = (
+        expected(scene.variant({"solver.exudyn.step": step, "drive.cycles": cycles}), "exudyn")
+        for step, cycles in ((2e-6, 1.0), (1.9e-6, 1.0), (2.5e-7, 3.0))
+    )
+    assert between.error == named.error
+    assert between.seconds - START["exudyn"] == pytest.approx((named.seconds - START["exudyn"]) * 2 / 1.9)
+    strict = expected(scene.variant({"solver.exudyn.step": 5e-7, "drive.cycles": 1.0}), "exudyn")
+    assert finest.error == strict.error
+    assert finest.seconds - START["exudyn"] == pytest.approx(6 * (strict.seconds - START["exudyn"]))
+    coarse = expected(load_scene("150rpm-0.2mm", {"solver.reference.tolerance": 1e-3}), "reference")
+    assert (isnan(coarse.error), coarse.seconds > 0) == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("model", "wanted", "rule"),
+    [
+        ("adams", "strict", "model 'adams' is not recorded; set its solver.adams"),
         *(
-            ("reference", text, "ideal", {}, "must be draft, standard, strict or a positive number")
+            ("reference", text, "must be draft, standard, strict or a positive number")
             for text in ("precise", "-1", "0", "nan", "inf", "")
         ),
     ],
 )
-def test_what_is_no_accuracy_or_not_measured_is_refused(model, wanted, name, changes, rule):
+def test_what_is_no_accuracy_is_refused(model, wanted, rule):
     with pytest.raises(AccuracyError, match=rule):
-        solver_values(model, wanted, load_scene(name, changes))
+        solver_values(model, wanted, load_scene("ideal"))
 
 
 @pytest.mark.parametrize(
@@ -90,8 +121,8 @@ def test_a_level_changes_what_controls_the_error_of_its_own_model(
 
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_joints(name):
-    scene, models = load_scene(name), ("reference", "exudyn")
-    solver = tight(scene, models).data["solver"]
+    scene = load_scene(name)
+    solver = tight(scene, MODELS).data["solver"]
     assert solver["reference"]["tolerance"] == 1e-12
     # The tree's largest step, also where the scene gives one for five bodies
     tree = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
@@ -99,5 +130,5 @@ def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_join
     # Forces of joints need five bodies, and models of others have no tight settings.
     for group in ("joints", "energy"):
         forces = scene.with_values({"output.groups": [group]})
-        assert tight(forces, models).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
+        assert tight(forces, MODELS).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
     assert tight(scene, ("reference", "other")) is None

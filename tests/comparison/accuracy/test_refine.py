@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from comparison.accuracy.refine import FLOOR, Limit, accurate_run
+from comparison.accuracy.refine import FLOOR, Limit, accurate_run, chosen_settings
 from comparison.execution.run import RunError
 from comparison.scene import SceneError, load_scene
 from tests.helpers.known_error import USUAL, KnownError, exact, growing, steady
@@ -72,6 +72,19 @@ def test_a_named_setting_and_the_scenes_own_are_estimated_without_refinement():
     assert refined(None).level.scene == OWN
 
 
+def test_a_comparison_runs_at_the_settings_that_are_refined_to_or_at_strict():
+    def chosen(accuracy, **known):
+        run = KnownError(**known)
+        return chosen_settings("reference", accuracy, OWN, lambda jobs: run([job.scene for job in jobs]))
+
+    found = tolerance(refined(1e-7, error=1e3).level)
+    assert 1e-12 < found < 1e-9
+    assert chosen(1e-7, error=1e3) == {"solver.reference.tolerance": found}
+    assert (
+        chosen("1e-7", fails=lambda _: "chatter") == chosen("strict") == {"solver.reference.tolerance": 1e-12}
+    )
+
+
 def test_where_neighbouring_trajectories_diverge_at_once_nothing_is_reached():
     result = refined(1e-8, lambda phase: np.where(phase < 0.1, 1.0, 1e9))
     assert (result.kept, result.limit) == (False, Limit.DIVERGENCE)
@@ -101,7 +114,7 @@ def test_what_keeps_an_error_from_being_reached(wanted, known, limit, taken):
 
 def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
     result = refined(1e-6, growing, fails=lambda tolerance: "bad input" if tolerance > 0.9e-8 else "")
-    coarsest = result.tried[1]
+    coarsest = result.tried[0]
     assert coarsest.outcomes.keys() == {"base", "finer", "perturbed", "other_perturbed"}
     # A billionth of the clearance, magnified by 1e8, with the safety factor.
     assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)

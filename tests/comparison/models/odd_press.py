@@ -11,7 +11,6 @@ def even(scene, *, progress=None):
 
 
 def simulate(scene, *, progress=None, name="odd"):
-    del progress
     own = scene["solver"].get(name, {})
     what = own.get("what", "")
     scene["drive"]["speed_rpm"] = 1.0  # of its own copy
@@ -20,6 +19,8 @@ def simulate(scene, *, progress=None, name="odd"):
             sys.exit(4)
         case "prints":
             print("hello")  # noqa: T201
+        case "no share":
+            progress(float("nan"))
         case "nothing":
             return None
         case "no ideal" if scene["output"]["groups"]:

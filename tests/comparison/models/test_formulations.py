@@ -1,9 +1,10 @@
-"""The one list of formulations: which can run a scene, whose they are, and what controls their error."""
+"""Formulations that the models declare: which can run a scene, what controls their error, the smallest."""
 
 import pytest
 
+from comparison.accuracy.levels import at
 from comparison.execution.run import run_one
-from comparison.models import FORMULATIONS, formulations, key_of, model_of
+from comparison.models import MODELS, declared_formulations, formulations, smallest
 from comparison.scene import SceneError, load_scene
 
 
@@ -15,14 +16,16 @@ from comparison.scene import SceneError, load_scene
         ("crank-pin", ["minimal", "tree", "full"]),
     ],
 )
-def test_those_in_the_list_run_a_scene_and_no_other(scene, names):
+def test_those_that_are_declared_run_a_scene_and_no_other(scene, names):
     short = load_scene(scene, {"drive.cycles": 1e-3, "output.samples_per_cycle": 1000, "output.groups": []})
-    assert formulations(short.data) == names
-    for name in FORMULATIONS:
-        named = short.with_values({f"solver.{model_of(name)}.formulation": name})
-        assert key_of(name).rpartition(".")[2] in named.data["solver"][model_of(name)]
-        if name in names:
-            assert len(run_one(named, model_of(name)).time) == 2
-        else:
-            with pytest.raises(SceneError, match=name):
-                run_one(named, model_of(name))
+    possible = {model: formulations(model, short.data) for model in MODELS}
+    assert [name for model in MODELS for name in possible[model]] == names
+    for model in MODELS:
+        assert smallest(model, short.data) == possible[model][0]
+        for name in declared_formulations(model):
+            named = at(short, model, name, 1e-7)
+            if name in possible[model]:
+                assert len(run_one(named, model).time) == 2
+            else:
+                with pytest.raises(SceneError, match=name):
+                    run_one(named, model)

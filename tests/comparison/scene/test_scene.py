@@ -12,7 +12,6 @@ from comparison.scene import (
     scene_from_mapping,
     shipped_scenes,
 )
-from comparison.scene.loading import LARGEST_FILE
 
 PAPER = "150rpm-0.2mm"
 FULL = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}
@@ -79,6 +78,16 @@ def test_exudyn_left_open_integrates_no_more_than_what_is_requested(changes, for
     assert exudyn(more) == FULL
 
 
+def test_clearance_is_that_of_the_joints_that_have_some():
+    for name, loose in (("ideal", ()), (PAPER, ("slider",)), ("both-clearances", ("crank_pin", "slider"))):
+        scene = load_scene(name)
+        sizes = {joint: scene.data["clearance"][joint] for joint in loose}
+        assert scene.loose == loose
+        assert {joint: scene.clearance(joint) for joint in ("slider", "crank_pin")} == {
+            "slider": 0.0, "crank_pin": 0.0, **sizes,
+        }  # fmt: skip
+
+
 def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
     tree = load_scene(PAPER, {FORMULATION: "tree"})
     assert exudyn(tree) == exudyn(load_scene("crank-pin").with_values({FORMULATION: "tree"})) == TREE
@@ -97,22 +106,19 @@ EACH = "contact.youngs_modulus"
 @pytest.mark.parametrize(
     ("key", "value", "line"),
     [
+        # tests/cli/test_mistakes.py has more
         ("drive.speed_rpm", True, "drive.speed_rpm = True must be a number"),
-        ("drive.cycles", {}, "drive.cycles = {} must be a number"),
         ("drive.cycles.x", 1, "drive.cycles = {'x': 1} must be a number"),
         ("solver", None, "solver = None must be a section with keys of its own"),
         ("mechanism.rocker_pivot", ["x", 1.0], "mechanism.rocker_pivot.0 = 'x' must be a number"),
         *(("mechanism.slider_branch", value, f"mechanism.slider_branch = {value!r} must be -1 or 1")
-          for value in (0, 2, True, 1.0, "1")),  # true is equal to 1, but not meant as such
+          for value in (True, 1.0, "1")),  # true is equal to 1, but not meant as such
         (f"{EACH}.guide", 0.0, f"{EACH}.guide = 0.0 Pa must be > 0"),
         (f"{EACH}.slidr", 1e9, f"{EACH}.slidr is not a known key; did you mean {EACH}.slider?"),
         (EACH, {}, f"{EACH}.slider is missing"),
-        ("contact.poisson", [0.28, 0.3], "contact.poisson = [0.28, 0.3] must be a number"),
         ("output.groups", ["corners", "corners"], "must not contain a group twice"),
         ("reliability.velocity.lower", 0.5, "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02"),
         pytest.param("scene.name", 10**5000, "thousands of digits must be a string", id="digits"),
-        pytest.param("output.groups", [10**5000], "thousands of digits must be 'acc", id="digits in a list"),
-        ("scene", 3, "scene = 3 must be a section"),
         ("a b.c", 1, "'a b' is not a known key"),
     ],
 )  # fmt: skip
@@ -124,7 +130,6 @@ def test_a_bad_value_is_refused_in_one_line_with_key_value_unit_and_rule(key, va
     ("values", "line"),
     [
         ({"contact.law": "adams-impact"}, "contact.damping_model = 'flores' needs contact.law = 'hertz-corn"),
-        ({"contact.law": "paper-switching"}, "or 'foundation', not 'paper-switching'"),
         ({"contact.restitution": 0.0}, "contact.restitution = 0.0 must be >= 0.01, by which"),
     ],
 )
@@ -133,24 +138,22 @@ def test_a_damping_model_is_refused_where_it_has_no_meaning(values, line):
 
 
 BASE = '[scene]\nextends = "paper"\n'
-INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BASE + INPUT + "deviation = 1.0\nelment = 1\n", "did you mean random[].element?"),
+        (
+            BASE + '[[random]]\nkey = "a"\ndistribution = "normal"\ndeviation = 1.0\nelment = 1\n',
+            "did you mean random[].element?",
+        ),
         (f"{BASE}[drive]\ncycles = {'9' * 5000}\n", "cannot be read as TOML: Exceeds the limit"),
-        (f"{BASE}[output]\nsamples_per_cycle = {'9' * 400}\n", "must be <= 1e+15"),
         (f"{BASE}[drive]\ncycles = 1e308\n", "must give 1 to 100000000 samples, not inf"),
         (f"{BASE}[drive]\nspeed_rpm = 1e-310\n", "last for ever"),
         (f'[scene]\nextends = "paper"\nname = "{"a" * 240}"\n', "must have at most 100 characters"),
-        (f"{BASE}# {'a' * LARGEST_FILE}\n", "is larger than 1000000 bytes"),
         (f"{BASE}[{'.'.join('a' * 3000)}]\nb = 1\n", "is nested too deeply"),
-        (BASE.replace("paper", "~nosuchuser/x"), "there is no such home folder"),
         (BASE.replace("paper", "a" * 5000), "File name too long"),
         (BASE.replace('"paper"', "3"), "scene.extends = 3 must be a shipped name or a path"),
-        (BASE.replace('"paper"', f"0x{'f' * 5000}"), "scene.extends = an integer of thousands of digits"),
     ],
 )
 def test_a_scene_file_is_refused_in_one_line(text, message, tmp_path):

@@ -28,7 +28,7 @@ OTHER_FILES = {
     "paper/nonlinear": "exponents.csv",
     "paper/reliability": "differences.csv",
     "trust": "trust.csv trust.json",
-    "tradeoff": "tradeoff.json settings.csv costs.csv orders.csv",
+    "tradeoff": "settings.csv measured.toml",
     "verdicts": "verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""

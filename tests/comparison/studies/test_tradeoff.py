@@ -1,119 +1,108 @@
-"""Orders, fronts and costs at equal error of curves whose answers are known; every method runs its scenes."""
+"""Costs at equal error of curves whose answers are known, bounds of named settings, the page."""
 
 import re
+import tomllib
 from math import isnan
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.accuracy.levels import plan
+from comparison.accuracy.levels import NAMES
 from comparison.execution.tasks import measure_all, on_processes
+from comparison.models import MODELS
 from comparison.studies.shared.scenes import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
 from comparison.studies.tradeoff import study
-from comparison.studies.tradeoff.measure import CHIEF, SWEEPS, WITH_CLEARANCE, Timed, measure
-from comparison.studies.tradeoff.study import asymptotic, cost_at, front
+from comparison.studies.tradeoff.study import SWEEPS, cost_at, front, measure
 
-ERRORS = ("slider_x", "slider_y_error", "impulse", "peak_force", "crank_torque")
-
-
-def points(*rows):
-    return pd.DataFrame(rows, columns=["setting", "error", "cost"], dtype=float)
+SCENE = "300rpm-0.2mm"
 
 
 def curve(order, factor=1.0):
     """Errors go with the step's power, costs with its inverse."""
-    return points(*((h, 1e-3 * h**order, factor / h) for h in 2.0 ** -np.arange(8)))
-
-
-def test_points_too_coarse_and_those_that_gain_nothing_are_not_asymptotic():
-    good = curve(2.0)
-    assert asymptotic(good, 2.0).tolist() == [False] * 5 + [True] * 3  # at most 2e-6
-    good["error"] /= 1e3
-    assert asymptotic(good, 2.0).tolist() == [True] * 8
-    stuck = good.assign(error=good["error"].clip(lower=good["error"][4]))
-    assert asymptotic(stuck, 2.0).tolist() == [True] * 4 + [False] * 4
-    assert asymptotic(points(), 1.0).tolist() == []
-    assert asymptotic(good[:1], 2.0).tolist() == [False]
-    assert asymptotic(good, 5.0).tolist() == [False] * 8  # second order where the fifth is expected
-    assert asymptotic(points((1e-6, 0.0, 1.0), (1e-7, 0.0, 1.0)), 1.0).tolist() == [False] * 2
+    rows = [(1e-3 * h**order, factor / h) for h in 2.0 ** -np.arange(8)]
+    return pd.DataFrame(rows, columns=["error", "seconds"])
 
 
 def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolated():
-    result = front(points((1, 1e-3, 1.0), (1, 1e-4, 2.0), (1, 2e-4, 3.0), (1, 1e-6, 4.0), (1, 0.0, 5.0)))
-    assert result[["error", "cost"]].to_numpy().tolist() == [[1e-3, 1.0], [1e-4, 2.0], [1e-6, 4.0]]
+    points = pd.DataFrame([(1e-3, 1.0), (1e-4, 2.0), (2e-4, 3.0), (1e-6, 4.0)], columns=["error", "seconds"])
+    assert front(points).to_numpy().tolist() == [[1e-3, 1.0], [1e-4, 2.0], [1e-6, 4.0]]
     two, four = curve(2.0), curve(4.0, factor=10.0)
     # error = 1e-3 h^p and cost = f / h.
     assert cost_at(two, 1e-5) == pytest.approx(10.0, rel=1e-9)
     assert cost_at(four, 1e-5) == pytest.approx(10.0 * 100 ** (1 / 4), rel=1e-9)
-    assert cost_at(two, 1e-2) == pytest.approx(two["cost"][0])  # the cheapest is more accurate than that
+    assert cost_at(two, 1e-2) == pytest.approx(two["seconds"][0])  # the cheapest is more accurate than that
     assert isnan(cost_at(two, 1e-9))
-    # A dearer setting that is no better does not count.
-    assert cost_at(pd.concat([two, points((1, 1e-4, 1e6))]), 1e-5) == pytest.approx(10.0, rel=1e-9)
 
 
-def test_every_method_is_a_setting_of_its_scenes_and_only_that():
-    assert {sweep.method for sweep in SWEEPS} == set(METHODS)
-    assert len({method.name for method in METHODS}) == len(METHODS) == 11
-    for sweep, name in ((each, name) for each in SWEEPS for name in each.scenes):
-        assert list(sweep.settings) == sorted(sweep.settings, reverse=True)
-        coarse, fine = (sweep.scene(name, setting).data for setting in sweep.settings[:2])
-        assert {key for key in coarse if coarse[key] != fine[key]} == {"solver"}
-        made = plan(sweep.scene(name, sweep.settings[0]), sweep.method.model)
-        assert made.coordinates == (15 if sweep.method.name.startswith(("multipliers", "full")) else 2)
-
-
-def measured(costs, scenes=WITH_CLEARANCE):
+def measured(costs):
     """Rows of some methods: an error of ten times the setting, costs in its power -1/8."""
+    labels = ("method", "model", "scene", "setting")
     return [
+        dict(zip(labels, (method.name, method.model, scene, setting), strict=True))
+        | {"status": "success", "seconds": costs[method] * setting**-0.125, "evaluations": 1000}
+        | {"error": 10 * setting}
+        for scene in study.SCENES
+        for method in costs
+        for setting in SWEEPS[method]
+    ]
+
+
+def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
+    rows = measured(dict.fromkeys(METHODS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
+    rows[0] |= {"status": "gave up", "error": None, "seconds": None}
+    frame = pd.DataFrame(rows)
+    assert len(study.curve_of(frame, MINIMAL, next(iter(study.SCENES)))) == len(SWEEPS[MINIMAL]) - 1
+    table = study.ratios(frame).set_index(["cost of", "scene"])
+    ratios = table.loc[(MULTIPLIERS.title, study.SCENES[SCENE]), list(study.EQUAL)]
+    assert ratios.astype(float).to_numpy() == pytest.approx(30.0, rel=1e-9)
+    # 1e-9 m is out of reach of scipy's DOP853, whose settings end at 1e-9.
+    assert study.costs(frame, SCENE).loc[MINIMAL_SCIPY.title].isna().tolist() == [False] * 4 + [True]
+
+
+def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_finer_setting():
+    assert study.bounded([1.11e-6, 1e-9, 3e-9], 1e-12) == [3.4e-6, 9e-9, 9e-9]
+    assert study.bounded([1e-6, 1e-9, 1e-13], 1e-10) == [3e-6, 3e-9, 3e-10]
+    rows = [
         {
-            "method": sweep.method.name, "model": sweep.method.model, "scene": scene, "setting": setting,
-            "status": "success", "seconds": costs[sweep.method] * setting**-0.125, "evaluations": 1000,
-            "errors": dict.fromkeys(ERRORS, 10 * setting),
+            "scene": "a",
+            "formulation": name,
+            "accuracy": each,
+            "cycles": 0.5,
+            "seconds": seconds,
+            "error": error,
         }
-        for scene in scenes
-        for sweep in SWEEPS
-        if sweep.method in costs and scene in sweep.scenes
-        for setting in sweep.settings
-    ]  # fmt: skip
+        for name, errors in (("minimal", (1e-6, 1e-9, 1e-13)), ("tree", (1e-7, 1e-9, 1e-10)))
+        for seconds, share in ((2.0, 1.0), (3.0, 0.5))
+        for each, error in zip(NAMES, np.multiply(errors, share), strict=True)
+    ]
+    table = tomllib.loads(study.named_table([{"model": "reference", **row} for row in rows]))
+    assert table["a"]["minimal"] == {"error": [3e-6, 3e-9, 3e-10], "seconds": [4.0] * 3}
+    assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
 
 
-def test_ratios_are_taken_at_equal_error_and_failures_are_no_points(monkeypatch):
-    rows = measured({MINIMAL: 1.0, MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
-    rows[0] |= {"status": "gave up", "errors": {}, "seconds": None}
-    frame = pd.json_normalize(rows)
-    assert len(study.curve_of(frame, SWEEPS[0], WITH_CLEARANCE[0])) == len(SWEEPS[0].settings) - 1
-    # Of several bases the cheapest counts. The slow one has settings down to 1e-9 alone.
-    bases = [(MINIMAL,), (MINIMAL_SCIPY,), (MINIMAL_SCIPY, MINIMAL)]
-    monkeypatch.setattr(study, "RATIOS", [(MULTIPLIERS, str(n), base) for n, base in enumerate(bases)])
-    table = study.ratios(frame).set_index("over that of")
-    ratios = table.loc[table["scene"] == study.TITLES[WITH_CLEARANCE[1]], list(study.EQUAL)].to_numpy()
-    assert ratios[::2] == pytest.approx(np.full((2, len(study.EQUAL)), 30.0), rel=1e-9)
-    assert ratios[1] == pytest.approx([6.0] * (len(study.EQUAL) - 1) + [np.nan], rel=1e-9, nan_ok=True)
-    # An error of 1e-5 m is too large to be asymptotic.
-    first = study.orders(frame).iloc[1]
-    assert (first["observed"], first["asymptotic"], first["settings"]) == (pytest.approx(1.0), 6, 7)
-    named = study.settings(frame).dropna(subset=["accuracy"])
-    assert len(named) == 3 * len(WITH_CLEARANCE)
-    assert (named["bound_of_x_m"] > 0).all()
+def test_every_method_and_every_named_setting_is_a_scene_of_its_own():
+    assert set(SWEEPS) == set(METHODS)
+    full = study.swept(study.STUDY.full)
+    assert len({(task.model, task.scene.hash) for _, task in full}) == len(full)
+    few = study.Config(settings=1, scenes=3, starts=2)
+    asked = study.named(few)
+    assert {labels["accuracy"] for labels, _ in asked} == set(NAMES)
+    assert {task.model for _, task in asked} == set(MODELS)
+    offsets = {task.scene.data["initial"]["slider_offset"] for _, task in asked if task.name == SCENE}
+    assert sorted(offsets) == pytest.approx([5e-5, 5e-5 + study.APART], abs=1e-12)
 
 
-def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
-    rows = [(MINIMAL.title, n, 0.01 * n) for n in (1.0, 10.0, 100.0)]
-    rows += [(MULTIPLIERS.title, n, 0.2 * n) for n in (1.0, 10.0)]
-    grown = pd.DataFrame(rows, columns=["method", "cycles", "seconds"]).assign(table="cycles")
-    assert study.ratio_in_long_runs(grown) == pytest.approx((20.0, 10.0))
-    assert np.isnan(study.ratio_in_long_runs(grown[:3])).all()
-
-
-def test_a_measured_run_has_its_errors_against_the_exact_one(own_cache):
+def test_a_measured_run_has_its_error_against_the_exact_one(own_cache):
     del own_cache
-    sweep, name = SWEEPS[0], WITH_CLEARANCE[0]
-    tasks = [Timed("reference", sweep.scene(name, value), 3, 0.1, name) for value in (1e-6, 1e-9, 1.0)]
+    scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
+    tasks = [
+        study.Timed(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
+        for value in (1e-6, 1e-9, 1.0)
+    ]
     coarse, fine, bad = rows = measure_all(measure, tasks, on_processes(1))
     # A thousandth of the tolerance; single runs scatter around their line by a factor of up to 10 either way.
-    assert 0 < fine["errors"]["slider_x"] < 1e-1 * coarse["errors"]["slider_x"]
-    assert fine["errors"]["impulse"] < coarse["errors"]["impulse"]
+    assert 0 < fine["error"] < 1e-1 * coarse["error"]
     assert coarse["evaluations"] < fine["evaluations"]
     assert "must be" in bad["status"]
     assert bad["seconds"] is None
@@ -121,15 +110,15 @@ def test_a_measured_run_has_its_errors_against_the_exact_one(own_cache):
 
 
 def test_the_page_shows_tables_drawings_and_failures(tmp_path):
-    rows = measured(dict.fromkeys(METHODS, 1.0), CHIEF)
-    rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "errors": {}}
-    labels = {"method": MINIMAL.title, "scene": WITH_CLEARANCE[0], "channels": "motion"}
-    grown = [{"table": "cycles", "cycles": 10.0, "seconds": 0.05, "contacts": 500} | labels]
-    results = study.Results(study.STUDY.small, rows, grown, [1e-12, 1e-12])
+    rows = measured(dict.fromkeys(METHODS, 1.0))
+    rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "error": None}
+    labels = {"scene": "ideal", "model": "exudyn", "formulation": "tree", "cycles": 1.0}
+    named = [labels | {"accuracy": name, "seconds": 1.0, "error": 1e-9} for name in NAMES]
+    results = study.Results(rows, named, [1e-12, 1e-12])
     text = study.STUDY.report(results, tmp_path).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     linked = re.findall(r"\]\(([\w.-]+\.\w+)\)", text)
     assert {path.name for path in tmp_path.iterdir()} == {"README.md", *linked}
-    assert sum(name.endswith(".svg") for name in linked) == 6
-    assert re.search(r"^- reference, multipliers, DOP853, ideal, 1e-06: gave up$", text, re.MULTILINE)
-    assert ">multipliers, DOP853 (-1)<" in (tmp_path / "ideal-seconds.svg").read_text("utf-8")
+    assert sum(name.endswith(".svg") for name in linked) == 2
+    assert re.search(r"^- reference, minimal, DOP853, 150rpm-0.2mm, 1e-06: gave up$", text, re.MULTILINE)
+    assert ">minimal, DOP853 (-1)<" in (tmp_path / "150rpm-0.2mm-seconds.svg").read_text("utf-8")
