@@ -4,7 +4,7 @@ from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, replace
 from math import isclose
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -128,7 +128,7 @@ def reliability(
     """
     if b is None and not (finer_a is None and finer_b is None):
         raise TableError("finer runs count only for the difference of two tables, and there is one")
-    stated = _Stated(**options)
+    own, stated = None if scene is None else as_scene(scene), _Stated(**options)
     every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
     given = {part: one for part, one in every.items() if one is not None}
     names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
@@ -138,7 +138,7 @@ def reliability(
     tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
-    cycle, source = _conditions(tables, names, None if scene is None else as_scene(scene), stated.period)
+    cycle, source = _conditions(tables, names, own, stated.period)
     values = {
         f"reliability.{quantity}.{end}": value
         for quantity, both in stated.limits.items()
@@ -237,7 +237,7 @@ def _pair(value: object) -> object:
 
 
 class _Stated(Options):
-    """Options of `reliability` that are numbers."""
+    """Options of `reliability`."""
 
     limits: Annotated[
         dict[str, Annotated[tuple[Real, Real], BeforeValidator(_pair)]],
@@ -245,7 +245,7 @@ class _Stated(Options):
         Field(default={}),
     ]
     period: Positive | None = None
-    at_events: str | None = None
+    at_events: Literal["left", "right", "both"] | None = None
 
 
 def _compared(

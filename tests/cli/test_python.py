@@ -275,7 +275,7 @@ MISUSES = [
      "reliability.speed"),
     ("reliability(X, ideal=X, scene=3)", "scene = 3"),
     ("reliability(X, ideal=X, mapping=3)", "mapping = 3"),
-    ("reliability(X, ideal=X, at_events=3)", "3 must be one of left"),
+    ("reliability(X, ideal=X, at_events=3)", "at_events = 3"),
     ("validate({})", "scene = {} must be a name, a path"),
     ("validate(3)", "scene = 3 must be a name, a path"),
     ("validate([])", "scenes names none"),
