@@ -32,7 +32,7 @@ OTHER_FILES = {
     "verdicts": "verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""
-UNLINKED = ["verdicts.toml"]
+UNLINKED = ["verdicts.toml", "measured.toml"]
 
 
 @pytest.fixture(scope="module")
