@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
 from comparison.scene.keys import explain
-from comparison.scene.schema import Positive, Real, Section, integer
+from comparison.scene.schema import Positive, Real, Section, Sign
 from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
@@ -27,7 +27,7 @@ class Rule(Section):
 
     channel: str
     unit: str | None = None  # None: as stated in the table
-    sign: Annotated[Literal[-1, 1], BeforeValidator(integer)] = 1
+    sign: Sign = 1
     offset: Real = 0.0  # in the column's unit
     factor: Real | None = None  # of the column, for one that is normalised; None: that of the channel
 
