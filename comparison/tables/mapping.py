@@ -1,4 +1,4 @@
-"""The mapping file: channel, unit and sign of other programs' columns, and channels of one's own."""
+"""The mapping file: channel, unit and sign of other programs' columns, and definitions of new channels."""
 
 import math
 import tomllib
@@ -33,7 +33,7 @@ class Rule(Section):
 
 
 class Quantity(Section):
-    """Channel of one's own; of a channel of the press only the scale can be given."""
+    """Definition of a new channel; for a channel of the press only the scale can be given."""
 
     unit: str | None = None  # of the comparison; None: that of the tables
     scale: Positive | None = None  # in that unit; None: the range of the first table
@@ -46,7 +46,7 @@ _Sign = Annotated[str, Field(min_length=1, max_length=1)]
 
 
 class Dialect(Section):
-    """How a text table is written; None is to be guessed, or refused where there are two ways."""
+    """Layout of a text table; None: guessed, or refused where two readings are possible."""
 
     separator: _Sign | None = None  # of the columns; a space: any number of spaces and tabs
     decimal: Literal[".", ","] | None = None
@@ -57,7 +57,7 @@ class Dialect(Section):
 
 
 class Dialects(Dialect):
-    """Dialect of all tables, and what differs from it in one of them."""
+    """Dialect of all tables, and deviations from it in one of them."""
 
     a: Dialect = Dialect()
     b: Dialect = Dialect()
@@ -82,14 +82,14 @@ class Mapping(Section):
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
     ideal: dict[str, Rule] = Field(default={})
-    """The same for the table of the ideal mechanism, which without has the rules of the side that it fits."""
+    """As ``columns``, for the ideal table; without it that table has the rules of the side that it fits."""
     gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")
 
     @property
     def file(self) -> str:
-        """Its file, for messages; "mapping" of one that was made in Python."""
+        """Path of the file, for messages; "mapping" if it was created in Python."""
         return self._file
 
 
@@ -132,11 +132,11 @@ def _faults(mapping: Mapping) -> Iterator[str]:
 
 
 Stated = tuple[str, str | None, Array]
-"""What a table says of a channel: its name, the unit (None without one), the numbers."""
+"""A channel in one table: name of the table, unit (None without one), numbers."""
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
-    """Return the definition of a channel that is not the press's, in the given unit, else the tables'."""
+    """Return the definition of a new channel, in the given unit or else in that of the tables."""
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
     if quantity.angle:

@@ -207,7 +207,7 @@ def shift(estimate: Shift, labels: tuple[str, str]) -> str:
     if estimate.reason:
         return f"A time shift between the two cannot be estimated: {estimate.reason}."
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
-    if not estimate.seen:
+    if not estimate.significant:
         return f"No significant time shift: {size}."
     late, early = labels[::-1] if estimate.value > 0 else labels
     return f"{late} is later than {early} by {size} (estimated, not applied)."
