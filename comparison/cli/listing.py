@@ -66,14 +66,14 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
     SCENE: a shipped scene or the path of a TOML file.
     """
     from comparison.accuracy.levels import plan as plan_run
-    from comparison.execution.run import checked
+    from comparison.execution.run import check_forces
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
     from comparison.scene.loading import heavy_load
     from comparison.words.accuracy import channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
-    forces = [checked(loaded, model) for model in MODELS]
+    forces = [check_forces(loaded, model) for model in MODELS]
     loads = [line for each in forces if (line := heavy_load(loaded.data, each))]
     warn((*loaded.warnings, *loads[:1]))
     plans = [plan_run(loaded, model) for model in MODELS]
