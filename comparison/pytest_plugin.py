@@ -271,6 +271,6 @@ def _write(table: Table, path: Path) -> Path:
             table.frame.to_csv(part, index=False)
         else:
             table.frame.to_parquet(part, index=False)
-    for end in (".events.csv", ".pulses.csv", ".extrema.csv"):  # of an earlier table
+    for end in (".events.csv", ".pulses.csv", ".extrema.csv"):  # an earlier table's
         path.with_suffix(end).unlink(missing_ok=True)
     return path

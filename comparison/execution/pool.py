@@ -36,10 +36,10 @@ class Share:
 
 @dataclass(frozen=True)
 class Died:
-    """The process ended before the task did."""
+    """The process of a task ended before the task."""
 
     words: str
-    """How it ended."""
+    """The end of the process, as a clause."""
 
 
 @dataclass(frozen=True)

@@ -218,7 +218,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
 
 def _load_line(job: Job) -> str:
     """Return a line if the load of a run that failed is absurd."""
-    with suppress(ValueError):  # of a check that contradicts its model
+    with suppress(ValueError):  # the check of a model may contradict its run
         return heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
     return ""
 

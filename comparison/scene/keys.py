@@ -31,8 +31,8 @@ class Key(NamedTuple):
     name: str  # dotted
     unit: str  # empty without one
     bounds: str  # rule for the value: ">= 0", "ideal | clearance"
-    default: object  # of a scene that extends "paper"; None without one
-    source: str  # of the default: where the paper prints it, "identified" or "chosen"; empty without one
+    default: object  # value in a scene that extends "paper"; None without one
+    source: str  # place of the default in the paper, "identified" or "chosen"; empty without one
     description: str
 
 
@@ -51,7 +51,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
         own_unit = next((note.symbol for note in notes if isinstance(note, Unit)), unit)
         default = defaults.get(name)
         item, mark = field.annotation, ""
-        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # of sections
+        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # a list of sections
             item, mark = get_args(item)[0], "[]"
         if isinstance(item, type) and issubclass(item, BaseModel):
             yield from _below(item, default or {}, f"{above}{name}{mark}.", own_unit)
@@ -129,7 +129,7 @@ def _words(name: str) -> str:
 LONGEST = 54
 """Longest name that lists the changes: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
-_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
+_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # their meaning depends on the formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
 _PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
@@ -312,7 +312,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     steps = [str(step) for step in first["loc"]]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
-    if "key" in context:  # of a rule of the schema
+    if "key" in context:  # a rule of the schema is violated
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
     key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())

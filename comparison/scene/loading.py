@@ -398,7 +398,7 @@ def _without_effect(scene: Scene) -> dict[str, str]:
         unused["corner_radius"] = "with joints.slider = 'ideal'"
     if law == "foundation":
         unused["corner_radius"] = has_law
-        if "crank_pin" not in joints:  # where the law is Hertz's
+        if "crank_pin" not in joints:  # the law of the pin is Hertz's
             unused["exponent"] = has_law
     if law != "adams-impact":
         return unused | dict.fromkeys(("stiffness", "damping", "damping_depth"), has_law)
@@ -486,7 +486,7 @@ def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:
             f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {gap:g} m: the slider starts "
             "inside the wall"
         )
-    elif depth > radius:  # where no contact law holds
+    elif depth > radius:  # no contact law holds there
         yield (
             f"initial.slider_angle = {angle:g} rad puts a corner {depth:.2g} m inside the wall, deeper than "
             f"contact.corner_radius = {radius:g} m"

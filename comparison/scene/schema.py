@@ -37,7 +37,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Source:
-    """Where the paper's value of a key comes from; without one it is chosen."""
+    """Origin of the paper's value of a key; a key without one has a chosen value."""
 
     text: str
 
@@ -74,7 +74,7 @@ class Texts(Section):
     title: str
     """Title in reports, one line; the name where none is given."""
     description: str = ""
-    """What the scene is for, in a sentence or two."""
+    """Purpose of the scene, in a sentence or two."""
 
 
 class Rod(Section):
@@ -300,7 +300,7 @@ class Compare(Section):
     tolerance: Positive | None = None
     """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""
     time_tolerance: Annotated[NotNegative, S] = 0.0
-    """How early or late either of two tables may be."""
+    """Time by which either of two tables may be early or late."""
     gate: dict[str, Real] = {}
     """Limits of metrics for such tables, by the name of the metric."""
 
@@ -341,7 +341,7 @@ class Reliability(Section):
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     """Intervals of a crank cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
-    """Whether mean and deviation are those of the error or of its magnitude."""
+    """Mean and deviation are those of the error (signed) or of its magnitude (absolute)."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
     velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()

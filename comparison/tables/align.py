@@ -31,7 +31,7 @@ _ROUNDS = 20
 _EVEN = 0.9  # share of equal steps from which times count as equidistant
 _COVERED = 0.05  # share of the span that they then cover at least
 _EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times with few digits
-_RATIO = 10.0  # of a hole to the longest other step, where steps vary
+_RATIO = 10.0  # least ratio of a hole to the longest other step, where steps vary
 
 Side = Mapping[str, Array]  # channel -> values, shape (n,)
 

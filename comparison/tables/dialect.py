@@ -70,7 +70,7 @@ class Source:
     pulses: Columns | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
     cycle_extrema: Columns | None = None
-    record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin
+    record: dict[str, Any] | None = None  # provenance of a table of this project; None without a record
 
     @property
     def names(self) -> list[str]:
@@ -84,7 +84,7 @@ class _Line(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """How the lines of a table are split, and its first row."""
+    """Rules by which the lines of a table are split, and its first row."""
 
     separator: str
     comments: tuple[str, ...]  # the signs with which they begin
@@ -176,7 +176,7 @@ def decode(content: bytes) -> str:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
     text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     end = text[-100:].rstrip()
-    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # of DOS: the end of a file
+    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # DOS ends a file so
 
 
 def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
@@ -242,7 +242,7 @@ def read_column(
 
 def _value(text: str) -> float:
     """Return the number that a text with a decimal point denotes; nan if it denotes none."""
-    if "_" in text or not text.isascii():  # of which Python would make numbers
+    if "_" in text or not text.isascii():  # Python would read these as numbers
         return np.nan
     try:
         return float(text)

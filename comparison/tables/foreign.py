@@ -105,7 +105,7 @@ def _sheet(path: Path) -> str:
             unpacked = sum(part.file_size for part in file.infolist())
         options: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
+            warnings.simplefilter("ignore")  # warnings of styles and extensions do not matter
             small = unpacked <= table_files.LARGEST
             sheets = pd.read_excel(path, sheet_name=None, **options) if small else {}
     except ImportError as error:

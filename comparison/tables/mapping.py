@@ -29,17 +29,17 @@ class Rule(Section):
     unit: str | None = None  # None: as stated in the table
     sign: Sign = 1
     offset: Real = 0.0  # in the column's unit
-    factor: Real | None = None  # of the column, for one that is normalised; None: that of the channel
+    factor: Real | None = None  # undoes a normalisation of the column; None: the channel's factor
 
 
 class Quantity(Section):
     """Definition of a new channel; for a channel of the press only the scale can be given."""
 
-    unit: str | None = None  # of the comparison; None: that of the tables
+    unit: str | None = None  # unit of the comparison; None: that of the tables
     scale: Positive | None = None  # in that unit; None: the range of the first table
     angle: bool = False  # whether whole revolutions do not matter
     rate: str | None = None  # the channel that is its time derivative
-    factor: Real = 1.0  # of its columns in both tables: what they are normalised by
+    factor: Real = 1.0  # undoes a normalisation of its columns in both tables
 
 
 _Sign = Annotated[str, Field(min_length=1, max_length=1)]
@@ -48,11 +48,11 @@ _Sign = Annotated[str, Field(min_length=1, max_length=1)]
 class Dialect(Section):
     """Layout of a text table; None: guessed, or refused where two readings are possible."""
 
-    separator: _Sign | None = None  # of the columns; a space: any number of spaces and tabs
+    separator: _Sign | None = None  # separator of columns; a space: any number of spaces and tabs
     decimal: Literal[".", ","] | None = None
     thousands: _Sign | None = None
     skip: Annotated[int, Field(ge=0)] | None = None  # lines above that of the names, or above the numbers
-    names: list[str] | None = None  # of the columns, with units as in "x [mm]"; []: they have none
+    names: list[str] | None = None  # names of columns, with units as in "x [mm]"; []: there are none
     comment: str | None = None  # sign with which comments begin; "": there are none
 
 

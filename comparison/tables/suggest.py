@@ -26,7 +26,7 @@ _GRID = 2000  # times at which columns are compared
 # RMS distances as shares of the larger standard deviation: of unrelated columns they are 1 and more.
 _NEAR = 0.3  # two models of one motion are nearer, except where chatter separates them
 _ALIKE = 0.9  # for two columns whose names denote one channel
-_CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
+_CONSTANT = 1e-9  # standard deviation of a constant column, as a share of its largest value
 
 # Words of channel names -> their spellings in other programs.
 _WORDS = {
@@ -68,8 +68,8 @@ class Guess(NamedTuple):
     """Two columns that are near each other as one channel."""
 
     pair: tuple[_Column, _Column]
-    channel: str  # of the press, or a new one with the name of a column
-    units: tuple[str, ...]  # of both; none for a new channel
+    channel: str  # a channel of the press, or a new one with the name of a column
+    units: tuple[str, ...]  # units of both columns; none for a new channel
     sign: int = 1
     named: bool = True  # whether the names denote the channel
     distance: float = 0.0  # RMS, as a share of the standard deviation

@@ -140,12 +140,12 @@ def check(
 
 
 def slacks(*times: Array) -> tuple[float, float]:
-    """Return how far the first times, and the last ones, may be apart for tables of one span, s.
+    """Return the permitted distances, s, of the first times and of the last times of tables of one span.
 
     A fifth of the finest step there: a line continued by more is less exact than one between two rows.
     """
     rounding = 4 * float(max(np.spacing(np.abs(time).max()) for time in times))
-    steps = [step[step > rounding] for step in map(np.diff, times)]  # of an event's two rows it is round-off
+    steps = [step[step > rounding] for step in map(np.diff, times)]  # not between two rows of an event
     first, last = (min((float(step[n]) for step in steps if step.size), default=0.0) for n in (0, -1))
     return max(0.2 * first, rounding), max(0.2 * last, rounding)
 
@@ -209,7 +209,7 @@ def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float)
 
 def _numbers(column: pd.Series) -> Array:
     """Return the values of a column, nan where one is not a number."""
-    if column.dtype.kind == "b":  # which pandas would count as 0 and 1
+    if column.dtype.kind == "b":  # pandas would count booleans as 0 and 1
         return np.full(len(column), np.nan)
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
 
