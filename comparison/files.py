@@ -1,4 +1,4 @@
-"""Files: bounded reading, and atomic writing: a file is complete or as before."""
+"""Bounded reading and atomic writing of files: after an error a file is as it was before."""
 
 import errno
 import json
@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 LONGEST_NAME = 200
-"""Bytes of a file's name; file systems allow 255, and companions of a table have longer names."""
+"""Longest file name, bytes: file systems allow 255, and the companions of a table have longer names."""
 LARGEST_TEXT = 10_000_000
-"""Bytes of a file that is read as a whole and holds no samples: mappings, records of runs, baselines."""
+"""Largest size, bytes, of a file without samples: a mapping, the record of a run, a baseline."""
 
 
 class FolderError(ValueError):
@@ -25,7 +25,7 @@ class FolderError(ValueError):
 
 
 def contents(path: Path, most: int = LARGEST_TEXT) -> str:
-    """Read a text in UTF-8, with its mark or not; an `OSError` if that fails or has over ``most`` bytes."""
+    """Read a UTF-8 text, with or without its mark; raise an `OSError` if it exceeds ``most`` bytes."""
     with path.open("rb") as file:
         content = file.read(most + 1)  # a pipe has no size to ask for
     if len(content) > most:
@@ -35,7 +35,7 @@ def contents(path: Path, most: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Iterator[None]:
-    """Convert errors of reading a file (of a kind, such as TOML) to a ``refusal`` of one line."""
+    """Convert errors of reading a file of this ``kind``, such as TOML, to a ``refusal`` of one line."""
     try:
         yield
     except refusal as error:
@@ -51,7 +51,7 @@ def reading(where: str | Path, refusal: type[ValueError], kind: str = "") -> Ite
 
 
 def check_size(path: Path, most: int) -> None:
-    """Reject, by an `OSError`, anything but a regular file of at most so many bytes, before it is read."""
+    """Raise an `OSError` unless the path is a regular file of at most ``most`` bytes."""
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
         kind = "is a folder" if stat.S_ISDIR(status.st_mode) else "is not a file"
@@ -73,7 +73,7 @@ def expanded(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> Path:
-    """Reject a folder that cannot be written to, before the work whose result it is to hold; expand ``~``."""
+    """Return a folder with ``~`` expanded; raise a `FolderError` if it cannot be written to."""
     folder = expanded(folder)
     try:
         existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
@@ -90,7 +90,7 @@ def check_folder(folder: Path) -> Path:
 
 
 def check_file(path: Path) -> Path:
-    """Reject a file that cannot be written, as `check_folder` does its folder."""
+    """Return a path with ``~`` expanded; raise a `FolderError` if the file cannot be written."""
     path = expanded(path)
     if len(os.fsencode(path.name)) > LONGEST_NAME:
         raise FolderError(f"{path}: the name is longer than {LONGEST_NAME} bytes")
@@ -115,25 +115,25 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_in(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder; if the block succeeds its files go to ``folder``, each complete or as before."""
-    made = not folder.exists()
+    """Yield an empty folder; if the block succeeds, replace files of ``folder`` by its files, one by one."""
+    is_new = not folder.exists()
     part = None
     try:
         folder.mkdir(parents=True, exist_ok=True)
         part = Path(tempfile.mkdtemp(prefix=".part-", dir=folder))
         yield part
         _move(part, folder)
-        made = False
+        is_new = False
     except OSError as error:
-        named = str(error.filename or folder)
+        name = str(error.filename or folder)
         if part is not None:
-            named = named.replace(str(part), str(folder))
-        error.filename, error.filename2 = named, None
+            name = name.replace(str(part), str(folder))
+        error.filename, error.filename2 = name, None
         raise
     finally:
         if part is not None:
             shutil.rmtree(part, ignore_errors=True)
-        if made:
+        if is_new:
             with suppress(OSError):
                 folder.rmdir()
 
@@ -161,12 +161,12 @@ def write_text(text: str, path: Path) -> None:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
-    """Return strict JSON; non-finite numbers become null, a value without equivalent is a `TypeError`."""
+    """Return strict JSON, with null for non-finite numbers; a value without equivalent is a `TypeError`."""
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def plain(value: Any) -> Any:
-    """Replace values that JSON lacks: non-finite numbers become null, numpy's become Python's."""
+    """Replace values that JSON lacks: non-finite numbers by None, numpy's by Python's."""
     if isinstance(value, Mapping):
         return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

@@ -47,7 +47,7 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def instant(time: float, *others: float) -> str:
-    """Return a time in as few digits, six at least, as tell it from others: some count from an epoch."""
+    """Return a time (s) with the fewest digits, six at least, that distinguish it from the others."""
     text = ""
     for digits in range(6, 18):
         text = f"{time:.{digits}g}"
@@ -57,13 +57,13 @@ def instant(time: float, *others: float) -> str:
 
 
 def spans(*ends: float) -> tuple[str, str]:
-    """Return two spans by their starts and ends (s), four times in digits that tell them apart."""
+    """Return two spans, given as start, end, start, end (s), with digits that distinguish the four times."""
     start, end, other_start, other_end = (instant(each, *ends) for each in ends)
     return f"{start} to {end} s", f"{other_start} to {other_end} s"
 
 
 def holes_line(where: str, holes: Sequence[tuple[float, float, int]]) -> str:
-    """Return the longest of some holes, with start, end (s) and missing rows, as a sentence of ``where``."""
+    """Return a sentence on the longest hole (start, end in s, missing rows); ``where`` is its beginning."""
     start, end, _ = max(holes, key=lambda hole: hole[1] - hole[0])
     missing = sum(rows for *_, rows in holes)
     more = f" (and {len(holes) - 1} more such holes)" if len(holes) > 1 else ""

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from comparison.tables.table import Table
     from comparison.verdict.results import SceneComparison
 
-_WRITTEN = (".csv", ".parquet")  # endings of the tables that are written where they are missing
-_OBTAINED = "obtained"  # folder beside an expected table, of what a failing test obtained
-_LEFT = (".csv", ".events.csv", ".extrema.csv", ".json", ".html")  # endings of the files in it
+_WRITABLE = (".csv", ".parquet")  # endings of the tables that can be written
+_OBTAINED = "obtained"  # folder beside an expected table, for the files of a failing test
+_COMPANIONS = (".csv", ".events.csv", ".extrema.csv", ".json", ".html")  # endings of the files in it
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -66,14 +66,14 @@ def _assert_agree(
     from comparison.tables.table import TableError
 
     __tracebackhide__ = True  # the line to show is the test's
-    asked = {"scene": scene, "mapping": mapping, "options": options}
-    pair = _Pair(expected, obtained, asked, node.nodeid, allow_indeterminate=allow_indeterminate)
+    arguments = {"scene": scene, "mapping": mapping, "options": options}
+    pair = _Pair(expected, obtained, arguments, node.nodeid, allow_indeterminate=allow_indeterminate)
     try:
-        if pair.written is not None and (update or not pair.written.exists()):
-            pair.write()
+        if pair.expected_path is not None and (update or not pair.expected_path.exists()):
+            pair.write_expected()
             if update:
                 return
-            text = f"{pair.written} was missing, and is written from {pair.labels[1]}"
+            text = f"{pair.expected_path} was missing, and is written from {pair.labels[1]}"
             raise AssertionError(f"{text}: check it, and test again")
         failure = pair.failure()
     except (TableError, SceneError, OSError) as error:
@@ -88,7 +88,7 @@ class _Pair:
 
     expected: Results
     obtained: Results
-    asked: dict[str, Any]  # scene, mapping and options, as the test gives them
+    arguments: dict[str, Any]  # scene, mapping and options, as the test gives them
     test: str  # its name for pytest
     allow_indeterminate: bool = field(kw_only=True)
 
@@ -100,26 +100,26 @@ class _Pair:
         return first, second
 
     @property
-    def written(self) -> Path | None:
-        """Path of the expected table where it can be written."""
+    def expected_path(self) -> Path | None:
+        """Path of the expected table; None if it cannot be written."""
         path = Path(self.expected) if isinstance(self.expected, str | Path) else None
-        return path if path and path.suffix.lower() in _WRITTEN else None
+        return path if path and path.suffix.lower() in _WRITABLE else None
 
     @property
-    def left(self) -> Path | None:
+    def obtained_path(self) -> Path | None:
         """Path of the table that a failing test leaves beside the expected one."""
-        return self.written and self.written.parent / _OBTAINED / f"{self.written.stem}.csv"
+        return self.expected_path and self.expected_path.parent / _OBTAINED / f"{self.expected_path.stem}.csv"
 
     @cached_property
     def mapping(self) -> Mapping | None:
         """The rules for the columns."""
         from comparison.tables.arguments import as_mapping
 
-        return as_mapping(self.asked["mapping"])
+        return as_mapping(self.arguments["mapping"])
 
     @cached_property
     def source(self) -> Source:
-        """The columns of the table obtained, as they are named there."""
+        """The table obtained, before its columns are converted."""
         from comparison.tables.arguments import as_source
         from comparison.tables.foreign import open_source
 
@@ -128,61 +128,61 @@ class _Pair:
             return source
         return open_source(source, None if self.mapping is None else self.mapping.dialect.of("b"))
 
-    def judged(self, expected: Results, label: str) -> SceneComparison:
+    def compare(self, expected: Results, label: str) -> SceneComparison:
         """Compare a table with the one obtained."""
         from comparison.scene import as_scene
         from comparison.tables.arguments import as_source
         from comparison.verdict.criteria import Criteria
         from comparison.verdict.recorded import compare_files
 
-        scene = self.asked["scene"]
+        scene = self.arguments["scene"]
         return compare_files(
             [("base", as_source(expected, label))],
             [("base", self.source)],
             labels=(label, self.labels[1]),
             scene=None if scene is None else as_scene(scene),
             mapping=self.mapping,
-            criteria=Criteria(**self.asked["options"]),
+            criteria=Criteria(**self.arguments["options"]),
         )
 
     def failure(self) -> str:
-        """Return why the test fails, if it does; then the table obtained stays beside the expected one."""
+        """Return why the test fails, empty if it passes; write or delete the files of a failure."""
         from comparison.tables.table import TableError
         from comparison.words.verdicts import reason, why
 
         try:
-            result = self.judged(self.expected, self.labels[0])
+            result = self.compare(self.expected, self.labels[0])
         except TableError as error:
-            return "\n".join([f"cannot compare: {error}", *self.leave(None)])
+            return "\n".join([f"cannot compare: {error}", *self.write_obtained(None)])
         if result.verdict == "agree" or (result.verdict == "indeterminate" and self.allow_indeterminate):
-            self.remove()
+            self.remove_obtained()
             return ""
         on = "" if result.scene is None else f" on scene {result.name!r}"
         lines = [f"{' and '.join(self.labels)}{on}: {result.verdict}: {why(result)}"]
         lines += [
             f"  {channel.channel}: differ: {reason(channel)}" for channel in result.with_verdict("differ")
         ]
-        if opened := [channel.channel for channel in result.with_verdict("indeterminate")]:
-            lines.append(f"  indeterminate: {', '.join(opened)}")
+        if indeterminate := [channel.channel for channel in result.with_verdict("indeterminate")]:
+            lines.append(f"  indeterminate: {', '.join(indeterminate)}")
         lines += [f"  warning: {warning}" for warning in result.warnings]
-        return "\n".join([*lines, *self.leave(result)])
+        return "\n".join([*lines, *self.write_obtained(result)])
 
-    def leave(self, result: SceneComparison | None) -> list[str]:
-        """Write the table obtained and a report beside the expected one; say where, and how to accept it."""
+    def write_obtained(self, result: SceneComparison | None) -> list[str]:
+        """Write the table obtained and a report; return lines on where they are and how to accept it."""
         from comparison.files import write_text
         from comparison.report.page import origin, render
         from comparison.tables.table import TableError
 
-        if self.left is None:
+        if self.obtained_path is None:
             return []
         try:
             self.source  # noqa: B018
         except TableError:  # cannot be read, which the message says already
             return []
         try:
-            lines = [f"  obtained: {_write(self.table(), self.left)}"]
+            lines = [f"  obtained: {_write(self.table(), self.obtained_path)}"]
             if result is not None:
-                page = self.left.with_suffix(".html")
+                page = self.obtained_path.with_suffix(".html")
                 title, command = f"{self.labels[0]} and the table of {self.test}", f"pytest {self.test}"
                 write_text(render([result], title=title, command=command, origin=origin()), page)
                 lines.append(f"  report: {page}")
@@ -190,41 +190,41 @@ class _Pair:
             return [f"  obtained: {error}"]
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
-    def remove(self) -> None:
+    def remove_obtained(self) -> None:
         """Remove the files of an earlier failure."""
-        if self.left is None or not self.left.parent.is_dir():
+        if self.obtained_path is None or not self.obtained_path.parent.is_dir():
             return
-        for end in _LEFT:
+        for end in _COMPANIONS:
             with suppress(OSError):
-                (self.left.parent / f"{self.left.stem}{end}").unlink()
-        with suppress(OSError):  # holds what others have left
-            self.left.parent.rmdir()
+                (self.obtained_path.parent / f"{self.obtained_path.stem}{end}").unlink()
+        with suppress(OSError):  # other tests may have files there
+            self.obtained_path.parent.rmdir()
 
-    def write(self) -> None:
-        """Write the expected table; a `TableError`, and none, if it could not be compared afterwards."""
+    def write_expected(self) -> None:
+        """Write the expected table; raise a `TableError` instead if it could not be compared afterwards."""
         from comparison.tables.table import TableError
         from comparison.words.verdicts import why
 
-        path = self.written
+        path = self.expected_path
         assert path is not None
         table = self.table()
         if path.suffix.lower() != ".csv" and [name for name in table.names if name.endswith("]")]:
             raise TableError(f"{path}: a Parquet file states no units, {self.labels[1]} does: name it .csv")
         with TemporaryDirectory() as folder:
             try:
-                result = self.judged(_write(table, Path(folder, path.name)), self.labels[1])
+                result = self.compare(_write(table, Path(folder, path.name)), self.labels[1])
             except TableError as error:
                 raise TableError(f"{str(error).replace(folder, '')}; {path} is not written") from None
         if result.verdict == "differ":
             raise TableError(f"{path} is not written: read again, it would differ: {why(result)}")
         _write(table, path)
-        self.remove()
+        self.remove_obtained()
 
     def table(self) -> Table:
         """Return the table obtained with its own names, units and signs, the units in the names.
 
-        Where the mapping has rules for the second table alone, they would not serve the first: then with the
-        channels' names and units.
+        If the mapping has rules for the second table alone, which would not hold for the expected one, it has
+        the channels' names and units.
         """
         import pandas as pd
 
@@ -238,7 +238,7 @@ class _Pair:
         units = {name: column.unit for name, column in columns.items()}
         frame = pd.DataFrame({name: column.numbers for name, column in columns.items()})
         if self.mapping is not None and self.mapping.b:
-            criteria = Criteria(**self.asked["options"])
+            criteria = Criteria(**self.arguments["options"])
             rows, only = criteria.at_events, criteria.channels
             (read,), _ = read_tables([source], ["b"], self.mapping, rows, only=only)
             if not read.channels:
@@ -249,9 +249,9 @@ class _Pair:
             frame, units = read.frame, {"time": "s", **{name: known[name].unit for name in read.channels}}
         elif source.nameless:
             frame, units = frame.rename(columns={source.names[0]: "time"}), {}
-        headed = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
+        with_unit = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
         return Table(
-            frame.rename(columns=headed),
+            frame.rename(columns=with_unit),
             source.events,
             source.extrema,
             source.record or {},
@@ -271,6 +271,6 @@ def _write(table: Table, path: Path) -> Path:
             table.frame.to_csv(part, index=False)
         else:
             table.frame.to_parquet(part, index=False)
-    for end in (".events.csv", ".pulses.csv", ".extrema.csv"):  # of an earlier table
+    for end in (".events.csv", ".pulses.csv", ".extrema.csv"):  # an earlier table's
         path.with_suffix(end).unlink(missing_ok=True)
     return path

@@ -1,4 +1,4 @@
-"""Command line `sixbar`: one module per command."""
+"""Command line `sixbar`: a module for each command, or for several of one kind."""
 
 import sys
 

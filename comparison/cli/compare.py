@@ -19,9 +19,9 @@ from comparison.cli.console import columns, print_json, say, say_wrapped, warn, 
 if TYPE_CHECKING:
     from comparison.verdict.results import SceneComparison
 
-_NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # options that change no number
-_File = Annotated[Path, typer.Argument(hidden=True)]
-_Coarser = Annotated[Path | None, console.option("FILE", "The run at a coarser setting.")]
+_NOT_REPEATED = ("a", "b", "out", "json", "allow_indeterminate")  # options that affect no number
+_A = Annotated[Path, typer.Argument(metavar="A", hidden=True)]
+_Coarser = Annotated[Path | None, console.option("FILE", "A run at a coarser setting.")]
 _Starts = Annotated[
     list[Path] | None, console.option("FILE", "A run from a moved start; repeat for several.")
 ]
@@ -36,8 +36,8 @@ class Comparison:
     """Options of ``sixbar compare``; those that `comparison.verdict.criteria.Criteria` has mean the same."""
 
     context: typer.Context
-    a: _File
-    b: _File
+    a: _A
+    b: Annotated[Path, typer.Argument(metavar="B", hidden=True)]
     scene: console.OfScene = None
     tolerance: Annotated[
         float | None, console.option("X", "Allowed difference, as a share of each channel's scale.")
@@ -49,13 +49,13 @@ class Comparison:
         float, console.option("X", "Share of the samples that must be within the tolerance.")
     ] = 1.0
     time_tolerance: Annotated[
-        float | None, console.option("SECONDS", "By which either table may be early or late; default 0.")
+        float | None, console.option("SECONDS", "Time by which either table may be early or late; default 0.")
     ] = None
     channels: Annotated[str | None, console.option("NAME[,...]", "Compare these channels alone.")] = None
     mapping: console.MappingFile = None
     suggest_mapping: Annotated[
         bool,
-        console.option(None, "Write such a file, to be edited; nothing is compared.", "--suggest-mapping"),
+        console.option(None, "Write a mapping file to edit; nothing is compared.", "--suggest-mapping"),
     ] = False
     common_time: Annotated[
         bool, console.option(None, "Compare tables of different spans where both have rows.", "--common-time")
@@ -104,7 +104,7 @@ class Comparison:
         return {"scene": scene, "mapping": mapping, "criteria": criteria, "refinements": refinements}
 
     def command(self, **changes: object) -> str:
-        """Return the command with all options that change a number, and with other values of some."""
+        """Return the command with all options that affect a number, some of them with other values."""
         from comparison.scene import command_line
 
         words = []
@@ -118,7 +118,7 @@ class Comparison:
 
 
 @console.taking(Comparison)
-def compare(asked: Comparison) -> int:
+def compare(options: Comparison) -> int:
     """Compare any two tables, also of other programs, or all tables of one name in two folders.
 
     A, B: .csv, .parquet, .mat, .xlsx, or text of another program. A finer run of each, better with coarser
@@ -133,59 +133,59 @@ def compare(asked: Comparison) -> int:
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import shift_line
 
-    if asked.suggest_mapping:
-        return _suggest(asked)
-    a, b, command, criteria = asked.a, asked.b, asked.command(), asked.criteria()
-    folder = check_folder(asked.out or console.REPORTS / "compare")
+    if options.suggest_mapping:
+        return _suggest(options)
+    a, b, command, criteria = options.a, options.b, options.command(), options.criteria()
+    folder = check_folder(options.out or console.REPORTS / "compare")
     if a.is_dir() and b.is_dir():
-        if len(asked.runs("a")) + len(asked.runs("b")) > 2:
+        if len(options.runs("a")) + len(options.runs("b")) > 2:
             raise typer.BadParameter("further runs are those of two tables, not of two folders")
         comparisons, title, lines = _by_name(a, b, criteria), f"Tables of {a} and {b}", []
     else:
         labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
         labels = labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)")
-        comparison = compare_files(asked.runs("a"), asked.runs("b"), labels=labels, **criteria)
+        comparison = compare_files(options.runs("a"), options.runs("b"), labels=labels, **criteria)
         comparison = replace(comparison, command=command)
         if all(channel.threshold is None for channel in comparison.channels.values()):
-            comparison = replace(comparison, closer_command=asked.command(tolerance=0.01))
+            comparison = replace(comparison, closer_command=options.command(tolerance=0.01))
         comparisons, title = [comparison], ""
         lines = [*channel_lines(comparison), *wrapped(shift_line(comparison))]
-    say_wrapped(*lead(comparisons), err=asked.json)
+    say_wrapped(*lead(comparisons), err=options.json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
-        typer.echo(line, err=asked.json)  # with colours
-    if asked.json:
+        typer.echo(line, err=options.json)  # with colours
+    if options.json:
         print_json([*map(as_mapping, comparisons)] if title else as_mapping(comparisons[0]))
-    say(str(write_page(comparisons, folder, command, title=title)), err=asked.json)
+    say(str(write_page(comparisons, folder, command, title=title)), err=options.json)
     for comparison in comparisons:
         warn([f"{comparison.name}: {line}" if title else line for line in comparison.warnings])
     codes = [EXIT_CODES[comparison.verdict] for comparison in comparisons]
-    return exit_code(codes, allow_indeterminate=asked.allow_indeterminate)
+    return exit_code(codes, allow_indeterminate=options.allow_indeterminate)
 
 
-def _suggest(asked: Comparison) -> int:
+def _suggest(options: Comparison) -> int:
     """Write a mapping of the columns of two tables, and print its assignments."""
     from comparison.files import FolderError, check_file, write_text
     from comparison.scene import command_line
     from comparison.tables.mapping import load_mapping
     from comparison.tables.suggest import mapping_text, suggest
 
-    a, b = asked.a, asked.b
-    path = check_file(asked.out or Path(f"{b.stem}.mapping.toml"))
+    a, b = options.a, options.b
+    path = check_file(options.out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
-    dialects = load_mapping(asked.mapping).dialect if asked.mapping else None
+    dialects = load_mapping(options.mapping).dialect if options.mapping else None
     guesses, left = suggest(a, b, dialects)
     command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
     text = mapping_text(guesses, left, dialects, command)
     write_text(text, path)
-    if asked.json:
+    if options.json:
         print_json([rule for guess in guesses for rule in guess.rules()])
-    say(*text.splitlines(), str(path), err=asked.json)
+    say(*text.splitlines(), str(path), err=options.json)
     return 0
 
 
 def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison]:
-    """Compare the tables of two folders by their names; one of the first must have a partner."""
+    """Compare the tables of equal names in two folders; those of the second may lack a partner."""
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
     from comparison.verdict.recorded import compare_files
@@ -243,7 +243,7 @@ class Validation:
 
 
 @console.taking(Validation)
-def validate(asked: Validation) -> int:
+def validate(options: Validation) -> int:
     """Run scenes by two models, compare them, and write a report.
 
     SCENE: shipped names or TOML files; all shipped scenes by default. Each model runs with refined and
@@ -256,15 +256,15 @@ def validate(asked: Validation) -> int:
     from comparison.models import named
     from comparison.scene import name_with
 
-    request = Request.of(asked)
+    request = Request.of(options)
     with kept_workers():
-        first, second, *others = several = named(asked.models)
+        first, second, *others = several = named(options.models)
         if others:
-            folder = asked.out or console.REPORTS / name_with("pairwise", request.changes)
+            folder = options.out or console.REPORTS / name_with("pairwise", request.changes)
             code, summary = validate_pairs(request, several, folder)
         else:
-            code, summary = validate_pair(request, (first, second), asked.out)
-    if asked.json and summary:
+            code, summary = validate_pair(request, (first, second), options.out)
+    if options.json and summary:
         print_json(summary)
     return code
 
@@ -273,8 +273,8 @@ def validate(asked: Validation) -> int:
 class Motion:
     """Options of ``sixbar reliability``; those that ``sixbar compare`` has mean the same."""
 
-    a: _File
-    b: Annotated[Path | None, typer.Argument(hidden=True)] = None
+    a: _A
+    b: Annotated[Path | None, typer.Argument(metavar="B", hidden=True)] = None
     _: KW_ONLY
     ideal: Annotated[Path, console.option("FILE", "Table of the mechanism without clearance.")]
     limits: Annotated[
@@ -287,7 +287,7 @@ class Motion:
     ] = None
     scene: console.OfScene = None
     period: Annotated[
-        float | None, console.option("SECONDS", "Of the crank cycle; by default the scene's.")
+        float | None, console.option("SECONDS", "Period of the crank; by default the scene's.")
     ] = None
     mapping: console.MappingFile = None
     at_events: console.AtEvents = None
@@ -301,10 +301,10 @@ class Motion:
 
 
 @console.taking(Motion)
-def reliability(asked: Motion) -> int:
+def reliability(options: Motion) -> int:
     """Compute how reliably the slider follows the ideal mechanism.
 
-    A, B: tables of any program, as of `sixbar compare`. Reliability as in Section 3 of the paper
+    A, B: tables of any program, as for `sixbar compare`. Reliability as in Section 3 of the paper
     (stress-strength interference), of slider_y, slider_vy and slider_ay, with 95 % intervals. The difference
     of A and B is judged if both have a finer run. `sixbar run ideal` writes a table of the ideal mechanism.
     """
@@ -316,27 +316,27 @@ def reliability(asked: Motion) -> int:
 
     same = ("ideal", "period", "mapping", "at_events", "finer_a", "finer_b")
     result = reliability_of(
-        asked.a,
-        asked.b,
-        limits=dict(map(_limits, asked.limits or ())),
-        scene=None if asked.scene is None else load_scene(asked.scene),
-        **{name: getattr(asked, name) for name in same},
+        options.a,
+        options.b,
+        limits=dict(map(_limits, options.limits or ())),
+        scene=None if options.scene is None else load_scene(options.scene),
+        **{name: getattr(options, name) for name in same},
     )
     for label, name in zip("ab", result.names, strict=False):
-        say(f"{label}: {name}", err=asked.json)
-    if asked.verbose:
-        say(*columns(table_rows(result, every=True), right=range(1, 7)), "", err=asked.json)
-    say(*columns(table_rows(result, every=False), right=range(1, 7)), err=asked.json)
+        say(f"{label}: {name}", err=options.json)
+    if options.verbose:
+        say(*columns(table_rows(result, every=True), right=range(1, 7)), "", err=options.json)
+    say(*columns(table_rows(result, every=False), right=range(1, 7)), err=options.json)
     if result.comparison:
-        say(*columns(difference_rows(result.comparison), right=(1, 2)), err=asked.json)
-    say_wrapped(*table_notes(result), err=asked.json)
-    if asked.json:
+        say(*columns(difference_rows(result.comparison), right=(1, 2)), err=options.json)
+    say_wrapped(*table_notes(result), err=options.json)
+    if options.json:
         print_json(reliability_mapping(result))
     warn(result.warnings)
     if result.comparison is None:
         return 0
     verdict = {"undecided": "indeterminate"}.get(result.comparison.verdict, result.comparison.verdict)
-    return exit_code([EXIT_CODES[verdict]], allow_indeterminate=asked.allow_indeterminate)
+    return exit_code([EXIT_CODES[verdict]], allow_indeterminate=options.allow_indeterminate)
 
 
 def _limits(text: str) -> tuple[str, tuple[float, float]]:

@@ -22,12 +22,12 @@ INTERRUPTED = 130
 _COLOURS = {"agree": "green", "differ": "red", "cannot compare": "red", "indeterminate": "yellow"}
 _HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of characters that a terminal obeys instead of showing them."""
-_LEAST = 12  # columns of a text that is cut
+_LEAST = 12  # smallest width of a column whose text is cut
 
 
 @contextmanager
 def session(*, program: bool) -> Iterator[None]:
-    """Prepare the streams; a program shows Python's warnings only if it was asked for them."""
+    """Prepare streams and logging; a program hides Python's warnings unless Python's -W shows them."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who started us: the next file would take its number
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "r" if name == "stdin" else "w"))
@@ -135,15 +135,15 @@ def complain(text: str, code: int) -> int:
     return code
 
 
-def described(error: Exception) -> tuple[str, int]:
-    """Return the message and the exit code of an error; an internal one asks for a report."""
+def describe_error(error: Exception) -> tuple[str, int]:
+    """Return message and exit code of an error; an internal error asks for a report."""
     from comparison.execution.run import RunError
 
     if isinstance(error, RunError):
         return str(error), 70 if error.outcome.status == "crashed" else 2
     if is_refusal(error):
         return str(error), 2
-    if isinstance(error, OSError):  # of the machine, not of this program; a full disk may not name its file
+    if isinstance(error, OSError):  # a fault of the machine; a full disk may not name its file
         where = "a file" if error.filename is None else os.fsdecode(error.filename)
         return f"{where}: cannot be read or written: {error.strerror or error}", 2
     trace = error.__traceback__
@@ -164,16 +164,16 @@ def is_refusal(error: Exception) -> bool:
 # ---- progress: a bar on a terminal, plain lines in a log
 
 BETWEEN_LINES = 10.0
-"""s; at least so long between two lines of progress in a log."""
+"""Least time between two lines of progress in a log, s."""
 SILENCE = 60.0
-"""s; a line after this time even if little has changed."""
+"""Time after which a line follows even if little has changed, s."""
 Reporter = Callable[..., None]
 """Takes the finished share, 0 to 1, and the name of the part just finished ("" without one)."""
 
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
-    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
+    """Show a progress bar on a terminal, plain lines in a log, nothing if ``quiet``."""
     from comparison.execution.store import cache_warning
 
     warn(list(filter(None, [cache_warning()])))
@@ -221,7 +221,7 @@ class Lines:
         if share >= 1.0 or now - self._printed < (BETWEEN_LINES if changed else SILENCE):
             return
         line = f"{share:.0%}"
-        if share > before:  # cached runs are there at once, and tell nothing about the others
+        if share > before:  # not only cached runs, which say nothing about the time of others
             rest = (now - start) * (1.0 - share) / (share - before)
             line += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
         if self._finished:
@@ -254,7 +254,7 @@ def taking(options: type[Options]) -> Callable[[Callable[[Options], int]], Calla
 
 
 def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:
-    """Return an option by the name of its value, its help, and its names if not the parameter's."""
+    """Return an option with the name of its value, its help, and names other than the parameter's."""
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 
@@ -271,8 +271,8 @@ def check_positive(name: str, value: float | None) -> None:
         raise typer.BadParameter(f"{name} {value:g} must be a positive number")
 
 
-def to_write(path: Path, ends: str) -> Path:
-    """Return the path of a file that can be written; refuse another ending than these, ".svg or .png"."""
+def check_output(path: Path, ends: str) -> Path:
+    """Return the path of a file that can be written; refuse any ending but ``ends``, ".svg or .png"."""
     from comparison.files import check_file
 
     if path.suffix.lower() not in ends.replace(" or", ",").split(", "):
@@ -281,7 +281,7 @@ def to_write(path: Path, ends: str) -> Path:
 
 
 def check_unique(names: list[str], where: str) -> None:
-    """Refuse two scenes of one name."""
+    """Refuse two scenes with the same name."""
     from comparison.scene import SceneError
 
     if twice := next((name for name in names if names.count(name) > 1), None):
@@ -316,7 +316,7 @@ MappingFile = Annotated[
     Path | None, option("FILE", "TOML file that assigns another program's columns to channels.")
 ]
 AtEvents = Annotated[str | None, option("left|right|both", "Which rows of a repeated time count.")]
-Finer = Annotated[Path | None, option("FILE", "The run at a finer setting.")]
+Finer = Annotated[Path | None, option("FILE", "A run at a finer setting.")]
 Accuracy = Annotated[
     str | None, option("NAME|METRES", "draft, standard, strict, or the wanted error of slider_x in metres.")
 ]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from comparison.scene import Scene
 
 BASELINE = Path("sixbar-baseline.toml")
-SHOWN = 15  # lines on a terminal at most; the files hold all
+SHOWN = 15  # most lines on a terminal; the files hold all
 
 
 def gate(
@@ -43,7 +43,7 @@ def gate(
     """
     from comparison.execution.pool import cpus
     from comparison.files import check_folder, expanded, replacing_in, write_json
-    from comparison.regression.check import gate as hold_against
+    from comparison.regression.check import gate as check_against
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
     from comparison.report.page import write_gate
@@ -51,19 +51,19 @@ def gate(
     from comparison.words.record import gate_lines, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
-    asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
-    console.check_unique([scene.name for scene in asked], "baseline")
+    loaded = [load_scene(name) for name in dict.fromkeys(scenes or [])]
+    console.check_unique([scene.name for scene in loaded], "baseline")
     if update and json:
         raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
-        return _update(asked, baseline, jobs or cpus(), quiet=quiet)
+        return _update(loaded, baseline, jobs or cpus(), quiet=quiet)
     folder = check_folder(out or console.REPORTS / "gate")
     record = read(baseline)
-    chosen, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
+    chosen, gone = (loaded, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:
-        result = hold_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
-    checks, remarks, found = of_gate(result), gate_notes(result), gate_lines(result)
-    texts = [f"REGRESSION {line}" for line in found] + [f"note: {note}" for note in remarks]
+        result = check_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
+    cases, remarks, deviations = of_gate(result), gate_notes(result), gate_lines(result)
+    texts = [f"REGRESSION {line}" for line in deviations] + [f"note: {note}" for note in remarks]
     summary = wrapped(gate_summary(result), rest="    ")
     lines = [] if quiet else [line for text in texts for line in wrapped(text, rest="    ")]
     left = SHOWN - 1 - len(summary)  # the path of the page is the last line
@@ -74,17 +74,17 @@ def gate(
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
         "exit_code": result.exit_code,
         "notes": remarks,
-        "checks": [check._asdict() for check in checks],
+        "checks": [case._asdict() for case in cases],
     }
     if json:
         print_json(numbers)
     counts: dict[tuple[str, str], Counter[str]] = {}
-    for case in checks:
+    for case in cases:
         counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
-    sentences = [f"{line}." for line in (*found[:1], gate_summary(result))]
+    sentences = [f"{line}." for line in (*deviations[:1], gate_summary(result))]
     sentences += [f"Note: {note}." for note in remarks]
     with replacing_in(folder) as part:
-        write_junit(checks, part / "junit.xml", name="sixbar gate")
+        write_junit(cases, part / "junit.xml", name="sixbar gate")
         write_json(numbers, part / "gate.json")
         write_job_summary(
             part / "summary.md",
@@ -95,30 +95,30 @@ def gate(
                 (*group, str(n["passed"]), str(n["failed"] + n["error"]), str(n["skipped"]))
                 for group, n in counts.items()
             ],
-            cases=checks,
+            cases=cases,
         )
-        write_gate(result, part / "report.html", command=numbers["command"], lead=found)
+        write_gate(result, part / "report.html", command=numbers["command"], lead=deviations)
     say(str(folder / "report.html"), err=json)
     return result.exit_code
 
 
-def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
+def _update(loaded: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
     from comparison.regression.record import read, renewed, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
     old = read(path) if path.exists() else None
-    held, gone = ([], []) if old is None else scenes_of(old, path.parent)
+    recorded, gone = ([], []) if old is None else scenes_of(old, path.parent)
     warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
-    if not asked and not held:
-        asked = [load_scene(name) for name in shipped_scenes()]
-    scenes = {scene.name: scene for scene in (*held, *asked)}
+    if not loaded and not recorded:
+        loaded = [load_scene(name) for name in shipped_scenes()]
+    scenes = {scene.name: scene for scene in (*recorded, *loaded)}
     with progress("baseline", quiet=quiet) as report:
         ordered = [scenes[name] for name in sorted(scenes)]
-        made = renewed(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
-    for name, scene in made.scenes.items():
+        new = renewed(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
+    for name, scene in new.scenes.items():
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
         say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
-    say(str(write(made, path)))
+    say(str(write(new, path)))
     return 0

@@ -1,4 +1,4 @@
-"""``sixbar scenes``, ``channels``, ``plan``, ``keys``, ``new``: what there is to simulate and to compare."""
+"""``sixbar scenes``, ``channels``, ``plan``, ``keys``, ``new``: scenes, channels, keys and plans."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -44,7 +44,7 @@ def channels(
 ) -> int:
     """List the channels of a table with unit and group.
 
-    The groups are those of a scene's output.groups. With SCENE only the channels that it requests.
+    The groups are those of a scene's output.groups. SCENE selects the channels that it requests.
     """
     from comparison.scene import load_scene
     from comparison.tables.channels import channels as all_channels
@@ -62,18 +62,18 @@ def channels(
 def plan(scene: console.SceneName, overrides: console.Overrides = None, json: console.AsJson = False) -> int:
     """Show what each model integrates for a scene, and the cost.
 
-    Also what it leaves out and why. A scene that a model refuses is refused here too.
+    The plan also names what a model leaves out, and why. It refuses a scene that a model refuses.
     SCENE: a shipped scene or the path of a TOML file.
     """
     from comparison.accuracy.levels import plan as plan_run
-    from comparison.execution.run import checked
+    from comparison.execution.run import check_forces
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
     from comparison.scene.loading import heavy_load
     from comparison.words.accuracy import channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
-    forces = [checked(loaded, model) for model in MODELS]
+    forces = [check_forces(loaded, model) for model in MODELS]
     loads = [line for each in forces if (line := heavy_load(loaded.data, each))]
     warn((*loaded.warnings, *loads[:1]))
     plans = [plan_run(loaded, model) for model in MODELS]
@@ -90,9 +90,9 @@ def keys(
 ) -> int:
     """List the keys of a scene: default, unit, description, bounds, source.
 
-    With PATTERN only those that have it in their name or description. Defaults are those of a scene that
-    extends "paper". The source says where the paper prints the value; "identified" follows from what it
-    prints, "chosen" is its own.
+    PATTERN selects the keys that contain it in name or description. Defaults are those of a scene that
+    extends "paper". The source is the place where the paper prints the value; an "identified" value follows
+    from what it prints, a "chosen" one is this project's.
     """
     from comparison.scene import SceneError
     from comparison.scene.keys import did_you_mean, readable, scene_keys
@@ -119,7 +119,7 @@ def new(
         str,
         console.option(
             "SCENE",
-            "Shipped scene or path of a TOML file whose values it starts with.",
+            "Shipped scene or path of a TOML file that it starts from.",
             "--from",
             autocompletion=console.scene_names,
         ),
@@ -127,12 +127,12 @@ def new(
 ) -> int:
     """Write a scene file with the keys that are changed most, each explained.
 
-    FILE: its path, ending in .toml; a file that exists is never overwritten. Until a value is changed it is
-    the scene that it was made from.
+    FILE: its path, ending in .toml; a file that exists is never overwritten. The new scene equals the one
+    that it starts from until a value is changed.
     """
     from comparison.scene.loading import new_scene
 
-    path = console.to_write(file, ".toml")
+    path = console.check_output(file, ".toml")
     text = new_scene(path, scene)
     if path.exists():
         raise typer.BadParameter(f"{path}: exists, and is not overwritten")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from comparison.cli.compare import compare, reliability, validate
-from comparison.cli.console import INTERRUPTED, complain, described, option, say, session
+from comparison.cli.console import INTERRUPTED, complain, describe_error, option, say, session
 from comparison.cli.gate import gate
 from comparison.cli.listing import channels, keys, new, plan, scenes
 from comparison.cli.plot import animate, plot
@@ -48,8 +48,8 @@ def _main(arguments: Sequence[str]) -> int:
     try:
         code = int(typer.main.get_command(app)(arguments, prog_name="sixbar", standalone_mode=False) or 0)
     except _UsageError as error:
-        asked = getattr(error.ctx, "command_path", "sixbar")
-        return complain(f"{error.format_message()} (see {asked} --help)", 2)
+        command = getattr(error.ctx, "command_path", "sixbar")
+        return complain(f"{error.format_message()} (see {command} --help)", 2)
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     except SystemExit as end:
@@ -57,13 +57,13 @@ def _main(arguments: Sequence[str]) -> int:
         # shell's completion ends so too.
         return 141 if end.code == 1 else int(end.code or 0)
     except Exception as error:
-        return complain(*described(error))
+        return complain(*describe_error(error))
     # Some releases of typer convert Ctrl-C to this code themselves.
     return complain("interrupted; finished runs are cached", INTERRUPTED) if code == INTERRUPTED else code
 
 
-def _print_version(asked: bool) -> None:
-    if asked:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         from importlib.metadata import version
 
         say(f"sixbar-crossval {version('sixbar-crossval')}")

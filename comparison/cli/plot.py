@@ -32,7 +32,7 @@ def plot(
     """Draw channels of one table, or of two over each other."""
     from comparison.report.figures import picture, write_picture
 
-    path = console.to_write(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
+    path = console.check_output(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
@@ -58,7 +58,7 @@ def animate(
     from comparison.scene import load_scene
     from comparison.tables.table import TableError
 
-    path = console.to_write(out or _usual(tables, ".html"), ".html")
+    path = console.check_output(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
     command = shlex.join(["sixbar", "animate", *map(str, tables), *(["--scene", scene] if scene else [])])
     label, first = next(iter(read.items()))
@@ -75,7 +75,7 @@ def _usual(tables: list[Path], end: str) -> Path:
 
 
 def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
-    """Read one table or two by their names; refuse numbers of these channels, and contacts that are drawn."""
+    """Read one table or two, by name; check these channels, and the contacts that are drawn."""
     from comparison.report.curves import contact_of
     from comparison.tables.table import check
     from comparison.tables.table_files import read
@@ -89,7 +89,7 @@ def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
         raise typer.BadParameter(f"{paths[0]} is given twice")
     tables = {label: read(path) for label, path in named.items()}
     for label, table in tables.items():
-        used = table.only([name for name in channels if name != "time"])  # which is no channel
+        used = table.only([name for name in channels if name != "time"])  # time is no channel
         if any(contact_of(name, None) for name in used.channels):
             used = replace(used, events=table.events, pulses=table.pulses)
         check(used, used.channels, name=label)

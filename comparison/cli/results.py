@@ -1,4 +1,4 @@
-"""The work of `sixbar validate`; the lines and files of it and of `sixbar compare`.
+"""The work of `sixbar validate`, and the lines and files of this command and of `sixbar compare`.
 
 Scenes are validated in batches: finished ones survive an interruption, or the fault of another. This module
 is imported when one of the commands runs.
@@ -21,7 +21,7 @@ from comparison.cli.console import (
     INTERRUPTED,
     Reporter,
     columns,
-    described,
+    describe_error,
     is_refusal,
     progress,
     say,
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request:
-    """Scenes to be validated, with the options that say how, and what is printed."""
+    """Scenes to be validated, with the options of the runs and of the output."""
 
     names: Sequence[str]
     changes: dict[str, object]
@@ -68,19 +68,19 @@ class Request:
     json: bool
 
     @classmethod
-    def of(cls, asked: "Options") -> "Request":
+    def of(cls, options: "Options") -> "Request":
         """Return the request of a command line."""
         same = ("accuracy", "allow_indeterminate", "verbose", "quiet", "json")
         return cls(
-            names=asked.scenes or [],
-            changes=parse_set(asked.overrides or []),
-            tiers=TIERS[:1] if asked.quick else TIERS,
-            jobs=asked.jobs or cpus(),
-            **{name: getattr(asked, name) for name in same},
+            names=options.scenes or [],
+            changes=parse_set(options.overrides or []),
+            tiers=TIERS[:1] if options.quick else TIERS,
+            jobs=options.jobs or cpus(),
+            **{name: getattr(options, name) for name in same},
         )
 
     def command(self, models: Sequence[str]) -> str:
-        """Return the command that does the same."""
+        """Return the command line that repeats the request."""
         return command_line(
             "validate", self.names, self.changes, judge.options(models, self.accuracy, self.tiers)
         )
@@ -89,16 +89,16 @@ class Request:
 def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int, dict[str, Any]]:
     """Validate two models, write the report; return exit code and summary, {} if nothing was finished."""
     names = request.names or ([console.MAIN] if "tight" not in request.tiers else shipped_scenes())
-    asked = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
-    _check(asked, models, request.accuracy)
-    usual = asked[0].name if len(asked) == 1 else name_with("validate", request.changes)
+    scenes = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
+    _check(scenes, models, request.accuracy)
+    usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
     folder, command = check_folder(out or console.REPORTS / usual), request.command(models)
-    title = asked[0].name if len(asked) == 1 else f"{len(asked)} scenes"
+    title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
     with progress(title, quiet=request.quiet) as report:
-        results = _validate_batches(asked, models, request, report)
+        results = _validate_batches(scenes, models, request, report)
     if not results:
         return INTERRUPTED, {}
-    scenes, missing = asked[: len(results)], [scene.name for scene in asked[len(results) :]]
+    compared, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
     comparisons = [result.comparison for result in results]
     codes = [
         70 if result.crashed else EXIT_CODES[tier.verdict]
@@ -109,7 +109,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
     if models == MODELS and request.accuracy is None:
         record = overall.verdicts_record()
-        sentences.append(words.departures(overall.departures(scenes, comparisons, record), record["made"]))
+        sentences.append(words.departures(overall.departures(compared, comparisons, record), record["made"]))
     say_wrapped(*([] if request.quiet else lead(comparisons)), err=request.json)
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours
@@ -125,7 +125,7 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     page, kept = write_validation(results, folder, summary)
     say_wrapped(*kept, err=request.json)
     say(str(page), err=request.json)
-    warn([f"scene {scene.name!r}: {warning}" for scene in scenes for warning in scene.warnings])
+    warn([f"scene {scene.name!r}: {warning}" for scene in compared for warning in scene.warnings])
     return code, summary
 
 
@@ -184,7 +184,7 @@ def _validate_batches(
                     continue
                 if is_refusal(error) and not results:
                     raise
-                scene, (message, code) = scenes[batch.start], described(error)
+                scene, (message, code) = scenes[batch.start], describe_error(error)
                 command = scene.command("validate", *judge.options(models, request.accuracy, request.tiers))
                 refusal = no_comparison(
                     scene, " ".join(message.split()), labels=models, command=command, tier="standard"
@@ -319,7 +319,7 @@ def write_page(
 def write_validation(
     results: Sequence[Validation], folder: Path, summary: Mapping[str, Any]
 ) -> tuple[Path, list[str]]:
-    """Write the report with its tables and summaries; return its path, and where partial results are.
+    """Write the report with its tables and summaries; return its path, and lines on partial results.
 
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """

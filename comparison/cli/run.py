@@ -1,4 +1,4 @@
-"""``sixbar run``: one scene by one model; ``sixbar settings``: what the settings of both cost on a scene."""
+"""``sixbar run``: one scene by one model; ``sixbar settings``: error and cost of the settings of both."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def run(
     An accuracy in metres is estimated from further runs of this very scene, and the setting refined until it
     holds on the predictable part of the run. If none does, the best table is written, and the exit code is 3.
 
-    Prints the files that it wrote, the table last.
+    The command prints the paths of its files, the table last.
 
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
@@ -74,7 +74,7 @@ def run(
     loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
     estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
     if estimated:
-        from comparison.accuracy.refine import accurate_run, expected_cost  # with scipy
+        from comparison.accuracy.refine import accurate_run, expected_cost  # they load scipy
 
         say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
     elif accuracy is not None:
@@ -92,7 +92,7 @@ def run(
             else:
                 table = successful(run_uncached(job, report), job)
     except RunError as error:
-        raise _kept(error, out) from None
+        raise _with_partial(error, out) from None
     if estimated:
         say_wrapped(accuracy_line(accurate), rest="  ")
         table = accurate.with_uncertainty() if check else accurate.table
@@ -106,8 +106,8 @@ def run(
     return code
 
 
-def _kept(error: RunError, out: Path) -> RunError:
-    """Write what there is of a run that did not succeed; return the error that says where."""
+def _with_partial(error: RunError, out: Path) -> RunError:
+    """Write the partial results of a run that did not succeed; return its error with their path."""
     from comparison.execution.run import VIOLATED
     from comparison.files import write_text
     from comparison.tables.table_files import write
@@ -137,8 +137,8 @@ def settings(
     """Find the cheapest settings of both models on a scene.
 
     SCENE: a shipped scene or the path of a TOML file. Errors are those of slider_x against the most accurate
-    run that both models confirm. "front" marks what no other setting beats in error and processor time.
-    Ctrl-C ends the runs: what was measured is printed.
+    run that both models confirm. "front" marks settings that no other beats in error and processor time.
+    Ctrl-C ends the runs: the settings measured by then are printed.
     """
     from comparison.accuracy.work_precision import work_precision
     from comparison.execution.pool import cpus
@@ -148,7 +148,7 @@ def settings(
 
     console.check_positive("--seconds", seconds)
     if out is not None:
-        out = console.to_write(out, ".svg")
+        out = console.check_output(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:

@@ -12,9 +12,9 @@ from comparison.cli.console import columns, complain, progress, say, warn
 from comparison.studies import MOVED, STUDIES
 from comparison.studies.paper import PARTS
 
-_SHOWN = 20  # rows of a sweep on the terminal, and one instead of the line that one is left
+_SHOWN = 20  # most rows of a sweep on the terminal; a 21st replaces the line that counts the rest
 _OutStudy = Annotated[
-    Path | None, console.option("FOLDER", "Folder of the study; by default reports/out/NAME.")
+    Path | None, console.option("FOLDER", "Folder of the study, below reports/out by default.")
 ]
 
 studies = typer.Typer(help="Run a multi-run study. Cached runs are used.")
@@ -125,12 +125,12 @@ class Sweep:
 
 @studies.command()
 @console.taking(Sweep)
-def sweep(asked: Sweep) -> int:
+def sweep(options: Sweep) -> int:
     """Run a scene over values of its keys: one row per run.
 
-    SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
-    folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason; where no run
-    succeeds the exit code is 2.
+    SCENE: a shipped scene or the path of a TOML file. The folder, by default reports/out/sweep-SCENE, holds
+    sweep.csv and finished runs: the same command resumes an interrupted sweep. Failed runs are rows with the
+    reason; where no run succeeds the exit code is 2.
     """
     import pandas as pd
 
@@ -141,16 +141,15 @@ def sweep(asked: Sweep) -> int:
     from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
     from comparison.studies.sweep import sweep as run_sweep
 
-    models = [name.strip() for name in asked.model.split(",")]
+    models = [name.strip() for name in options.model.split(",")]
     try:
-        chosen = chosen_points(asked.grid, asked.listed, asked.latin, asked.points, asked.seed)
-        base = load_scene(asked.scene, parse_set(asked.overrides or []))
-        folder = check_folder(asked.out or console.REPORTS / f"sweep-{base.name}")
-        spread = (
-            on_processes(asked.jobs or cpus()) if asked.scheduler is None else on_cluster(asked.scheduler)
-        )
-        with progress(f"sweep of {base.name}", quiet=asked.quiet) as report:
-            path, failed = run_sweep(base, chosen, models, asked.output or USUAL, folder, spread, report)
+        chosen = chosen_points(options.grid, options.listed, options.latin, options.points, options.seed)
+        base = load_scene(options.scene, parse_set(options.overrides or []))
+        folder = check_folder(options.out or console.REPORTS / f"sweep-{base.name}")
+        jobs, scheduler = options.jobs or cpus(), options.scheduler
+        spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
+        with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
+            path, failed = run_sweep(base, chosen, models, options.output or USUAL, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:

@@ -24,7 +24,7 @@ from typing import Any
 Attempt = Callable[[Any, Callable[[float], None]], Any]
 """Work of a worker: takes the task and a function that reports the finished share."""
 READY = 10.0
-"""Times its limit that a task may take before its own work begins."""
+"""Multiple of its limit that a task may take before its own work begins."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Share:
 
 @dataclass(frozen=True)
 class Died:
-    """The process ended before the task did."""
+    """The process of a task ended before the task."""
 
     words: str
-    """How it ended."""
+    """The end of the process, as a clause."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class _Worker:
 
 
 _idle: list[_Worker] = []
-_kept = False
+_keep_idle = False
 
 
 def cpus() -> int:
@@ -101,8 +101,8 @@ def work(
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
-    by `time.monotonic`, all are; those that wait have no event. ``environment`` are variables of the worker
-    processes alone, for libraries that read them only while a process starts.
+    by `time.monotonic`, all are terminated; tasks not yet begun have no event. ``environment`` are variables
+    of the workers alone, for libraries that read them only while a process starts.
     """
     waiting = deque(tasks)
     busy: dict[Any, _Worker] = {}  # by connection
@@ -139,7 +139,7 @@ def work(
                 yield worker.task, event
     finally:
         _end(busy.values())
-        if not _kept:
+        if not _keep_idle:
             _end_idle()
 
 
@@ -149,13 +149,13 @@ def kept_workers() -> Iterator[None]:
 
     Not the general rule, since a worker does not see later changes of sources or variables.
     """
-    global _kept
-    before, _kept = _kept, True
+    global _keep_idle
+    before, _keep_idle = _keep_idle, True
     try:
         yield
     finally:
-        _kept = before
-        if not _kept:
+        _keep_idle = before
+        if not _keep_idle:
             _end_idle()
 
 
@@ -185,7 +185,7 @@ def _end_idle() -> None:
 def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
     """Let processes started here inherit variables, one thread for numpy, and no Ctrl-C.
 
-    A terminal sends it to all processes; while Python starts, it would end in a traceback.
+    A terminal sends Ctrl-C to all processes; while Python starts, it would end in a traceback.
     """
     one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     before = dict(os.environ)
@@ -206,7 +206,7 @@ def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
 
 
 def _end_with_parent() -> None:
-    """Wait for the end of the process that gives the tasks, which does not end one under way."""
+    """End this process, with its task, as soon as its parent has ended."""
     if parent := multiprocessing.parent_process():
         parent.join()
     os._exit(1)

@@ -48,7 +48,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a run, with one line of ``message``, a model's remedy where the status is its own.
+    """Outcome of a run; ``message`` is one line, a model's remedy where the status is its own.
 
     ``status`` is "success"; "bad input": the model refuses the scene; "crashed": the process died or the
     model raised an unforeseen error; "unusable": the table fails `comparison.tables.table.check`; or the
@@ -80,7 +80,7 @@ def describe(job: Job, outcome: Outcome) -> str:
 
 
 def failure(model: str, outcome: Outcome) -> str:
-    """Return the same without the scene."""
+    """Describe in one line, without the scene, why a run did not succeed."""
     if outcome.status == "bad input":
         return outcome.message
     return "; ".join(filter(None, (f"the {model} run did not succeed: {outcome.status}", outcome.message)))
@@ -101,7 +101,7 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
     return successful(_with_scene(_attempt(job, progress), scene), job)
 
 
-def checked(scene: Scene, model: str) -> dict[str, float]:
+def check_forces(scene: Scene, model: str) -> dict[str, float]:
     """Return the forces of `comparison.models.check`; a `SceneError` if the model refuses the scene."""
     try:
         return check_scene(model, scene.data)
@@ -127,13 +127,13 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
     Outcomes are in the order of the jobs; an unknown model is an `EngineError`. ``n_jobs`` worker processes
     are spawned: a script needs ``if __name__ == "__main__":``; with 0 of them all runs are of this process.
     """
-    prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
-    keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
+    fingerprints = {model: fingerprint(model) for model in {job.model for job in jobs}}
+    keys = [run_key(job.scene, job.model, fingerprints[job.model]) for job in jobs]
     by_key = dict(zip(keys, jobs, strict=True))
     outcomes = {
         key: Outcome("success", table=table)
         for key, job in by_key.items()
-        if (table := fetch(key, *_demands(job.scene))) is not None
+        if (table := fetch(key, *_required(job.scene))) is not None
     }
     shares = {key: float(key in outcomes) for key in by_key}
     total = sum(job.cost for job in by_key.values())
@@ -184,7 +184,7 @@ def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
 def _outcomes(
     jobs: Sequence[tuple[str, Job]], n_jobs: int, on_share: Callable[[str, float], None]
 ) -> Generator[tuple[str, Outcome]]:
-    """Run jobs by so many workers, or in this process if none, and yield each outcome as it comes."""
+    """Run jobs in ``n_jobs`` workers, with 0 in this process, and yield each outcome when its job ends."""
     if not n_jobs:
         yield from ((key, _attempt(job, partial(on_share, key))) for key, job in jobs)
         return
@@ -197,7 +197,7 @@ def _outcomes(
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:
-    """Run and check; any exception of a model becomes an outcome."""
+    """Run a job and check its table; any exception of a model becomes an outcome."""
     try:
         # A copy: modifications of the scene by a model must not enter the table's record.
         result = load(job.model)(deepcopy(job.scene.data), progress=progress)
@@ -205,7 +205,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         if result.status != "success":
             remedy = "; ".join(filter(None, (result.remedy, _load_line(job))))
             return Outcome(result.status, remedy, partial=table)
-        check(table, *_demands(job.scene), name=f"the {job.model} run")
+        check(table, *_required(job.scene), name=f"the {job.model} run")
     except TableError as error:
         return Outcome("unusable", str(error))
     except ValueError as error:
@@ -218,12 +218,13 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
 
 def _load_line(job: Job) -> str:
     """Return a line if the load of a run that failed is absurd."""
-    with suppress(ValueError):  # of a check that contradicts its model
+    with suppress(ValueError):  # the check of a model may contradict its run
         return heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
     return ""
 
 
-def _demands(scene: Scene) -> tuple[list[str], tuple[float, float]]:
+def _required(scene: Scene) -> tuple[list[str], tuple[float, float]]:
+    """Return the channels and the time span (s) that a table of the scene must have."""
     return expected(scene.data), (0.0, scene.duration)
 
 
@@ -240,12 +241,11 @@ def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
 # ---- quality of a finished run: resolution of contacts, spurious energy, constraints, indentation
 
 FEW_STEPS = 10.0
-"""In so many steps a contact's force still has its course; with fewer its impulse depends on where the
-touch falls within a step (docs/accuracy.md, "Extreme parameters")."""
+"""Required steps per contact: with fewer its impulse depends on its start in a step (docs/accuracy.md)."""
 MUCH_ENERGY = 0.01
-"""Of the dissipated energy; equivalent to a change of the restitution by half a percent."""
+"""Permitted spurious energy over the dissipated: as much as half a percent of the restitution changes it."""
 MUCH_DRIFT = 1e-6
-"""m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
+"""Permitted violation of constraints, m or rad: the depth of contacts of steel; of rates a thousandfold."""
 
 
 def steps_per_contact(table: Table) -> float:

@@ -28,7 +28,7 @@ from comparison.tables.table_files import read, write
 KEEP_DAYS = 30
 RUNS, ROWS, TABLE = "runs", "rows", "run.parquet"
 LARGEST = 1_000_000_000
-"""Bytes of a stored result."""
+"""Largest size of a stored result, bytes."""
 Row = dict[str, Any]
 _LOG = logging.getLogger(__name__)
 _SUM = hashlib.sha256().digest_size
@@ -55,7 +55,7 @@ def cache_warning() -> str:
 
 
 def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
-    """Return the stored run, or None if none is sound and passes `check`."""
+    """Return the stored run, or None without one that is sound and passes `check`."""
     if (content := _content(cache_folder() / RUNS / key)) is None:
         return None
     with suppress(TableError), tempfile.TemporaryDirectory() as part:
@@ -103,14 +103,14 @@ def drop_unused() -> None:
 
 
 def _store(path: Path, content: bytes) -> None:
-    """Store a result in a folder of the user alone where that is not there yet."""
+    """Store a result; a cache folder created for it is accessible to the user alone."""
     path.parent.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_bytes(hashlib.sha256(content).digest() + content)
 
 
 def _content(path: Path) -> bytes | None:
-    """Return the content of a stored result, which is now a used one; delete a damaged one."""
+    """Return the content of a stored result and mark it as used; delete a damaged one."""
     try:
         check_size(path, LARGEST)
         stored = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Tasks of studies: measured in worker processes, their rows stored as each is completed.
+"""Tasks of studies, measured in worker processes; each row is stored when its task ends.
 
 The key of a row is everything that can change it: the task's own identity (scenes and settings), the code and
 data that the measure depends on, the models' code, the versions of libraries, and the kind of machine.
@@ -24,7 +24,7 @@ from comparison.models import code_hash, fingerprint, platform_name, versions
 from comparison.scene import Scene, SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
-"""Status of a row, besides those of a model: measured; process died or exception; time limit exceeded."""
+"""Statuses of a row besides those of a model; the second one after an exception or a process that died."""
 
 
 class Task(ABC):
@@ -54,7 +54,7 @@ Measure = Callable[[T, Progress], Row]
 """Measures a task; reports a share of 0 when the preparation (compiling) is over."""
 Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
-"""Processes tasks of one environment by their keys and yields each row on completion."""
+"""Processes tasks of one environment, by key, and yields each row on completion."""
 
 
 def measure_all(
@@ -68,9 +68,9 @@ def measure_all(
     """Measure tasks without a stored row, equal tasks once, the longest first; return rows in their order.
 
     ``"status"`` of a row is `SUCCESS` if the measure, a function of a module, returned, else the kind of
-    failure, with one line in ``"message"``; ``"seconds"`` are of processor time, but where the process was
-    stopped. Rows are stored in the folder, by default one in `comparison.execution.store.cache_folder`; an
-    `OSError` if they cannot be. That of a process that died is not: it is tried again.
+    failure, with one line in ``"message"``; ``"seconds"``, its processor time, is missing after a time
+    limit. Rows are stored in the folder, by default one in `comparison.execution.store.cache_folder`; an
+    `OSError` if they cannot be. A task whose process died has no stored row and is tried again.
     """
     if folder is None:
         drop_unused()
@@ -111,7 +111,7 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
 
 
 def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
-    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
+    hashes = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
     common = {"machine": platform_name(), "versions": versions() | {"pandas": version("pandas")}}
     return [
         digest(
@@ -119,7 +119,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
                 "task": task.identity,
                 # The work of a task may be defined in its class.
                 "code": code_hash(measure.__module__, type(task).__module__),
-                "models": {name: prints[name] for name in task.models},
+                "models": {name: hashes[name] for name in task.models},
                 "environment": dict(task.environment),
             }
             | common,

@@ -12,7 +12,7 @@ from comparison.formatting import table
 from comparison.words.record import Case
 
 MOST = 200
-"""Failed checks of a summary; GitHub does not show one larger than 1 MiB."""
+"""Most failed checks in a summary: GitHub shows none larger than 1 MiB."""
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}
 _SIGNS = {"failed": "✗", "error": "!"}
 # Characters that XML 1.0 excludes (section 2.2), escaped or not; a message may quote any of them.

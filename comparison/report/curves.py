@@ -1,4 +1,4 @@
-"""Channels as all pictures draw them: between their samples too, on axes that rounding does not fill."""
+"""Curves of channels in all pictures: with forces between samples, on axes that rounding does not fill."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Line:
-    """A channel of one model: the points known of it, shape (n,), and the peaks of contacts without a pulse.
+    """A channel of one model: its known points, shape (n,), and the peaks of contacts without a pulse.
 
     A peak, shape (m,), stands in the middle of its contact: its instant is not known.
     """
@@ -37,7 +37,7 @@ class Line:
         return float(known.min(initial=np.inf)), float(known.max(initial=-np.inf))
 
     def less(self, zero: float) -> Line:
-        """Return the values from a zero of their own; that of a force is zero."""
+        """Return the line with an offset subtracted from its values; peaks, which are forces, have none."""
         return replace(self, values=self.values - zero)
 
     def within(self, start: float, end: float) -> Line:
@@ -63,7 +63,7 @@ def contact_of(channel: str, scene: Mapping[str, Any] | None) -> str:
 
 
 def scene_lines(scene: SceneComparison, channel: ChannelComparison) -> list[Line]:
-    """Return a channel of both models as it is drawn."""
+    """Return the lines of a channel in both models."""
     return [
         _line(channel.channel, channel.time, values, scene=scene.scene, events=events, pulses=pulses)
         for values, events, pulses in zip((channel.a, channel.b), scene.events, scene.pulses, strict=True)
@@ -79,9 +79,9 @@ def _line(
     events: pd.DataFrame | None,
     pulses: Sequence[Pulse],
 ) -> Line:
-    """Return a channel as it is drawn: of a normal force also the pulses and peaks of its contacts.
+    """Return the line of a channel, for a normal force with the pulses and peaks of its contacts.
 
-    Half of the contacts are shorter than samples are apart: samples show some of them, each at any height.
+    Half of the contacts are shorter than a sample interval: samples miss many of them, and most peaks.
     """
     contact = contact_of(channel, scene)
     if not contact or events is None or "peak_force" not in events:
@@ -99,7 +99,7 @@ def _line(
 
 
 def table_line(table: Table, channel: str) -> Line:
-    """Return a channel of a table as it is drawn."""
+    """Return the line of a channel in a table."""
     scene = table.scene
     return _line(
         channel,
@@ -114,7 +114,7 @@ def table_line(table: Table, channel: str) -> Line:
 def table_extremes(table: Table, channel: str) -> tuple[float, float]:
     """Return the smallest and the largest value of a channel: of its line, and of all steps if recorded.
 
-    Those of the steps are not drawn: one of two almost equal extrema, at another contact in the other model,
+    Extrema of the steps are not drawn: one of two almost equal ones, at another contact in the other model,
     would look like a difference.
     """
     known = table.extrema.get(channel, {})
@@ -128,7 +128,7 @@ def least_range(
 ) -> float:
     """Return the least range, in the channel's unit, of an axis for values between these extremes.
 
-    0 of an excited channel. Of any other it is the channel's scale, else the size of the values, so that a
+    It is 0 for an excited channel, else the channel's scale, else the size of the values, so that a
     constant with rounding errors is drawn as constant.
     """
     low, high = extremes

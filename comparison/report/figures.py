@@ -26,9 +26,9 @@ from comparison.words.verdicts import threshold_name
 if TYPE_CHECKING:
     from comparison.accuracy.work_precision import WorkPrecision
 
-_CROSSES = 80  # at most, to remain distinguishable
-_LONGEST = 24  # letters of a name in a legend
-_COLUMNS = 1200  # of a picture's curve: enough to be enlarged three times
+_CROSSES = 80  # most crosses that remain distinguishable
+_LONGEST = 24  # most letters of a name in a legend
+_COLUMNS = 1200  # columns of a picture's curve: enough to be enlarged three times
 
 
 def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str) -> Markup:
@@ -70,7 +70,7 @@ def _curves(
     for n, (each, style) in enumerate(zip(curves, svg.MODEL_LINES, strict=False)):
         kept = svg.envelope(each.values, columns)
         axes.plot(each.time[kept], each.values[kept] / factor, label=f"model {n}", **style)
-        if each.peak.size:  # of all contacts one path, which is interrupted
+        if each.peak.size:  # one path with gaps for all contacts
             stems = svg.upper_envelope(each.peak, columns)
             time, gap = each.peak_time[stems], np.full(stems.size, np.nan)
             heights = np.column_stack([np.zeros(stems.size), each.peak[stems] / factor, gap])
@@ -211,7 +211,7 @@ def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) ->
 
 
 def draw_work_precision(measured: "WorkPrecision", path: Path) -> Path:
-    """Draw processor time over error, a line a formulation, and the Pareto front behind; runs with both."""
+    """Draw processor time over error for each formulation, and the Pareto front; omit runs without either."""
 
     def points(rows: Sequence[Any]) -> list[tuple[float, float]]:
         return [(measured.error(row), row.seconds) for row in rows if measured.error(row) > 0.0]

@@ -52,7 +52,7 @@ TEMPLATES = jinja2.Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-"""HTML is escaped, and a name without a value is an error."""
+"""Templates escape HTML, and refuse a name without a value."""
 TEMPLATES.globals |= {"symbols": SYMBOLS, "number": number, "percent": percent, "quantity": quantity}
 
 
@@ -106,9 +106,9 @@ def code_version(file: Path) -> str:
 #
 # The pages' script moves the same drawing through the run: it addresses the parts by their classes.
 
-_SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre, width and height of the enlarged slider
-_GAP = 18.0  # of the drawing is the clearance
-_LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # of the press
+_SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre (x, y), width and height of the enlarged slider
+_GAP = 18.0  # width of the clearance in the drawing
+_LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # drawing of the press
 
 
 def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, complex] | None:
@@ -298,7 +298,7 @@ def anchors(names: Sequence[str]) -> list[str]:
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
-    """Return the channel to be drawn of a scene: that which decides, else the first that was excited."""
+    """Return the channel of a scene to be drawn: the one that decides, else the first excited one."""
     return tier.worst_channel or next(iter(tier.excited.values()), None)
 
 
@@ -334,8 +334,8 @@ def _models(tiers: Sequence[SceneComparison]) -> dict[str, str]:
 
 # ---- several models against each other, and the press in motion
 
-_DRAWN = 3
-"""Models on common plots at most: of more lines over each other none can be followed."""
+_MOST_MODELS = 3
+"""Most models on common plots: of more lines over each other none can be followed."""
 
 
 class Row(NamedTuple):
@@ -368,14 +368,14 @@ def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
     """Return the plots of a scene's base runs, of the models that have one; empty without two."""
     tables: dict[str, Table] = {}
     for model, pair in ((model, pair) for model in models for pair in row.results if model in pair):
-        if model not in tables and len(tables) < _DRAWN:
+        if model not in tables and len(tables) < _MOST_MODELS:
             with suppress(TableError):  # a run that did not succeed has no complete table
                 tables[model] = read(folder / "-".join(pair) / "tables" / f"{row.name}-{model}.csv")
     if len(tables) < 2 or any(table.time.size < 2 for table in tables.values()):
         return ""
-    known = next(iter(tables.values())).scene
+    scene = next(iter(tables.values())).scene
     names = [name for name in channels() if not name.startswith("corner_") or name.endswith("_normal")]
-    return table_plots(tables, names, None if known is None else known.data)
+    return table_plots(tables, names, None if scene is None else scene.data)
 
 
 def write_animation(
@@ -411,7 +411,7 @@ def write_animation(
 # ---- the regression gate: changes since the baseline
 
 _FIGURES = 12
-"""Figures at most: those of the channels that deviate first."""
+"""Most figures, of the channels that deviate first."""
 
 
 def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> Path:
@@ -437,7 +437,7 @@ def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> 
 
 
 def _gate_figure(check: Check, key: str) -> Markup:
-    """Draw the curve of now, the baseline's checkpoints, and below their distance with the threshold."""
+    """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
     distance, unit = np.abs(now - before), pretty_unit(channels()[check.name].unit)

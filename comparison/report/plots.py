@@ -1,8 +1,8 @@
 """Data of the interactive plots: curves of two or more models, their differences and thresholds.
 
 Deflated JSON in Base64, which ``plots.js`` reads, with the digits that a plot shows: values of a channel's
-first model in 65,534 steps of their range, the differences from it and the threshold in steps of a 32nd of an
-octave, i.e. to 1.1 %. Each of these stands as its difference from the step before.
+first model in 65,534 steps of their range, as second differences; the other models' distances from it and the
+threshold in steps of a 32nd of an octave, i.e. to 1.1 %, as first differences.
 """
 
 import base64
@@ -26,18 +26,18 @@ from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
 
 MOST = 6_000
-"""Samples; of a longer run the envelopes are kept."""
+"""Largest number of samples; of a longer run the envelopes are drawn."""
 MOTION = ("slider_x", "slider_y", "slider_angle")
-"""Channels that the moving drawing needs."""
+"""Channels that the animation needs."""
 FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
-_PULSE = 25  # points of a resolved contact at most
-_STEPS = 20  # of those in which values are stored, at least, are the range of an axis
-_UNKNOWN = 1e300  # a threshold that is not finite
-_ONE = 40_000  # step of the size 1, so that the least size has a positive one
+_PULSE = 25  # most points of a resolved contact
+_STEPS = 20  # smallest range of an axis, in the steps of stored values
+_UNKNOWN = 1e300  # stands for a threshold that is not finite
+_ONE = 40_000  # step of the size 1: the step of the least size is positive
 
 
 class Curve(NamedTuple):
-    """A channel of two or more models, the offset subtracted from its values, and its comparison."""
+    """A channel of two or more models, the offset to be subtracted from its values, and its comparison."""
 
     channel: Channel
     zero: float
@@ -55,7 +55,7 @@ def independent(scene: SceneComparison) -> list[str]:
 
 
 def shown(scene: SceneComparison) -> list[ChannelComparison]:
-    """Return the channels to be drawn: those that are independent, and that which decides."""
+    """Return the channels to be drawn: the independent ones, and the one that decides."""
     decisive, drawn = scene.decisive or scene.worst_channel, independent(scene)
     channels = [c for name, c in scene.excited.items() if name in drawn or c is decisive]
     return channels if scene.time.size > 1 else []

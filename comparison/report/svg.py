@@ -21,8 +21,8 @@ from comparison.tables.channels import Array, BoolArray
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 COLUMNS = 400
 """Columns of a figure: about its width in points."""
-# Figures have the colours of a light page, which are in the first rule of its style sheet; on a page their
-# roles stand for them, which have others in dark mode.
+# Figures have the colours of a light page, from the first rule of its style sheet; on a page roles
+# replace them, which have other colours in dark mode.
 _ROLES: dict[str, str] = dict(
     re.findall(
         r"--([\w-]+): (#[0-9a-f]{6})", STYLE.with_name("report.css").read_text("utf-8").partition("}")[0]
@@ -32,7 +32,7 @@ INK, GRID, FIRST, SECOND = (_ROLES[role] for role in ("ink", "grid", "first", "s
 DIFFERENCE, THRESHOLD, SHADE = (_ROLES[role] for role in ("difference", "threshold", "shade"))
 OUTSIDE, LIMIT = _ROLES["outside"], _ROLES["limit"]
 SERIES = tuple(_ROLES[f"series-{n}"] for n in range(1, 7))
-"""Colours of anything but models (scenes, laws, classes), as many as can be distinguished."""
+"""Colours of scenes, laws, classes (not of models), as many as can be distinguished."""
 _IN_FIGURES = (INK, GRID, FIRST, SECOND, THRESHOLD, SHADE, OUTSIDE, LIMIT, *SERIES)
 MODEL_LINES: tuple[dict[str, Any], ...] = (
     {"color": FIRST, "lw": 3.6, "alpha": 0.5},
@@ -44,7 +44,7 @@ SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "lw": width}
     for colour, width in zip(SERIES, (2.4, 1.9, 1.5, 1.1, 0.9, 0.8), strict=True)
 )
-"""Curves of anything but models over each other; those drawn first are the widest, and stay visible."""
+"""Curves of `SERIES` over each other; those drawn first are the widest, and stay visible."""
 
 
 @contextmanager
@@ -93,7 +93,7 @@ def inline_svg(figure: Figure, key: str) -> str:
     svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
     for role, colour in _ROLES.items():
-        if colour in _IN_FIGURES and role != "difference":  # which is that of the ink
+        if colour in _IN_FIGURES and role != "difference":  # it has the colour of the ink
             svg = svg.replace(colour, f"var(--{role})")
     return re.sub(r'<svg [^>]*(viewBox="[^"]*")[^>]*>', r'<svg \1 focusable="false">', svg, count=1).strip()
 
@@ -113,7 +113,7 @@ def write_svg(figure: Figure, path: Path) -> None:
 def envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
     """Return the indices of the first smallest and first largest sample of each column, and both ends.
 
-    All samples, if there are at most two a column. Plain decimation would drop forces of a single sample.
+    If there are at most two samples a column, all are kept. Plain decimation would drop forces of one sample.
     """
     n = len(values)
     if n <= 2 * columns:

@@ -19,7 +19,7 @@ from comparison.words.reliability import rounded
 from comparison.words.verdicts import SYMBOLS
 
 Cells = list[tuple[str, str, str]]
-"""A row: heading, subheading ("" without one) and text of each cell; Markup is a whole cell."""
+"""Row of a table: heading, subheading (or "") and text of each cell; Markup is a whole cell."""
 _CONTACTS = {
     "Median duration": ("duration", "median", "s"),
     "Largest normal speed": ("normal_speed", "max", "m/s"),
@@ -42,7 +42,7 @@ class Table(NamedTuple):
     first: str
     groups: list[tuple[str, list[str]]]
     rows: dict[str, list[str]]
-    titles: Mapping[str, str]  # of rows, which say more than their names
+    titles: Mapping[str, str]  # row -> a title longer than its name
 
 
 def _table(first: str, rows: Mapping[str, Cells], titles: Mapping[str, str] | None = None) -> Table | None:
@@ -106,7 +106,7 @@ def _strip(channel: ChannelComparison) -> Markup:
 
 
 def attribution_table(scene: SceneComparison) -> Table | None:
-    """Return how much of the difference each refinement leaves, and both; None where none was made."""
+    """Return the share of the difference that each refinement, and both, leave; None without one."""
     result = scene.attribution
     rows: dict[str, Cells] = {}
     for key, change in zip("ab", result.refinements if result.remaining else (), strict=False):
@@ -245,7 +245,7 @@ def _curves(difference: Difference) -> Markup:
 
 
 def information_table(scene: SceneComparison) -> Table | None:
-    """Return common measures of similarity, to two digits: the third depends on the sampling."""
+    """Return common measures of similarity, to two digits: further ones depend on the sampling."""
     rows = {
         name: [
             ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),

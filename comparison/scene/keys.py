@@ -1,6 +1,6 @@
-"""Dotted keys of a scene: all that there are, those that an unknown one may mean, overrides.
+"""Dotted keys of a scene: their list, suggestions for unknown keys, overrides, messages of validation errors.
 
-From overrides follow name, title and command of a scene; errors of validation name keys as users write them.
+The name, title and command line of a changed scene follow from its overrides.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ from pydantic.fields import FieldInfo
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
-"""Share of letters that two names have in common of which one is a typing error of the other."""
+"""Ratio of `difflib` from which one name may be a typing error of another."""
 _SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 
@@ -31,8 +31,8 @@ class Key(NamedTuple):
     name: str  # dotted
     unit: str  # empty without one
     bounds: str  # rule for the value: ">= 0", "ideal | clearance"
-    default: object  # of a scene that extends "paper"; None without one
-    source: str  # of the default: where the paper prints it, "identified" or "chosen"; empty without one
+    default: object  # value in a scene that extends "paper"; None without one
+    source: str  # place of the default in the paper, "identified" or "chosen"; empty without one
     description: str
 
 
@@ -51,7 +51,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
         own_unit = next((note.symbol for note in notes if isinstance(note, Unit)), unit)
         default = defaults.get(name)
         item, mark = field.annotation, ""
-        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # of sections
+        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # a list of sections
             item, mark = get_args(item)[0], "[]"
         if isinstance(item, type) and issubclass(item, BaseModel):
             yield from _below(item, default or {}, f"{above}{name}{mark}.", own_unit)
@@ -62,7 +62,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
 
 
 def _bounds(notes: list[Any]) -> str:
-    """Return the rule for a value from what is noted of its type."""
+    """Return the rule for a value from the types and metadata of its annotation."""
     rules = [
         f"{sign} {getattr(note, limit):g}"
         for note in notes
@@ -74,13 +74,13 @@ def _bounds(notes: list[Any]) -> str:
         choices = [f"any of {choice.replace(' | ', ', ')}" for choice in choices]
         rows = "rows of " if notes.count(list) > 1 else ""
         choices += [f"{rows}{note.max_length} values" for note in notes if hasattr(note, "max_length")]
-    words = {dict: "numbers by name", int: "integer", str: "text"}
-    kinds = [word for kind, word in words.items() if kind in notes and not choices][:1]
-    return ", ".join(dict.fromkeys(kinds + choices + rules))
+    texts = {dict: "numbers by name", int: "integer", str: "text"}
+    types = [text for each, text in texts.items() if each in notes and not choices][:1]
+    return ", ".join(dict.fromkeys(types + choices + rules))
 
 
 def _notes(annotation: Any) -> Iterator[Any]:
-    """Yield the types in an annotation, and what is noted of them."""
+    """Yield the types in an annotation, and their metadata."""
     if isinstance(annotation, FieldInfo):
         yield from annotation.metadata
         yield from _notes(annotation.annotation)
@@ -93,10 +93,10 @@ def _notes(annotation: Any) -> Iterator[Any]:
 
 
 def did_you_mean(wrong: str) -> str:
-    """Return the end of a message on an unknown dotted name: the key that it is like, if any.
+    """Return the end of a message on an unknown key: the known key that it resembles, if any.
 
-    Tried in turn: last parts in its section, ends of keys, sections (which stand for their first key), keys
-    whatever the order of their words, last parts of keys, keys that contain its last part.
+    It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
+    key), keys in any order of their words and last parts of keys; else a key may contain its last part.
     """
     names = [key.name for key in scene_keys() if key.name != wrong and ("[]" in key.name) <= ("[]" in wrong)]
     names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
@@ -112,8 +112,8 @@ def did_you_mean(wrong: str) -> str:
         choices = {part(name): name for name in reversed(names)}
         if word and (close := get_close_matches(word, choices, n=1, cutoff=_ALIKE)):
             return f"; did you mean {choices[close[0]]}?"
-    holding = next((name for name in names if len(last) > 2 and last in name), "")
-    return f"; did you mean {holding}?" if holding else "; sixbar keys lists all"
+    containing = next((name for name in names if len(last) > 2 and last in name), "")
+    return f"; did you mean {containing}?" if containing else "; sixbar keys lists all"
 
 
 def _last(name: str) -> str:
@@ -127,9 +127,9 @@ def _words(name: str) -> str:
 # ---- overrides, what follows from them, and errors of validation
 
 LONGEST = 54
-"""Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
+"""Longest name that lists the changes: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
-_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # of another meaning in another formulation
+_SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # their meaning depends on the formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
 _PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
@@ -160,11 +160,11 @@ _RULES = {
     "extra_forbidden": "is not a known key",
     "not_installed": "is not a known key: no model of this name is installed",
 }
-"""Type of a pydantic error -> what is said of the value."""
+"""Type of a pydantic error -> the rule in the message."""
 
 
 def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return the values of all single keys below by their dotted keys; an empty section is a value itself."""
+    """Return the values of a section by their dotted keys; an empty section counts as a value."""
     keys: dict[str, Any] = {}
     for key, value in section.items():
         is_section = isinstance(value, Mapping) and value
@@ -173,14 +173,14 @@ def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def unboxed(value: object) -> object:
-    """Return Python's number for one of numpy, also in a dict: a strict type takes no other than its own."""
+    """Convert a number of numpy, also in a dict, to Python's, which alone a strict type accepts."""
     if isinstance(value, Mapping):
         return {name: unboxed(part) for name, part in value.items()}
     return value.item() if isinstance(value, np.generic) else value
 
 
 def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the sections of `flat` keys; of a value and a section in one place the later stays."""
+    """Return the sections of `flat` keys; where a value and a section have one key, the later remains."""
     result: dict[str, Any] = {}
     for key, value in keys.items():
         *sections, last = key.split(".")
@@ -197,7 +197,7 @@ def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Change keys: one partner's number over that of both leaves the other's, that of both replaces each."""
+    """Return changed keys: a number for one partner leaves the other's, one for both replaces each."""
     result = dict(base)
     for key, value in changes.items():
         for material in MATERIALS:
@@ -213,7 +213,7 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
 def apply(files: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keys of a scene's files with overrides."""
     written = files.get(_FORMULATION, "auto")
-    # A step for the five bodies makes the tree take a hundred times its steps.
+    # Settings belong to a formulation: the five bodies' step would slow the tree a hundredfold.
     if overrides.get(_FORMULATION, written) not in (None, written):
         files = {key: value for key, value in files.items() if key not in _SETTINGS}
     return merged(files, overrides)
@@ -270,7 +270,7 @@ def title_with(name: str, overrides: Mapping[str, object]) -> str:
 def command_line(
     verb: str, sources: Sequence[str], overrides: Mapping[str, object], options: Sequence[str] = ()
 ) -> str:
-    """Return the command ``sixbar`` that does something to scenes, quoted for a POSIX shell."""
+    """Return the command ``sixbar VERB SOURCE ...``, quoted for a POSIX shell."""
     changes = [word for key, value in overrides.items() for word in ("--set", f"{key}={_text(value)}")]
     return shlex.join(["sixbar", verb, *sources, *changes, *options])
 
@@ -292,7 +292,7 @@ def toml(value: object) -> str:
         return repr(float(value))  # numpy's are floats too, and say so
     if type(value) is int:
         return hex(value) if abs(value) > 10**100 else str(value)  # Python does not print thousands of digits
-    # A string of JSON is one of TOML too, but for one character.
+    # A string of JSON is one of TOML too, except for the character DEL.
     return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
 
 
@@ -305,14 +305,14 @@ def readable(value: object) -> str:
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
 
-    For an unknown key the nearest of its section, or of a scene those that it may mean are suggested.
+    After an unknown key a similar one is suggested, of a scene by `did_you_mean`.
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
     steps = [str(step) for step in first["loc"]]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
-    if "key" in context:  # of a rule of the schema
+    if "key" in context:  # a rule of the schema is violated
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
     key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
@@ -333,7 +333,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
 
 
 def short(value: object) -> str:
-    """Return a value as it was given, the middle left out where it is long."""
+    """Return a value as Python writes it, without its middle if it is long."""
     try:
         text = repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits

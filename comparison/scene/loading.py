@@ -1,6 +1,6 @@
 """Scenes from TOML files: a plain nested mapping of all keys of `schema.py`, the only input of the models.
 
-With warnings of values that are valid but probably not meant, and the text of a new file to begin with.
+The module also warns of values that are valid but probably not meant, and writes the text of a new file.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ BASE = "paper"
 JOINTS = ("crank_pin", "slider")
 """Joints that may have clearance."""
 LARGEST_FILE = 1_000_000
-"""Bytes of a scene file."""
+"""Largest size of a scene file, bytes."""
 LONGEST_CHAIN = 20
-"""Files that extend one another."""
+"""Largest number of files that extend one another."""
 _SECTIONS = (
     "drive", "joints", "clearance", "contact", "friction", "load", "environment", "initial", "output",
     "mechanism",
@@ -69,13 +69,13 @@ class Scene:
     """A complete and valid scene."""
 
     data: dict[str, Any]
-    """All keys but the criteria, with defaults filled in; the input of a model."""
+    """All keys except the criteria, with defaults filled in; the input of a model."""
     files: dict[str, Any]
     """The dotted keys that its files give, without overrides and defaults."""
     overrides: dict[str, Any]
-    """The dotted keys whose values differ from these; name, title and command follow from them."""
+    """The dotted keys whose values differ from ``files``; name, title and command follow from them."""
     source: str
-    """The shipped name or the path that it was read from; empty where it was not."""
+    """The shipped name or the path of its file; empty if it was not read from one."""
     compare: Compare
     """Rules for two tables without uncertainties."""
     reliability: Reliability
@@ -145,12 +145,12 @@ class Scene:
         return replace(varied, data=varied.data | {"scene": self.data["scene"]})
 
     def command(self, verb: str, *options: str) -> str:
-        """Return the command that does something to this scene; empty if it was not read from a file."""
+        """Return the command ``sixbar VERB`` for this scene; empty if it was not read from a file."""
         return command_line(verb, [self.source], self.overrides, options) if self.source else ""
 
 
 def shipped_scenes() -> list[str]:
-    """Names of the shipped scenes, sorted; the base scene that they extend is not one of them."""
+    """Return the names of the shipped scenes, sorted; the base scene that they extend is not one of them."""
     return sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != BASE)
 
 
@@ -222,7 +222,7 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
 
 
 def digest(value: object, default: Callable[[Any], Any] | None = None) -> str:
-    """SHA-256 (hex) of a value's canonical JSON; ``default`` returns what stands there for an object."""
+    """Return the SHA-256 (hex) of a value's canonical JSON; ``default`` converts what JSON lacks."""
     text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, default=default)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -272,7 +272,7 @@ def _combined(
 
 
 def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> Scene:
-    """Fill in texts and defaults, validate, collect warnings."""
+    """Fill in texts and defaults, and validate."""
     given = apply(files, overrides)
     name = given["scene.name"] if given.get("scene", {}) == {} else Path(source).name
     texts = {key: value for key, value in overrides.items() if key.startswith("scene.")}
@@ -330,17 +330,17 @@ def new_scene(path: Path, source: str) -> str:
 # ---- values that are valid but probably not meant
 
 STEPS_PER_CONTACT = 8
-"""With fewer the first-cycle error of x does not follow the method's order: above 2e-5 s in the main case."""
+"""Steps of Exudyn in a contact from which the error of x has the method's order: 2e-5 s in the main case."""
 LARGEST_TILT = 0.05
-"""rad, of a slider in its guide: 3 degrees, four times that of the largest shipped clearance."""
+"""Plausible tilt of a slider in its guide, rad: four times that of the largest shipped clearance."""
 
 HEAVIEST_LOAD = 1e5
-"""Slider's weights: in the paper's press 1.7e5 N, which presses a corner of steel deeper than its radius."""
+"""Plausible force in weights of the slider: 1.7e5 N press a corner of steel deeper than its radius."""
 
 
 def implausible(scene: Scene) -> Iterator[str]:
     """Yield a line for each implausible value of a scene: key, value, unit, reason."""
-    data, joints, lasts = scene.data, scene.loose, contact_time(scene)
+    data, joints, shortest = scene.data, scene.loose, contact_time(scene)
     exudyn = data["solver"]["exudyn"]
     gravity, friction = data["environment"]["gravity"], data["friction"]["coefficient"]
     if "slider" in joints:
@@ -349,10 +349,10 @@ def implausible(scene: Scene) -> Iterator[str]:
     if gap > journal / 5.0:
         yield f"clearance.crank_pin = {gap:g} m is large for clearance.journal_radius = {journal:g} m"
     # The tree controls its error: its step is the largest one.
-    if exudyn["formulation"] != "tree" and exudyn["step"] > lasts / STEPS_PER_CONTACT:
+    if exudyn["formulation"] != "tree" and exudyn["step"] > shortest / STEPS_PER_CONTACT:
         yield (
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
-            f"contacts of {lasts:.2g} s require at most {lasts / STEPS_PER_CONTACT:.2g} s"
+            f"contacts of {shortest:.2g} s require at most {shortest / STEPS_PER_CONTACT:.2g} s"
         )
     contact, without_effect = data["contact"], _without_effect(scene)
     for key, why in without_effect.items():
@@ -388,7 +388,7 @@ def _usual_contact() -> dict[str, Any]:
 
 
 def _without_effect(scene: Scene) -> dict[str, str]:
-    """Return the keys of the contact that no contact uses, and beside what; none without clearance."""
+    """Return the keys of the contact without effect, each with the reason; none without clearance."""
     joints, contact = scene.loose, scene.data["contact"]
     if not joints:
         return {}
@@ -398,7 +398,7 @@ def _without_effect(scene: Scene) -> dict[str, str]:
         unused["corner_radius"] = "with joints.slider = 'ideal'"
     if law == "foundation":
         unused["corner_radius"] = has_law
-        if "crank_pin" not in joints:  # where the law is Hertz's
+        if "crank_pin" not in joints:  # the law of the pin is Hertz's
             unused["exponent"] = has_law
     if law != "adams-impact":
         return unused | dict.fromkeys(("stiffness", "damping", "damping_depth"), has_law)
@@ -408,7 +408,7 @@ def _without_effect(scene: Scene) -> dict[str, str]:
 
 
 def contact_time(scene: Scene) -> float:
-    """Return about how long the shortest contacts of a scene last, s; infinite without clearance.
+    """Return the approximate duration of the shortest contacts, s; infinite without clearance.
 
     A mass m hits a spring K d^n at the speed v: for n = 1.5 3.2181 (m^2 / (K^2 v))^(1/5), docs/model.md,
     section 6; K may be that of ``adams-impact``. m is that of a corner, with rod 4 upright;
@@ -486,7 +486,7 @@ def _in_guide(data: Mapping[str, Any]) -> Iterator[str]:
             f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {gap:g} m: the slider starts "
             "inside the wall"
         )
-    elif depth > radius:  # where no contact law holds
+    elif depth > radius:  # no contact law holds there
         yield (
             f"initial.slider_angle = {angle:g} rad puts a corner {depth:.2g} m inside the wall, deeper than "
             f"contact.corner_radius = {radius:g} m"

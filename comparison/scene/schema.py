@@ -1,7 +1,7 @@
 """Keys of a scene: type, unit, rule for the value, default where there is one, source of the paper's value.
 
-The string below a key describes it to users: `sixbar keys` and `sixbar new` print it, and wrong keys are held
-against its words. The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene extends.
+The string below a key, for `sixbar keys` and `sixbar new`, describes it with synonyms, so that words find it.
+The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene extends.
 """
 
 from collections.abc import Iterator
@@ -16,15 +16,15 @@ from pydantic_core import PydanticCustomError
 from comparison.models import engine_names, is_setting
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
-LEAST_RESTITUTION = 0.01  # of damping factors that divide by it: they are 158 and 100 there
-MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
+LEAST_RESTITUTION = 0.01  # for damping factors that divide by it: they are 158 and 100 there
+MAX_SAMPLES_PER_CYCLE = 10**15  # floats count exactly up to here; a run may be a small share of a cycle
 SMALLEST, LARGEST = 1e-30, 1e30
-"""Of a number that is not 0: a product of the few that a formula has stays within the machine's 1e308."""
+"""Bounds of the size of a number other than 0: a product of several must not exceed 1e308."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
-"""Of a scene, which names files."""
+"""Pattern of the name of a scene, and of its files."""
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
 PARTNERS = ("slider", "guide")
-"""Keys of a number for both partners of a contact, or of one for each."""
+"""The keys `MATERIALS` hold one number for both `PARTNERS` of a contact, or one for each."""
 Number = TypeVar("Number")
 
 
@@ -37,13 +37,13 @@ class Unit:
 
 @dataclass(frozen=True)
 class Source:
-    """Where the paper's value of a key comes from; without one it is chosen."""
+    """Origin of the paper's value of a key; a key without one has a chosen value."""
 
     text: str
 
 
-def integer(value: object) -> object:
-    """Reject what is equal to an integer and is none: true, 1.0."""
+def _integer(value: object) -> object:
+    """Reject a sign that equals an integer without being one: true, 1.0."""
     if type(value) is not int:
         raise PydanticCustomError("literal_error", "", {"expected": "-1 or 1"})
     return value
@@ -53,7 +53,7 @@ Real = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
-Sign = Annotated[Literal[-1, 1], BeforeValidator(integer)]
+Sign = Annotated[Literal[-1, 1], BeforeValidator(_integer)]
 M, KG, KGM2, S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s")
 M_S, M_S2, RAD, RAD_S = Unit("m/s"), Unit("m/s^2"), Unit("rad"), Unit("rad/s")
 TABLE_1, TABLE_2, SEC_4 = Source("Table 1"), Source("Table 2"), Source("Sec. 4")
@@ -74,7 +74,7 @@ class Texts(Section):
     title: str
     """Title in reports, one line; the name where none is given."""
     description: str = ""
-    """What the scene is for, in a sentence or two."""
+    """Purpose of the scene, in a sentence or two."""
 
 
 class Rod(Section):
@@ -170,7 +170,7 @@ class Clearance(Section):
 
 
 class Partners(Section, Generic[Number]):
-    """A number of each partner of a contact."""
+    """One number for each partner of a contact."""
 
     slider: Number
     guide: Number
@@ -271,8 +271,8 @@ class ReferenceSolver(Section):
 class ExudynSolver(Section):
     """Settings of the Exudyn model.
 
-    Steps of five bodies in flight are up to 32 times as long as in a contact; without clearance, or with a
-    sample at each step, all are equal. Samples two to four steps apart are interpolated in longer ones.
+    The five bodies take steps up to 32 times as long in flight as in a contact; without clearance, or with a
+    sample at each step, all steps are equal. Samples two to four steps apart are interpolated.
     """
 
     formulation: str = "auto"
@@ -300,7 +300,7 @@ class Compare(Section):
     tolerance: Positive | None = None
     """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""
     time_tolerance: Annotated[NotNegative, S] = 0.0
-    """How early or late either of two tables may be."""
+    """Time by which either of two tables may be early or late."""
     gate: dict[str, Real] = {}
     """Limits of metrics for such tables, by the name of the metric."""
 
@@ -315,21 +315,21 @@ class Limits(Section):
 
 
 class DisplacementLimits(Limits):
-    """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
+    """Limits for the displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
 
     upper: Positive = 2e-4
     """Upper limit of the permitted error."""
 
 
 class VelocityLimits(Limits):
-    """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
+    """Limits for the velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
 
     upper: Positive = 0.02
     """Upper limit of the permitted error."""
 
 
 class AccelerationLimits(Limits):
-    """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
+    """Limits for the acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
 
     upper: Positive = 150.0
     """Upper limit of the permitted error."""
@@ -341,7 +341,7 @@ class Reliability(Section):
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     """Intervals of a crank cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
-    """Whether mean and deviation are those of the error or of its magnitude."""
+    """Mean and deviation are those of the error (signed) or of its magnitude (absolute)."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
     velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
@@ -380,12 +380,12 @@ class SceneKeys(Section):
     random: list[RandomInput] = []
 
     @model_validator(mode="after")
-    def _together(self) -> Self:
-        for key, value, text in self._broken():
+    def _check_rules(self) -> Self:
+        for key, value, text in self._violations():
             raise PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
         return self
 
-    def _broken_damping(self) -> Iterator[tuple[str, object, str]]:
+    def _damping_violations(self) -> Iterator[tuple[str, object, str]]:
         contact = self.contact
         model, restitution = contact.damping_model, contact.restitution
         if model == "lankarani-nikravesh":
@@ -397,8 +397,8 @@ class SceneKeys(Section):
             rule = f"must be >= {LEAST_RESTITUTION:g}, by which contact.damping_model = {model!r} divides"
             yield "contact.restitution", restitution, rule
 
-    def _broken(self) -> Iterator[tuple[str, object, str]]:
-        """Yield key, value and rule where values exclude each other that are valid by themselves."""
+    def _violations(self) -> Iterator[tuple[str, object, str]]:
+        """Yield key, value and rule of values that are valid by themselves and not together."""
         speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
         if speed == 0:
             yield "drive.speed_rpm", speed, "must not be zero"
@@ -407,7 +407,7 @@ class SceneKeys(Section):
         if friction.transition_speed <= friction.static_speed:
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
-        yield from self._broken_damping()
+        yield from self._damping_violations()
         rows = self.load.table
         if rows and self.load.force:
             yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: set load.force = 0"

@@ -1,6 +1,6 @@
-"""Times of tables: what is missing, the shift between two, and both on one grid: the coarser one's.
+"""Times of tables: missing rows, the time shift between two tables, and both on one grid.
 
-There the channels of the other are interpolated.
+That grid is the coarser table's; the channels of the finer one are interpolated to it.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ _ROUNDS = 20
 _EVEN = 0.9  # share of equal steps from which times count as equidistant
 _COVERED = 0.05  # share of the span that they then cover at least
 _EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times with few digits
-_RATIO = 10.0  # of a hole to the longest other step, where steps vary
+_RATIO = 10.0  # least ratio of a hole to the longest other step, where steps vary
 
 Side = Mapping[str, Array]  # channel -> values, shape (n,)
 
@@ -62,7 +62,7 @@ def holes(time: Array) -> list[Hole]:
 
 
 def isolated(time: Array, values: Array, allowed: float) -> Array:
-    """Return each sample's distance from the line through its neighbours where above a limit, else 0."""
+    """Return each sample's distance from the line through its neighbours where it exceeds a limit, else 0."""
     distance = np.zeros(time.shape)
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
     line = values[:-2] + share * (values[2:] - values[:-2])
@@ -80,8 +80,8 @@ class Shift:
     reason: str = ""  # why it cannot be estimated; else empty
 
     @property
-    def seen(self) -> bool:
-        """Whether the shift is a finding: above three times its uncertainty, six standard errors."""
+    def significant(self) -> bool:
+        """Whether the shift exceeds three times its uncertainty, which is six standard errors."""
         return abs(self.value) > 3.0 * self.uncertainty
 
 
@@ -140,8 +140,8 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
         weights = 1.0 / np.maximum(errors, floor**2)
         if not np.isfinite(lag) or abs(step) <= 0.1 * SAME_GRID * interval:
             break
-    kept = [_solve(whole - sums[..., block], weights)[0] for block in range(_BLOCKS)]
-    spread = float(np.sqrt((_BLOCKS - 1) * np.var(kept)))
+    without_block = [_solve(whole - sums[..., block], weights)[0] for block in range(_BLOCKS)]
+    spread = float(np.sqrt((_BLOCKS - 1) * np.var(without_block)))
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(lag) or not uncertainty < 0.05 * np.ptp(time):
         return Shift(reason="the motion is too uniform, or the difference too irregular")
@@ -283,13 +283,13 @@ def continuous(values: Array, channel: Channel) -> Array:
 
 
 def _turned(values: Array, towards: Array, channel: Channel, at: int | slice = slice(None)) -> Array:
-    """Return an angle with whole revolutions added that bring it close to another one, there or always."""
+    """Return an angle brought close to another by whole revolutions, at one sample or at every one."""
     revolutions = np.round((towards[at] - values[at]) / channel.turn)
     return values + channel.turn * revolutions if np.any(revolutions) else values
 
 
 def _interval(time: Array) -> float:
-    """Mean sample interval, s."""
+    """Return the mean sample interval, s."""
     return float(time[-1] - time[0]) / (time.size - 1)
 
 
@@ -300,7 +300,7 @@ def resample(
     events: pd.DataFrame | None,
     known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
-    """Interpolate channels at other times, and tell where no two samples determine them.
+    """Interpolate channels at other times; return them, and where no two samples determine them.
 
     Positions whose velocity is among the channels use the cubic of both (error of order h^4), all others
     lines (h^2). Forces and accelerations jump at the start and end of a contact: each interval between two

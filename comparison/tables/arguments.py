@@ -38,7 +38,7 @@ def by_name(value: object) -> object:
 
 
 def as_source(results: Results, label: str) -> Path | Source:
-    """Return what `comparison.tables.foreign.read_tables` takes: a path, or the columns of a table or frame.
+    """Return a path, or the columns of a table or frame, for `comparison.tables.foreign.read_tables`.
 
     A data frame has the names and units of a table's header, its time in a column or as its index. Anything
     else, and a frame with several columns of one name or levels of names, is a `TableError`.

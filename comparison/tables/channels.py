@@ -38,7 +38,7 @@ class Channel:
     rate: str | None = None
     follows: str | None = None
     angle: bool = False
-    turn: float = 2 * pi  # of an angle: a revolution in its unit
+    turn: float = 2 * pi  # a revolution in the unit of an angle
     given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:

@@ -1,7 +1,7 @@
-"""Text tables of any program: where the numbers begin, what the columns are called, which sign is decimal.
+"""Text tables of any program: first row of numbers, names of the columns, decimal sign.
 
-Guessed are the separator, the line of names, and a sign of numbers that has one reading. All else is refused
-with the key of a mapping's ``[dialect]`` that settles it. Lines end as in `csv` and pandas: not with a form
+The separator, the line of names, and an unambiguous decimal sign are guessed. All else is refused with the
+key of a mapping's ``[dialect]`` that settles it. Lines end as in `csv` and pandas: not with a form
 feed or U+2028, at which Python splits too.
 """
 
@@ -36,7 +36,7 @@ NUMBER = re.compile(
     rf"[+-]?(?=[.,]?\d)[\d.,]+{_EXPONENT}|[+-]?(?:nan|inf|infinity)(?:\(\w*\))?|[+-]?1[.,]#\w+",
     re.ASCII | re.IGNORECASE,
 )
-"""Whatever a program writes for a number, with any signs."""
+"""Any text that a program writes for a number, with any decimal sign."""
 # Names separated by spaces: quoted or a single word, either with a unit in brackets.
 # Of a line of units each is in brackets of its own. Brackets are short: the time to find them is bounded.
 _BRACKETS = r"\[[^\]]{0,99}\]|\([^)]{0,99}\)"
@@ -60,7 +60,7 @@ class Source:
     """Unconverted table of any program."""
 
     path: Path
-    columns: list[Column]  # without empty ones, and one that counts the rows, that have no name
+    columns: list[Column]  # without empty columns and row counters that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
     nameless: bool = False  # whether the first column has no name and must be the time
@@ -70,7 +70,7 @@ class Source:
     pulses: Columns | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
     cycle_extrema: Columns | None = None
-    record: dict[str, Any] | None = None  # of a table of this project; None: there is no record of its origin
+    record: dict[str, Any] | None = None  # provenance of a table of this project; None without a record
 
     @property
     def names(self) -> list[str]:
@@ -84,7 +84,7 @@ class _Line(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """How the lines of a table are split, and its first row."""
+    """Rules by which the lines of a table are split, and its first row."""
 
     separator: str
     comments: tuple[str, ...]  # the signs with which they begin
@@ -125,7 +125,7 @@ class _Layout(NamedTuple):
         return self.fitted(self._split(line))
 
     def fitted(self, fields: list[str]) -> list[str]:
-        """Return fields, one for each of the row but for a separator at the end of either; else none."""
+        """Return fields if there is one for each of the row, apart from a separator at the end; else none."""
         if len(fields) == len(self.row) + 1 and not fields[-1]:
             fields = fields[:-1]
         if len(fields) == len(self.row) - 1 and not self.row[-1]:
@@ -153,7 +153,7 @@ class _Layout(NamedTuple):
         is_row = alike and len(fields) == len(self.row)
         if self.comments == _COMMENTS and (is_row or _time(words) is not None or _are_units(words)):
             may_be = f"a comment, a row or another heading: {line.text.strip()[:60]!r}"
-            raise TableError(f"line {line.number} may be {may_be}: {settled('comment')}")
+            raise TableError(f"line {line.number} may be {may_be}: {remedy('comment')}")
 
 
 def position(n: int) -> str:
@@ -161,12 +161,12 @@ def position(n: int) -> str:
     return f"#{n + 1}"
 
 
-def settled(keys: str) -> str:
-    """Return what a message says of the keys that settle how a table is to be read."""
+def remedy(keys: str) -> str:
+    """Return the end of a message: the keys of a mapping that settle how a table is read."""
     return f"state {keys} in [dialect] of a mapping (--mapping)"
 
 
-def decoded(content: bytes) -> str:
+def decode(content: bytes) -> str:
     """Return a text with line feeds, of UTF-8, UTF-16 with its mark, or the code of old Windows programs."""
     try:
         text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
@@ -176,7 +176,7 @@ def decoded(content: bytes) -> str:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
     text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     end = text[-100:].rstrip()
-    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # of DOS: the end of a file
+    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # DOS ends a file so
 
 
 def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
@@ -242,7 +242,7 @@ def read_column(
 
 def _value(text: str) -> float:
     """Return the number that a text with a decimal point denotes; nan if it denotes none."""
-    if "_" in text or not text.isascii():  # of which Python would make numbers
+    if "_" in text or not text.isascii():  # Python would read these as numbers
         return np.nan
     try:
         return float(text)
@@ -275,14 +275,14 @@ def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
             names = [*filter(None, [layout.fitted(dialect.names)] if dialect.names else above)]
             if (names or not known) and _begins(layout.row, after, names, known=known):
                 return n, layout
-    keys = settled("separator, decimal, thousands, skip, names")
+    keys = remedy("separator, decimal, thousands, skip, names")
     raise TableError(f"contains no row of two or more numbers: {keys}")
 
 
 def _begins(
     row: Sequence[str], after: Sequence[str], headings: Sequence[Sequence[str]], *, known: bool
 ) -> bool:
-    """Whether the numbers of a table begin in a row, below what may be the names of its columns."""
+    """Return whether the numbers of a table begin in a row, below lines that may name its columns."""
     numbers, again = ([bool(NUMBER.fullmatch(field)) for field in fields] for fields in (row, after))
     whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
     alike = len(again) == len(row) and any(again)
@@ -301,7 +301,7 @@ def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[s
             first = first or line.number
             if len(fields) != len(layout.row) or line.text.count('"') % 2:
                 rule = f"must hold {len(layout.row)} fields, as line {first}, and close quotation marks"
-                raise TableError(f"line {line.number} {rule}: {settled('separator')}")
+                raise TableError(f"line {line.number} {rule}: {remedy('separator')}")
             yield line.number, fields
 
 
@@ -310,14 +310,12 @@ def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> 
     written = [field for field in layout.row if field]
     may_be = f"line {line.number} holds {', '.join(written)}, which may be"
     if alone and any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1)):
-        raise TableError(f"{may_be} names or numbers: {settled('skip = 0 (names) or names = [] (numbers)')}")
+        raise TableError(f"{may_be} names or numbers: {remedy('skip = 0 (names) or names = [] (numbers)')}")
     if written == [str(rows - 1), "2"]:
-        keys = settled(f"names = [] (a row), and skip = {line.number} (its size)")
+        keys = remedy(f"names = [] (a row), and skip = {line.number} (its size)")
         raise TableError(f"{may_be} a row, or the size of the table: {keys}")
     if layout.separator == _SPACES and "\t" in line.text.strip():
-        raise TableError(
-            f"line {line.number} has tabs and spaces between its numbers: {settled('separator')}"
-        )
+        raise TableError(f"line {line.number} has tabs and spaces between its numbers: {remedy('separator')}")
 
 
 def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialect) -> str:
@@ -335,11 +333,11 @@ def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialec
     if all(seen.values()) or not any(map(clear.fullmatch, fields)):
         numbers = " and ".join(map(repr, dict.fromkeys(filter(None, seen.values()))))
         not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
-        raise TableError(f"{not_clear}: {settled('decimal (and thousands)')}")
+        raise TableError(f"{not_clear}: {remedy('decimal (and thousands)')}")
     return sign
 
 
-# ---- what the columns are called
+# ---- names of the columns
 
 
 def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading | None, list[str]]:
@@ -363,7 +361,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     if not (names := names_in[place]):
         count = f"line {lines[place].number} does not name as many"
         raise TableError(
-            f"the rows hold {len(layout.row)} numbers, but {count}: {settled('names, skip or separator')}"
+            f"the rows hold {len(layout.row)} numbers, but {count}: {remedy('names, skip or separator')}"
         )
     units: list[str] = []
     for line in lines[place + 1 :]:
@@ -374,7 +372,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
             layout.check_comment(line)
         else:
             problem = "is not one line of units, nor a row of numbers"
-            raise TableError(f"line {line.number}, below the names, {problem}: {settled('names')}")
+            raise TableError(f"line {line.number}, below the names, {problem}: {remedy('names')}")
     return _named(names, units), list(_titles(lines[:place], layout, _time(names)))
 
 
@@ -392,23 +390,23 @@ def _last_names(lines: Sequence[_Line], names_in: Sequence[list[str]], layout: _
 
 
 def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
-    """Reject what begins like a row and is none: it is passed over as no title."""
+    """Reject a line that begins like a row and is none: it may be a damaged one and no title."""
     for line in lines:
         is_number = [bool(NUMBER.fullmatch(field)) for field in layout.fields(line.text)]
         like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
         if is_number[0] and like_row:
-            keys = settled(f"skip = {line.number} (a title), or decimal, thousands")
+            keys = remedy(f"skip = {line.number} (a title), or decimal, thousands")
             raise TableError(f"line {line.number} begins like a row of numbers, but is none: {keys}")
 
 
 def _titles(lines: Sequence[_Line], layout: _Layout, time: int | None) -> Iterator[str]:
-    """Yield which lines above the names could be names too; reject what is likely to belong to them."""
+    """Yield the lines above the names that may be names too; reject those that are likely to be."""
     for line in lines:
         fields = [] if layout.is_comment(line.text) else layout.words(line.text)
         belongs = layout.separator != _SPACES and len(fields) > 2 and all(fields[1:])
         if belongs or layout.units(line.text, time):
             may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
-            raise TableError(f"{may_be}: {settled(f'skip = {line.number} (a title) or names')}")
+            raise TableError(f"{may_be}: {remedy(f'skip = {line.number} (a title) or names')}")
         states_units = re.search(r"(?i)\bunits?\b|degrees|radians", line.text)
         if states_units or sum(map(bool, fields)) > 1:
             yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
@@ -424,13 +422,13 @@ def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
     parts = [name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
     if twice := next((name for name in bare if name and bare.count(name) > 1), None):
-        raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {settled('names')}")
+        raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {remedy('names')}")
     heading: Heading = []
     for (name, beside), entry in zip(parts, units or [""] * len(parts), strict=True):
         below = _bare(entry)
         if beside and below and beside != below and parse_unit(beside) != parse_unit(below):
             both = f"column {name!r} states {beside!r} beside its name and {below!r} below it"
-            raise TableError(f"{both}: {settled('names')}")
+            raise TableError(f"{both}: {remedy('names')}")
         heading.append((name, beside or below))
     return heading
 
@@ -454,7 +452,7 @@ def name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _are_units(fields: Sequence[str]) -> bool:
-    """Whether all fields are units, or in brackets, and not all are numbers."""
+    """Return whether all fields are units or in brackets, and not all are numbers."""
     written = [entry for entry in fields if entry and not NUMBER.fullmatch(entry)]
     units = (parse_unit(entry) is not None or _bare(entry) != entry for entry in filter(None, fields))
     return bool(written) and all(units)

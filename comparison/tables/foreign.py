@@ -26,11 +26,11 @@ from comparison.tables.dialect import (
     NUMBER,
     Column,
     Source,
-    decoded,
+    decode,
     parse_text,
     position,
     read_column,
-    settled,
+    remedy,
 )
 from comparison.tables.mapping import (
     TIME,
@@ -44,7 +44,7 @@ from comparison.tables.mapping import (
 from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
 
-# ---- files, whose first bytes tell what they are, not their ending
+# ---- files, recognised by their first bytes, not by their ending
 
 _HEAD = 1024  # bytes in which text has no zero byte
 _LARGEST_TEXT = 400_000_000  # bytes: read line by line it takes twenty times as much memory
@@ -59,7 +59,7 @@ _LONGEST = 600.0  # s to read a MATLAB file
 
 
 def open_source(path: Path, dialect: Dialect | None = None) -> Source:
-    """Read a file; one of a kind that is not read is a `TableError` that says what to do instead."""
+    """Read a file; the `TableError` for an unsupported kind says how to export the table."""
     with table_files.readable(path):
         check_size(path, table_files.LARGEST)
         with path.open("rb") as file:
@@ -95,19 +95,19 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
     if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise TableError(_BINARY)
     check_size(path, _LARGEST_TEXT)
-    return parse_text(path, decoded(path.read_bytes()), dialect)
+    return parse_text(path, decode(path.read_bytes()), dialect)
 
 
 def _sheet(path: Path) -> str:
-    """Return the one sheet of a workbook that holds a table as text: of a formula its stored value counts."""
+    """Return as text the one sheet of a workbook with a table; a formula counts by its stored value."""
     try:
         with ZipFile(path) as file:
             unpacked = sum(part.file_size for part in file.infolist())
-        asked: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
+        options: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
+            warnings.simplefilter("ignore")  # warnings of styles and extensions do not matter
             small = unpacked <= table_files.LARGEST
-            sheets = pd.read_excel(path, sheet_name=None, **asked) if small else {}
+            sheets = pd.read_excel(path, sheet_name=None, **options) if small else {}
     except ImportError as error:
         extra = "pip install 'sixbar-crossval[excel]'"
         raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
@@ -116,19 +116,19 @@ def _sheet(path: Path) -> str:
         raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
     if unpacked > table_files.LARGEST:
         raise TableError(f"holds more than {table_files.LARGEST} bytes once it is unpacked")
-    holding = [name for name, sheet in sheets.items() if (sheet.map(_is_number).sum(axis=1) > 1).any()]
-    if not holding:
+    with_numbers = [name for name, sheet in sheets.items() if (sheet.map(_is_number).sum(axis=1) > 1).any()]
+    if not with_numbers:
         raise TableError("no sheet contains a row of two or more numbers")
-    if len(holding) > 1:
-        raise TableError(f"sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
-    return str(sheets[holding[0]].map(_written).to_csv(sep="\t", header=False, index=False))
+    if len(with_numbers) > 1:
+        raise TableError(f"sheets {' and '.join(map(repr, with_numbers))} hold numbers: save one per file")
+    return str(sheets[with_numbers[0]].map(_cell_text).to_csv(sep="\t", header=False, index=False))
 
 
 def _is_number(cell: object) -> bool:
     return isinstance(cell, int | float) and not isinstance(cell, bool)
 
 
-def _written(cell: object) -> str:
+def _cell_text(cell: object) -> str:
     """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
     text = re.sub(r"[\r\n\0]+", " ", str(cell))
     return f"'{text}" if isinstance(cell, str) and NUMBER.fullmatch(text.strip()) else text
@@ -153,20 +153,20 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     return columns, others.tolist()
 
 
-# ---- their columns as channels
+# ---- columns as channels
 
 AT_EVENTS = ("left", "right", "both")
-"""Which rows of one time are compared: the first, the last, or these two."""
+"""Rows of one time that are compared: the first, the last, or these two."""
 _HINT = "a mapping file (--mapping) assigns columns to channels"
-_NONE = Rule(channel="")
+_NO_RULE = Rule(channel="")
 
 
 @dataclass
-class _Assigned:
+class _Assignment:
     """Table whose columns are assigned to channels."""
 
     source: Source
-    columns: dict[str, tuple[Column, Rule]]  # by channel; with `_NONE` where a name alone assigns it
+    columns: dict[str, tuple[Column, Rule]]  # by channel; with `_NO_RULE` where its name alone assigns it
     ruled: bool  # whether a rule of the mapping assigns one
     left_out: list[str] = field(default_factory=list)
 
@@ -183,7 +183,7 @@ def read_tables(
 
     The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
     the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
-    With ``only`` some channels all but these, and the rates that interpolate them, are left out in silence.
+    With ``only`` all other channels are left out without a warning, except rates that interpolate these.
     """
     if at_events is not None and at_events not in AT_EVENTS:
         raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
@@ -209,19 +209,19 @@ def read_tables(
     return [_table(each, known, mapping, at_events) for each in assigned], tuple(warnings)
 
 
-def _table(assigned: _Assigned, known: dict[str, Channel], mapping: Mapping, at_events: str | None) -> Table:
-    source, columns = assigned.source, assigned.columns
+def _table(table: _Assignment, known: dict[str, Channel], mapping: Mapping, at_events: str | None) -> Table:
+    source, columns = table.source, table.columns
     names = [TIME, *(name for name in columns if name != TIME)]
     converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
     frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
     provenance = source.record
-    if provenance is None or assigned.ruled:
+    if provenance is None or table.ruled:
         settings = {name: description for name, (_, description) in converted.items()}
         provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
     own = {name: channel for name, channel in known.items() if name in columns}
-    rows = _resolved(frame, at_events, str(source.path))
-    table = Table(rows, source.events, source.extrema, provenance, own)
-    return replace(table, pulses=source.pulses, cycle_extrema=source.cycle_extrema)
+    rows = _select_rows(frame, at_events, str(source.path))
+    result = Table(rows, source.events, source.extrema, provenance, own)
+    return replace(result, pulses=source.pulses, cycle_extrema=source.cycle_extrema)
 
 
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping, compare: str) -> None:
@@ -244,7 +244,7 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
             raise TableError(f"{compare}: {name!r} is not a channel")
 
 
-def _by_rules(source: Source, side: str, mapping: Mapping) -> _Assigned:
+def _by_rules(source: Source, side: str, mapping: Mapping) -> _Assignment:
     """Assign columns to channels by rules, else by their names; one is the time."""
     special: dict[str, Rule] = getattr(mapping, side)
     if side == "ideal" and not special:  # it has the rules of the program that wrote it
@@ -264,17 +264,17 @@ def _by_rules(source: Source, side: str, mapping: Mapping) -> _Assigned:
             both = f"{assigned[channel][0].name!r} and {column.name!r}"
             raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
         if rule or name in known:
-            assigned[channel] = column, rule or _NONE
+            assigned[channel] = column, rule or _NO_RULE
     if TIME not in assigned:
         names = ", ".join(sorted(source.names))
         raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
-    return _Assigned(source, assigned, ruled=any(own))
+    return _Assignment(source, assigned, ruled=any(own))
 
 
-def _add_shared(assigned: Sequence[_Assigned], mapping: Mapping, compare: list[str] | None) -> None:
-    """Assign what has one name in all tables, and leave out what is not to be compared.
+def _add_shared(assigned: Sequence[_Assignment], mapping: Mapping, compare: list[str] | None) -> None:
+    """Assign columns that have one name in all tables, and leave out those that are not to be compared.
 
-    Kept are also the rates by which positions are interpolated, where all tables have them.
+    The rates by which positions are interpolated remain, where all tables have them.
     """
     for each in assigned:
         taken = {column.name for column, _ in each.columns.values()}
@@ -289,7 +289,7 @@ def _add_shared(assigned: Sequence[_Assigned], mapping: Mapping, compare: list[s
         rates &= {name for name, (column, _) in each.columns.items() if not column.text}
     for each in assigned:
         columns = each.columns
-        columns |= {own.name: (own, _NONE) for own in each.source.columns if own.name in wanted}
+        columns |= {own.name: (own, _NO_RULE) for own in each.source.columns if own.name in wanted}
         each.left_out = [*(name for name in each.left_out if name not in wanted), *each.source.others]
         unknown = [name for name in each.left_out if name not in shared]
         if unknown and not each.ruled and compare is None:
@@ -301,7 +301,7 @@ def _add_shared(assigned: Sequence[_Assigned], mapping: Mapping, compare: list[s
                 del columns[name]
 
 
-def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
+def _definitions(assigned: Sequence[_Assignment], mapping: Mapping) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
     defined = {}
     for name in dict.fromkeys(name for each in assigned for name in each.columns if name != TIME):
@@ -342,12 +342,12 @@ def _converted(
         row, text = column.text
         is_grouped = re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text)
         keys = "decimal, thousands" if is_grouped else "skip, or comment if the line begins one"
-        hint = f"{settled(keys)}; compare = [...] there leaves it out"
+        hint = f"{remedy(keys)}; compare = [...] there leaves it out"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
     stated = _unit(column, rule)
-    if stated is None and rule is not _NONE and not own:
+    if stated is None and rule is not _NO_RULE and not own:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     if stated is None or (own and parse_unit(stated) is None):
         stated = wanted
@@ -371,8 +371,8 @@ def _converted(
     return (values if unit is None or to is None else unit.convert(values, to)), description
 
 
-def _resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFrame:
-    """Return the rows to compare: a program that locates events writes two rows of one time."""
+def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFrame:
+    """Return the rows to compare, of those that a program with events writes for one time."""
     time = frame["time"].to_numpy()
     again = np.append(False, np.diff(time) == 0)
     row, count = int(again.argmax()), int(again.sum())

@@ -1,4 +1,4 @@
-"""The mapping file: channel, unit and sign of other programs' columns, and channels of one's own."""
+"""The mapping file: channel, unit and sign of other programs' columns, and definitions of new channels."""
 
 import math
 import tomllib
@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
 from comparison.scene.keys import explain
-from comparison.scene.schema import Positive, Real, Section, integer
+from comparison.scene.schema import Positive, Real, Section, Sign
 from comparison.tables.channels import Array, Channel, channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
@@ -27,37 +27,37 @@ class Rule(Section):
 
     channel: str
     unit: str | None = None  # None: as stated in the table
-    sign: Annotated[Literal[-1, 1], BeforeValidator(integer)] = 1
+    sign: Sign = 1
     offset: Real = 0.0  # in the column's unit
-    factor: Real | None = None  # of the column, for one that is normalised; None: that of the channel
+    factor: Real | None = None  # undoes a normalisation of the column; None: the channel's factor
 
 
 class Quantity(Section):
-    """Channel of one's own; of a channel of the press only the scale can be given."""
+    """Definition of a new channel; for a channel of the press only the scale can be given."""
 
-    unit: str | None = None  # of the comparison; None: that of the tables
+    unit: str | None = None  # unit of the comparison; None: that of the tables
     scale: Positive | None = None  # in that unit; None: the range of the first table
     angle: bool = False  # whether whole revolutions do not matter
     rate: str | None = None  # the channel that is its time derivative
-    factor: Real = 1.0  # of its columns in both tables: what they are normalised by
+    factor: Real = 1.0  # undoes a normalisation of its columns in both tables
 
 
 _Sign = Annotated[str, Field(min_length=1, max_length=1)]
 
 
 class Dialect(Section):
-    """How a text table is written; None is to be guessed, or refused where there are two ways."""
+    """Layout of a text table; None: guessed, or refused where two readings are possible."""
 
-    separator: _Sign | None = None  # of the columns; a space: any number of spaces and tabs
+    separator: _Sign | None = None  # separator of columns; a space: any number of spaces and tabs
     decimal: Literal[".", ","] | None = None
     thousands: _Sign | None = None
     skip: Annotated[int, Field(ge=0)] | None = None  # lines above that of the names, or above the numbers
-    names: list[str] | None = None  # of the columns, with units as in "x [mm]"; []: they have none
+    names: list[str] | None = None  # names of columns, with units as in "x [mm]"; []: there are none
     comment: str | None = None  # sign with which comments begin; "": there are none
 
 
 class Dialects(Dialect):
-    """Dialect of all tables, and what differs from it in one of them."""
+    """Dialect of all tables, and deviations from it in one of them."""
 
     a: Dialect = Dialect()
     b: Dialect = Dialect()
@@ -82,14 +82,14 @@ class Mapping(Section):
     """As ``columns``, for the first or the second table only; takes precedence over ``columns``."""
     b: dict[str, Rule] = Field(default={})
     ideal: dict[str, Rule] = Field(default={})
-    """The same for the table of the ideal mechanism, which without has the rules of the side that it fits."""
+    """As ``columns``, for the ideal table; without it that table has the rules of the side that it fits."""
     gate: dict[str, Real] = Field(default={})  # metric -> its limit, for every channel
 
     _file: str = PrivateAttr("mapping")
 
     @property
     def file(self) -> str:
-        """Its file, for messages; "mapping" of one that was made in Python."""
+        """Path of the file, for messages; "mapping" if it was created in Python."""
         return self._file
 
 
@@ -132,11 +132,11 @@ def _faults(mapping: Mapping) -> Iterator[str]:
 
 
 Stated = tuple[str, str | None, Array]
-"""What a table says of a channel: its name, the unit (None without one), the numbers."""
+"""A channel in one table: name of the table, unit (None without one), numbers."""
 
 
 def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
-    """Return the definition of a channel that is not the press's, in the given unit, else the tables'."""
+    """Return the definition of a new channel, in the given unit or else in that of the tables."""
     unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
     turn = 2 * math.pi
     if quantity.angle:

@@ -24,7 +24,7 @@ def main() -> None:
     from scipy.io import loadmat
 
     file, most = sys.argv[1], int(sys.argv[2])
-    with suppress(ImportError):  # of Windows
+    with suppress(ImportError):  # Windows lacks it
         import resource
 
         _, hard = resource.getrlimit(resource.RLIMIT_AS)

@@ -1,6 +1,6 @@
-"""Guesses which column of another program's table is which channel, in which unit and with which sign.
+"""Suggestion of a mapping: channel, unit and sign of each column of another program's table.
 
-A column is converted and held against each column of the other table, on a grid of times that both span. The
+A column is converted and compared with each column of the other table, on a grid of times that both span. The
 names of the columns, and units that the tables state, narrow the choice.
 """
 
@@ -22,13 +22,13 @@ from comparison.tables.foreign import open_source
 from comparison.tables.mapping import TIME, Dialects
 from comparison.tables.units import alternatives, parse_unit, same_dimension
 
-_GRID = 2000  # times at which columns are held against each other
+_GRID = 2000  # times at which columns are compared
 # RMS distances as shares of the larger standard deviation: of unrelated columns they are 1 and more.
-_NEAR = 0.3  # two models of one motion are nearer, but for what chatter separates
-_ALIKE = 0.9  # of two columns whose names say one channel
-_CONSTANT = 1e-9  # of the largest value: the standard deviation of what does not vary
+_NEAR = 0.3  # two models of one motion are nearer, except where chatter separates them
+_ALIKE = 0.9  # for two columns whose names denote one channel
+_CONSTANT = 1e-9  # standard deviation of a constant column, as a share of its largest value
 
-# What is meant, and how programs spell it.
+# Words of channel names -> their spellings in other programs.
 _WORDS = {
     "time": "t time tout",
     "angle": "phi theta psi rot rotation ang angle angular rz",
@@ -49,7 +49,7 @@ _MEANING = {spelling: words.split() for words, spellings in _WORDS.items() for s
 class _Column(NamedTuple):
     side: str
     name: str
-    meaning: str  # the channel that the name says, or the time; empty for none
+    meaning: str  # the channel that the name denotes, or the time; empty for none
     known: bool  # whether it is that channel without a rule
     unit: str | None  # None: to be guessed
     values: Array
@@ -68,10 +68,10 @@ class Guess(NamedTuple):
     """Two columns that are near each other as one channel."""
 
     pair: tuple[_Column, _Column]
-    channel: str  # of the press, or one's own with the name of a column
-    units: tuple[str, ...]  # of both; none of a channel of one's own
+    channel: str  # a channel of the press, or a new one with the name of a column
+    units: tuple[str, ...]  # units of both columns; none for a new channel
     sign: int = 1
-    named: bool = True  # whether the names say the channel
+    named: bool = True  # whether the names denote the channel
     distance: float = 0.0  # RMS, as a share of the standard deviation
 
     def rules(self) -> Iterator[dict[str, Any]]:
@@ -84,11 +84,11 @@ class Guess(NamedTuple):
 
 
 Left = dict[str, list[str]]
-"""Side -> its columns that are not assigned, each with the channel that its name says."""
+"""Side -> its columns that are not assigned, each with the channel that its name denotes."""
 
 
 def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], Left]:
-    """Guess what the columns of two tables are, the time first; errors of reading are `TableError`."""
+    """Guess the channels of the columns of two tables, the time first; errors of reading are `TableError`."""
     dialects = dialects or Dialects()
     sources = {side: open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))}
     times, tables = _on_one_grid([_columns(side, source) for side, source in sources.items()])
@@ -125,7 +125,7 @@ def _columns(side: str, source: Source) -> list[_Column]:
 
 
 def _words(name: str) -> frozenset[str]:
-    """Return the words of a name that say what is measured: of ``.slider.cm_vel.X`` slider, velocity, x."""
+    """Return the words of a name that denote a quantity: of ``.slider.cm_vel.X`` slider, velocity, x."""
     parts = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)
     words = {word for part in parts for word in _MEANING.get(part.lower(), [part.lower()])}
     usual = {word for channel in channels() for word in channel.split("_")}
@@ -134,7 +134,7 @@ def _words(name: str) -> frozenset[str]:
 
 @cache
 def _meaning(name: str) -> str:
-    """Return the channel that a name says, or the time; one of no body is of the slider. Empty for none."""
+    """Return the channel that a name denotes, by default of the slider, or the time; empty for none."""
     meanings = {_words(channel): channel for channel in (TIME, *channels())}
     words = _words(name)
     return name if name in channels() else meanings.get(words, meanings.get(words | {"slider"}, ""))
@@ -166,7 +166,7 @@ def _on_one_grid(tables: Sequence[list[_Column]]) -> tuple[list[Guess], list[lis
 
 
 def _match(one: _Column, other: _Column) -> Guess | None:
-    """Return what two columns are, in the units and with the sign by which they are nearest; None if far."""
+    """Return the guess, of all channels, units and signs, by which two columns are nearest; None if far."""
     known = [column.name for column in (one, other) if column.known]
     options: list[tuple[str, tuple[str, ...]]] = [
         (name, units)
@@ -196,7 +196,7 @@ def _match(one: _Column, other: _Column) -> Guess | None:
 
 
 def mapping_text(guesses: Sequence[Guess], left: Left, dialects: Dialects | None, command: str) -> str:
-    """Return the mapping, as a file to edit, that a command is to use."""
+    """Return the text of a mapping file, to be edited, for a command."""
     lines = [
         "# A suggestion: check what it rests on, edit it, then",
         f"#   {command}",

@@ -1,6 +1,6 @@
 """Result table of a run: its channels, events, extrema and provenance, and whether it can be compared.
 
-A check yields faults as lines, of which only the first is asked for: what follows relies on there being none.
+A check yields faults as lines, of which only the first is used: later checks rely on the earlier ones.
 Pulses are the normal forces of the contacts in time: columns ``row`` (in the events), ``time`` (s) and
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
@@ -73,7 +73,7 @@ class Table:
         )
 
     def __repr__(self) -> str:
-        """Return what it is in few lines, not its numbers."""
+        """Describe the table in a few lines, without its numbers."""
         head = " ".join(str(self.provenance[key]) for key in ("model", "status") if self.provenance.get(key))
         contacts = "" if self.events is None else f", {len(self.events)} contacts"
         shape = f"{type(self).__name__}: {len(self.frame)} samples{contacts}"
@@ -105,7 +105,7 @@ class Table:
     def scene(self) -> Scene | None:
         """The scene recorded with the results; None without a valid one.
 
-        With the usual settings of solvers: the model that wrote the table need not be installed here.
+        Its solvers have the default settings: the model that wrote the table need not be installed here.
         """
         record = self.provenance.get("scene")
         if not isinstance(record, dict):
@@ -140,12 +140,12 @@ def check(
 
 
 def slacks(*times: Array) -> tuple[float, float]:
-    """Return how far the first times, and the last ones, may be apart for tables of one span, s.
+    """Return the permitted distances, s, of the first times and of the last times of tables of one span.
 
     A fifth of the finest step there: a line continued by more is less exact than one between two rows.
     """
     rounding = 4 * float(max(np.spacing(np.abs(time).max()) for time in times))
-    steps = [step[step > rounding] for step in map(np.diff, times)]  # of an event's two rows it is round-off
+    steps = [step[step > rounding] for step in map(np.diff, times)]  # not between two rows of an event
     first, last = (min((float(step[n]) for step in steps if step.size), default=0.0) for n in (0, -1))
     return max(0.2 * first, rounding), max(0.2 * last, rounding)
 
@@ -156,8 +156,8 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
         if names:
             yield f"channel {names[0]} is {fault}{_and_more(names)}"
-    # All at once, where it is sound: a look at each column alone takes as long as a short run.
-    frame = table.frame if all(kind.kind in "fiu" for kind in table.frame.dtypes) else None
+    # All columns at once, since checking each alone takes as long as a short run.
+    frame = table.frame if all(dtype.kind in "fiu" for dtype in table.frame.dtypes) else None
     if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= _LARGEST).all():
         for channel in ("time", *channels):
             yield from _number_faults(channel, table.frame[channel])
@@ -209,7 +209,7 @@ def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float)
 
 def _numbers(column: pd.Series) -> Array:
     """Return the values of a column, nan where one is not a number."""
-    if column.dtype.kind == "b":  # which pandas would count as 0 and 1
+    if column.dtype.kind == "b":  # pandas would count booleans as 0 and 1
         return np.full(len(column), np.nan)
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
 
@@ -224,7 +224,7 @@ def _first(bad: BoolArray) -> list[int]:
 
 
 def result_faults(result: Any) -> Iterator[str]:
-    """Yield which parts of a model's result (docs/engine.md) are missing or something else."""
+    """Yield the faults of a model's result (docs/engine.md): parts that are missing or of a wrong type."""
     for name, kind in _PARTS.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):
@@ -236,7 +236,7 @@ def result_faults(result: Any) -> Iterator[str]:
 
 
 def _array_faults(name: str, part: Any) -> Iterator[str]:
-    """Yield why pulses or cycle_extrema are no columns of numbers, and pulses not sorted."""
+    """Yield the faults of pulses or cycle_extrema: no columns of numbers, or pulses not sorted."""
     if not isinstance(part, dict):
         yield f"{name} must be a dict or None, not {type(part).__name__}"
     for key, kind in (_PULSES if name == "pulses" and part else dict.fromkeys(part, "f")).items():
@@ -255,9 +255,9 @@ def _array_faults(name: str, part: Any) -> Iterator[str]:
 
 
 def record_faults(record: object) -> Iterator[str]:
-    """Yield why this is no record of a run, such as another program's file of its name.
+    """Yield the reasons why this is no record of a run, such as another program's file of that name.
 
-    Entries that are read must have the expected type; all others may be anything.
+    Only the entries that this package reads must have the expected type.
     """
     if not isinstance(record, Mapping):
         yield "must contain one JSON object"
@@ -280,7 +280,7 @@ def record_faults(record: object) -> Iterator[str]:
 
 
 def _is_number(value: object) -> bool:
-    """Whether a value is a number, or the null that replaces one that is not finite."""
+    """Return whether a value is a number, or the null that replaces one that is not finite."""
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 

@@ -1,4 +1,4 @@
-"""Files of result tables: read, and written all or none.
+"""Reading and writing of result tables; of a table all files are written, or none.
 
 Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each contact), ``run.pulses.csv``
 (their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
@@ -21,17 +21,17 @@ from comparison.files import check_size, contents, reading, replacing_in, write_
 from comparison.tables.table import Columns, Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
-"""Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
+"""Largest size of a table, bytes, as a file and as numbers in memory."""
 _FORMATS = (".csv", ".parquet")
-_BESIDE = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
+_ENDS = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
 _CONTACT = {"corner", "start", "end"}  # columns by which events are known as contacts
 readable = partial(reading, refusal=TableError)
-"""Block that reads a file: converts errors to a `TableError` of one line."""
+"""Context in which errors of reading a file become a `TableError` of one line."""
 
 
 def read(path: str | Path) -> Table:
-    """Read a table with its companions, or raise a `TableError`; what it holds is not yet checked."""
+    """Read a table with its companions, or raise a `TableError`; its contents are not yet checked."""
     path = Path(path)
     check_format(path)
     with readable(path):
@@ -56,12 +56,12 @@ def _read_csv(path: Path) -> pd.DataFrame:
 
 
 def read_parquet(path: Path) -> pd.DataFrame:
-    """Read a Parquet file; what is none, or damaged, is a `ValueError`."""
+    """Read a Parquet file; any other or damaged file is a `ValueError`."""
     try:
         frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
     except OSError:
         raise
-    except Exception as error:  # pandas and pyarrow trust what a file says of itself
+    except Exception as error:  # pandas and pyarrow trust the sizes and types stated in a file
         raise ValueError(f"is no readable Parquet file: {error}") from error
     finally:
         pa.default_memory_pool().release_unused()  # it retains the memory of decoding
@@ -83,7 +83,7 @@ def _texts(path: Path) -> list[str]:
 
 def read_beside(path: Path, name: str) -> pd.DataFrame | None:
     """Read the events, pulses or cycle_extrema beside a table; None where there are none."""
-    beside = _beside(path, name)
+    beside = _companion(path, name)
     with readable(beside):
         if not beside.is_file():
             return None
@@ -95,14 +95,14 @@ def read_contacts(path: Path) -> pd.DataFrame | None:
     """Read the contacts beside a table; None where there are none."""
     events = read_beside(path, "events")
     if events is not None and not _CONTACT.issubset(events):
-        raise TableError(f"{_beside(path, 'events')}: has no columns {', '.join(sorted(_CONTACT))}")
+        raise TableError(f"{_companion(path, 'events')}: has no columns {', '.join(sorted(_CONTACT))}")
     return events
 
 
 def read_columns(path: Path, name: str) -> Columns | None:
     """Read the pulses or cycle_extrema beside a table as real numbers, pulses with integer rows; or None.
 
-    What is no number will be refused.
+    `comparison.tables.table.check` refuses columns of anything else.
     """
     frame = read_beside(path, name)
     if frame is None:
@@ -116,7 +116,7 @@ def read_columns(path: Path, name: str) -> Columns | None:
 
 @contextmanager
 def unread(notes: list[str]) -> Iterator[None]:
-    """Note why something beside a table of any program is not read: it may be the program's own."""
+    """Note why a file beside a table is not read: it may be another program's own."""
     try:
         yield
     except TableError as error:
@@ -125,7 +125,7 @@ def unread(notes: list[str]) -> Iterator[None]:
 
 def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the record beside a table: the extrema, and all else; both empty if there is none."""
-    beside = _beside(path, "record")
+    beside = _companion(path, "record")
     with readable(beside):
         record = json.loads(contents(beside)) if beside.is_file() else {}
         if fault := next(record_faults(record), ""):
@@ -134,26 +134,26 @@ def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with all that belongs to it: all or, with a `TableError`, none.
+    """Write a table and its companions; a `TableError` if that fails, and then none is written.
 
-    Reading it back gives the same bits, but for the sign of zeros in a column of integers. What an earlier
-    table of this name has beside it is deleted where the new one has none.
+    Reading it back gives the same bits, except for the sign of zeros in a column of integers. Companions of
+    an earlier table of this name that the new one lacks are deleted.
     """
     path = Path(path)
     check_format(path)
     try:
         with replacing_in(path.parent) as part:
             if table.events is not None:
-                table.events.to_csv(part / _beside(path, "events").name, index=False)
+                table.events.to_csv(part / _companion(path, "events").name, index=False)
             for name, columns in (("pulses", table.pulses), ("cycle_extrema", table.cycle_extrema)):
                 if columns is not None:
-                    _write_csv(pd.DataFrame(columns), part / _beside(path, name).name)
-            write_json({**table.provenance, "extrema": table.extrema}, part / _beside(path, "record").name)
+                    _write_csv(pd.DataFrame(columns), part / _companion(path, name).name)
+            write_json({**table.provenance, "extrema": table.extrema}, part / _companion(path, "record").name)
             if path.suffix.lower() == ".csv":
                 _write_csv(table.frame, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
-        for file in {_beside(path, name) for name in _BESIDE} - {*companions(table, path)}:
+        for file in {_companion(path, name) for name in _ENDS} - {*companions(table, path)}:
             file.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
@@ -161,34 +161,34 @@ def write(table: Table, path: str | Path) -> Path:
 
 
 def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
-    """Return the files of a folder that may be tables, by their names without the ending, and what is none.
+    """Return the files of a folder that may be tables, by name without ending, and the names of all else.
 
     A companion is left out with its table alone: without one it may be a table, unless it is JSON. Hidden
     files do not count.
     """
     with readable(folder):
         paths = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
-    left = [f"{path.name}/" if path.is_dir() else path.name for path in paths if not path.is_file()]
+    others = [f"{path.name}/" if path.is_dir() else path.name for path in paths if not path.is_file()]
     files = {path.name: path for path in paths if path.is_file()}
     stems = {path.stem for path in files.values() if path.suffix != ".json"}
     # `write` makes pulses and extrema beside a record alone.
     recorded = {stem for stem in stems if f"{stem}.json" in files}
-    beside = {f"{stem}.{_BESIDE['events']}" for stem in stems}
-    beside |= {f"{stem}.{end}" for stem in recorded for end in _BESIDE.values()}
+    beside = {f"{stem}.{_ENDS['events']}" for stem in stems}
+    beside |= {f"{stem}.{end}" for stem in recorded for end in _ENDS.values()}
     tables: dict[str, Path] = {}
     for path in [path for name, path in files.items() if name not in beside]:
         if path.suffix == ".json":
-            left.append(path.name)
+            others.append(path.name)
         elif other := tables.get(path.stem):
             raise TableError(f"{folder}: {other.name} and {path.name} have one name: which is meant?")
         else:
             tables[path.stem] = path
-    return tables, left
+    return tables, others
 
 
 def companions(table: Table, path: Path) -> list[Path]:
-    """Return the files that `write` makes beside that of a table."""
-    return [_beside(path, name) for name in _BESIDE if getattr(table, name, path) is not None]
+    """Return the paths of the files that `write` puts beside a table; a record always."""
+    return [_companion(path, name) for name in _ENDS if getattr(table, name, path) is not None]
 
 
 def check_format(path: Path) -> None:
@@ -197,8 +197,8 @@ def check_format(path: Path) -> None:
         raise TableError(f"{path}: the name must end in {' or '.join(_FORMATS)}")
 
 
-def _beside(path: Path, name: str) -> Path:
-    return path.with_name(f"{path.stem}.{_BESIDE[name]}")
+def _companion(path: Path, name: str) -> Path:
+    return path.with_name(f"{path.stem}.{_ENDS[name]}")
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:

@@ -363,5 +363,5 @@ def _exceeded_shift(
         times += [position.tolerance / scale] if scale else []
     limit, shift = min(times, default=0.0), aligned.shift
     limit = max(limit, time_tolerance) if limit else limit
-    exceeded = limit and shift.seen and abs(shift.value) - shift.uncertainty > limit
+    exceeded = limit and shift.significant and abs(shift.value) - shift.uncertainty > limit
     return limit if exceeded else nan

@@ -141,7 +141,7 @@ def _delay(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause
     known = {name: channel.definition}
     found = []
     for lag in (shift, estimate(time, {name: channel.a}, {name: channel.b}, known)):
-        if not lag.seen:
+        if not lag.significant:
             continue
         inside = channel.judged & (time + lag.value >= time[0]) & (time + lag.value <= time[-1])
         slopes = results[rate].b if rate in results else np.gradient(channel.b, time)

@@ -1,4 +1,4 @@
-"""What is planned and expected of a run, which error it has, and what the settings of a scene cost."""
+"""Sentences about the plan, the expected cost and the error of a run, and about the settings of a scene."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def expectation(expected: Expected) -> str:
 
 
 def unmeasured(expected: Expected) -> str:
-    """Return that the error of a built-in model's settings was not measured on a scene; else nothing."""
+    """Return a sentence if the error of a built-in model's settings was not measured on a scene, else ""."""
     return "" if expected.own or not expected.scene else f"the error of slider_x was {_UNMEASURED}"
 
 
@@ -71,14 +71,14 @@ def plan_lines(plan: Plan) -> list[str]:
 
 
 def cost_before(cost: Cost) -> str:
-    """Return what the first setting and the runs that estimate its error are expected to cost."""
+    """Return the first setting, and the expected time of the runs that estimate its error."""
     time = f"some {cost.seconds:.2g} s of processor time" if isfinite(cost.seconds) else "no time recorded"
     more = ", more if it has to be refined" if cost.refines else ""
     return f"begins at {_setting(cost.scene, cost.model)}, with {cost.further} further runs: {time}{more}"
 
 
 def accuracy_line(run: AccurateRun) -> str:
-    """Return which error a run has, until when, and why it is not smaller."""
+    """Return the error of a run, the time up to which it holds, and the reason why it is not smaller."""
     from comparison.accuracy.refine import FLOOR, Limit
 
     cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s)"
@@ -114,14 +114,14 @@ def accuracy_line(run: AccurateRun) -> str:
 
 
 def _setting(scene: Scene, model: str) -> str:
-    """Return what a model's error depends on, as a user writes it."""
+    """Return the setting that determines a model's error, as a user writes it."""
     solver = scene.data["solver"].get(model, {})
     key = setting_key(model, solver)
     return f"solver.{model}.{key} = {solver[key]:g}" if key in solver else f"the settings of {model}"
 
 
 def _divergence(scene: Scene, estimate: Estimate) -> str:
-    """Return how far neighbouring trajectories diverge."""
+    """Return a clause on how far neighbouring trajectories diverge; empty where they do not."""
     from comparison.accuracy.uncertainty import SAFETY_FACTOR, perturbation
 
     farthest = float(estimate.spread.max()) / SAFETY_FACTOR
@@ -138,7 +138,7 @@ def _stopped(outcome: Outcome | None) -> str:
 
 
 def settings_basis(result: WorkPrecision) -> str:
-    """Return what the errors of settings are distances from, and on which part of the run."""
+    """Return the run from which errors of settings are measured, and the part of it that is confirmed."""
     from comparison.accuracy.uncertainty import SAFETY_FACTOR
 
     if result.exact is None or result.confirming is None:
@@ -169,7 +169,7 @@ def settings_table(result: WorkPrecision) -> list[tuple[str, str, str, str]]:
 
 
 def settings_commands(result: WorkPrecision) -> list[tuple[str, str]]:
-    """Return the errors that were seen to hold, with their part of the run, and the cheapest command."""
+    """Return each range of errors with the part of the run on which it holds, and the cheapest command."""
     from comparison.accuracy.work_precision import DECADES
 
     cheapest = {error: row for error in DECADES if (row := result.cheapest(error)) is not None}

@@ -1,4 +1,4 @@
-"""Sentences about a difference: causes that the data name, its instant, confirmation and attribution."""
+"""Sentences about a difference: causes found in the data, instant, confirmation and attribution."""
 
 import json
 from collections.abc import Sequence
@@ -34,12 +34,12 @@ _UNPREDICTABLE = {
 }
 
 
-# ---- causes that the data name
+# ---- causes found in the data
 
-_DIGITS = 7  # of a number that is known to more
-_FEW = 3  # names or scenes in one sentence
-_SHOWN = 0.01  # of the difference, from which on the part that is left is said
-_NEAR = 1e-3  # share by which a ratio may miss that of two units, if it is not known better
+_DIGITS = 7  # most digits of a number
+_FEW = 3  # most names or scenes in one sentence
+_SHOWN = 0.01  # share of the difference left without a cause, from which on it is stated
+_NEAR = 1e-3  # permitted relative distance of an inexact ratio from that of two units
 # Units that programs write instead of an SI unit.
 _UNITS = {
     "m": ("mm", "cm", "in", "ft"),
@@ -55,7 +55,7 @@ _UNITS = {
 
 
 def causes(scene: SceneComparison) -> list[str]:
-    """Return the causes that the data of a comparison name, those that explain most first."""
+    """Return the causes found in the data of a comparison, by the share that they explain."""
     return [cause(one, scene) for one in scene.causes]
 
 
@@ -84,30 +84,30 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
     unit = scene.channels[one.channels[0]].unit if one.channels else ""
     those = "those" if several else "that"
     of_b = f"{name} of {b} {'are' if several else 'is'}"
-    place = CONTACTS.get(one.place, "") + ("" if one.place == PIN else " corner")
+    place = _place(one.place)
     impact = f"the first impact, at {one.time:.6g} s ({place}),"
-    known = _known(one.value, one.uncertainty)
+    known = _round(one.value, one.uncertainty)
     match one.kind:
         case "keys":
-            keys = [f"{key} is {_value(its)} in {a} and {_value(own)} in {b}" for key, its, own in one.keys]
+            keys = [f"{key} is {_json(its)} in {a} and {_json(own)} in {b}" for key, its, own in one.keys]
             more = len(keys) - _FEW
             return "; ".join(keys[:_FEW] + [f"{more} more keys of the scenes differ"] * (more > 0))
         case "ratio":
             return _ratio(one, of_b, f"{those} of {a}", unit, scene.labels)
         case "offset":
-            size, sense = _known(abs(one.value), one.uncertainty, unit), "above" if one.value > 0 else "below"
+            size, sense = _round(abs(one.value), one.uncertainty, unit), "above" if one.value > 0 else "below"
             return f"{of_b} {size} {sense} {those} of {a}, at all times"
         case "constant":
             return f"{of_b} constant, {quantity(one.value, unit)}"
         case "shift":
             late, early = (b, a) if one.value > 0 else (a, b)
-            size = _known(abs(one.value), one.uncertainty, "s")
+            size = _round(abs(one.value), one.uncertainty, "s")
             return f"{late} is later than {early} by {size} in {name}"
         case "friction":
             its, own = (f"{value:.6g}" for value in one.values)  # noqa: PD011
             return f"friction over normal force is {its} in {a} and {own} in {b}, {known} times"
         case "gravity":
-            size = _known(one.value, one.uncertainty, unit, sign=True)
+            size = _round(one.value, one.uncertainty, unit, sign=True)
             return f"before the first contact {name} differs by {size} in {b}, whatever slider_ay is: gravity"
         case "stiffness":
             return (
@@ -126,7 +126,7 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
 
 def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str]) -> str:
     size = abs(one.value)
-    text = f"{of_b} {_known(one.value, one.uncertainty)} times {of_a}"
+    text = f"{of_b} {_round(one.value, one.uncertainty)} times {of_a}"
     if (
         size - 1.0 <= max(one.uncertainty, 1e-9)
         and 1.0 - size <= max(one.uncertainty, 1e-9)
@@ -154,12 +154,12 @@ def _named(channels: Sequence[str]) -> str:
     return f"{', '.join(channels[: _FEW - 1])} and {len(channels) - _FEW + 1} more channels"
 
 
-def _value(value: Any) -> str:
+def _json(value: Any) -> str:
     return "not stated" if value is None else json.dumps(value, ensure_ascii=False)
 
 
-def _known(value: float, uncertainty: float, unit: str = "", *, sign: bool = False) -> str:
-    """Return a number to the digits that are known, and its uncertainty where it shows in these."""
+def _round(value: float, uncertainty: float, unit: str = "", *, sign: bool = False) -> str:
+    """Return a number with its significant digits, and its uncertainty where it affects them."""
     share = uncertainty / abs(value) if value and not isnan(uncertainty) else 0.0
     if share < 10.0**-_DIGITS:
         return f"{value:{'+' if sign else ''}#.{_DIGITS}g} {unit}".rstrip().removesuffix(".")
@@ -185,7 +185,7 @@ def instant_of(time: float, scene: SceneComparison) -> str:
 
 
 def contact(time: float, events: pd.DataFrame) -> str:
-    """Return which places are in contact at an instant (s), or which were last before it."""
+    """Return the places in contact at an instant (s), or those of the last contact before it."""
     begun = events[events["start"] <= time]
     if begun.empty:
         return "before the first contact"
@@ -243,7 +243,7 @@ def parting(scene: SceneComparison) -> str:
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:
-    """Return the numbers of what the difference of a scene is due to; empty if none is known."""
+    """Return lines on the shares of a scene's difference by origin; empty if none is known."""
     result, known = scene.attribution, not isnan(scene.attribution.explained)
     lines = [f"{plain_percent(result.explained)} of the judged samples explained"] if known else []
     if not isnan(result.remaining.get("both", nan)):

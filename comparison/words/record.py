@@ -1,4 +1,4 @@
-"""Results for machines: a comparison as a mapping without curves, for JSON; it and the gate as cases."""
+"""Results for programs: comparisons as mappings for JSON, without curves; comparisons and gates as cases."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -270,7 +270,7 @@ def gate_lines(gate: Gate) -> list[str]:
 
 
 def moved_first(gate: Gate) -> list[Check]:
-    """Return the channels that deviate, by when they first do, of equal times the largest first."""
+    """Return the channels that deviate, by the time of their first deviation, the largest share first."""
     moved = (check for check in gate.regressions if check.kind is Kind.MOVED)
     return sorted(moved, key=lambda check: (check.data["time"], -check.data["share"]))
 
@@ -280,7 +280,7 @@ def _or_missing(value: object) -> object:
 
 
 def gate_notes(gate: Gate) -> list[str]:
-    """Return remarks that are no regressions."""
+    """Return remarks on a gate that are no regressions."""
     remarks = []
     if gate.platform is not None:
         there, here = gate.platform

@@ -1,4 +1,4 @@
-"""Sentences about reliability: of a scene a line for the terminal and notes for the report; of tables."""
+"""Sentences about the reliability of a scene, for terminal and report, and of tables."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,7 +17,7 @@ def rounded(value: float) -> str:
 
 
 def missing(comparison: ReliabilityComparison) -> str:
-    """Return why there is no comparison, in one line; empty where there is one."""
+    """Return in one line the reason why there is no comparison; empty where there is one."""
     why = comparison.missing
     if isinstance(why, RunError):
         return f"a run failed: {why}"
@@ -108,7 +108,7 @@ def difference_rows(comparison: ReliabilityComparison) -> list[tuple[str, ...]]:
     return [
         ("a less b", "R", "±", "verdict"),
         *(
-            (name, f"{own.minimum:.1e}", f"{np.linalg.norm(_known(own)):.1e}", own.verdict)
+            (name, f"{own.minimum:.1e}", f"{np.linalg.norm(_half_widths(own)):.1e}", own.verdict)
             for name, own in comparison.quantities.items()
         ),
     ]
@@ -122,7 +122,7 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
-        if any(len(_known(own)) < 2 for own in result.comparison.quantities.values()):
+        if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "
                 "that is known from finer runs of both (--finer-a, --finer-b)."
@@ -131,11 +131,11 @@ def table_notes(result: TableReliability) -> list[str]:
         lines.append(f"Not computed: {name}, where {QUANTITIES[name]} is missing: {', '.join(tables)}.")
     limits = f"The limits are those of scene {result.source!r}"
     if result.given:
-        limits += f", but for {' and '.join(result.given)}, as given"
+        limits += f", except of {' and '.join(result.given)}, as given"
     by_quantity = {name: list(tables.values()) for name, tables in result.by_quantity.items()}
     lines += _notes(result.settings, by_quantity) if by_quantity else []
     return [*lines, f"{limits}. The crank cycle takes {result.period:g} s."]
 
 
-def _known(difference: Difference) -> list[float]:
+def _half_widths(difference: Difference) -> list[float]:
     return [part for part in (difference.sampling, difference.numerical) if np.isfinite(part)]

@@ -36,7 +36,7 @@ SYMBOLS = {
     "unexcited": "○",
     "cannot compare": "!",
 }
-"""Signs beside the words of a verdict, so that colour is not needed to tell it."""
+"""Verdict -> sign beside it, so that it is told without colour."""
 
 _REASONS = {
     Basis.RANGE: "its range in both, {extent}, is below {floor}",
@@ -77,19 +77,19 @@ def reason(channel: ChannelComparison) -> str:
     if channel.basis is Basis.GATE:
         return _gate(channel)
 
-    def valued(value: float, digits: int = 3) -> str:
-        return f"{value:.{digits}g} {channel.unit}".rstrip()  # of another mechanism it may be unknown
+    def with_unit(value: float, digits: int = 3) -> str:
+        return f"{value:.{digits}g} {channel.unit}".rstrip()  # another mechanism's unit may be unknown
 
     fixed, late, around = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
     text = _REASONS[channel.basis].format(
         c=channel,
         least=channel.limits,
         count=int(channel.judged.sum()),
-        extent=valued(channel.extent, 2),
-        floor=valued(channel.definition.floor),
+        extent=with_unit(channel.extent, 2),
+        floor=with_unit(channel.definition.floor),
         at=instant(channel.worst_time, *channel.time[around : (channel.worst or 0) + 2]),
-        difference=valued(channel.worst_size if late else channel.worst_difference),
-        threshold=valued(channel.worst_threshold, 2),
+        difference=with_unit(channel.worst_size if late else channel.worst_difference),
+        threshold=with_unit(channel.worst_threshold, 2),
         judged="samples" if fixed else "predictable samples",
         what="the tolerance" if fixed else "their threshold",
         nearest="at worst" if channel.outside else "the nearest",
@@ -107,7 +107,7 @@ def reason(channel: ChannelComparison) -> str:
 
 
 def _gate(channel: ChannelComparison) -> str:
-    """Return which limit of a gate is not met, or that all are."""
+    """Return the limit of a gate that is not met, or a sentence that all are."""
     failed = [check for check in channel.checks if not check.met]
     if not failed:
         count = len(channel.checks)
@@ -138,7 +138,7 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         return f"{shift_line(scene)} The tolerance allows {scene.allowed_shift:.2g} s"
     differing, unsettled, agreeing = map(scene.with_verdict, ("differ", "indeterminate", "agree"))
     count = len(scene.excited)
-    differ = f"{len(differing)} of {count} channels differ, most of all {_named(differing)}"
+    differ = f"{len(differing)} of {count} channels differ, most of all {_worst(differing)}"
     if scene.unsettled:
         return (
             "the models differ, but the five bodies have not converged: at a step of "
@@ -156,7 +156,7 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
     text = f"{len(agreeing)} of {count} excited channels agree"
     if decisive(agreeing) is not None:
-        text += f", nearest to its limit {_named(agreeing)}"
+        text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
         text += f": {reason(agreeing[0])}"
     text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.known else ""
@@ -165,8 +165,8 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
     return text
 
 
-def _named(channels: Sequence[ChannelComparison]) -> str:
-    """Return which of the judged channels is the worst, and why; the first, if none has a ratio."""
+def _worst(channels: Sequence[ChannelComparison]) -> str:
+    """Return the worst of the judged channels with its reason; the first one if none has a ratio."""
     worst = decisive(channels)
     if worst is None:
         return f"{channels[0].channel}: {reason(channels[0])}" if channels else "none by itself"
@@ -189,7 +189,7 @@ def _step(scene: SceneComparison) -> float:
 
 
 def why(scene: SceneComparison) -> str:
-    """Return causes, confirmation, refinement and reason of a verdict as one text."""
+    """Return causes, confirmation, refinement and reason of a verdict in one text."""
     parts = *causes(scene), confirmation(scene), finer_runs(scene), scene_reason(scene)
     return ". ".join(filter(None, parts))
 
@@ -207,7 +207,7 @@ def shift(estimate: Shift, labels: tuple[str, str]) -> str:
     if estimate.reason:
         return f"A time shift between the two cannot be estimated: {estimate.reason}."
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
-    if not estimate.seen:
+    if not estimate.significant:
         return f"No significant time shift: {size}."
     late, early = labels[::-1] if estimate.value > 0 else labels
     return f"{late} is later than {early} by {size} (estimated, not applied)."
@@ -265,7 +265,7 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
 
 
 def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str:
-    """Return which scenes were not compared; nothing if all were."""
+    """Return a sentence on the scenes that were not compared; empty if all were."""
     if not missing:
         return ""
     total, names = len(scenes) + len(missing), ", ".join(missing)
@@ -273,14 +273,14 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
 
 
 def departures(changed: Sequence[Departure], origin: Mapping[str, str]) -> str:
-    """Return the verdicts that are not those on record, with machine and date of these; "" where all are."""
+    """Return the verdicts that deviate from those on record, with its machine and date; "" without one."""
     verdicts = [f"{scene}, {tier}: {verdict}, not {recorded}" for scene, tier, verdict, recorded in changed]
     head = f"not the verdicts on record (on {origin['machine']}; {origin['date']})"
     return f"{head}: {'; '.join(verdicts)}" if changed else ""
 
 
 def standing(result: Standing) -> str:
-    """Return the position of three or more models to each other as a sentence."""
+    """Return a sentence on which of three or more models agree, and which one is the outlier."""
     models, outlier = result.compared, result.outlier
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
@@ -338,7 +338,7 @@ def card(scene: SceneComparison) -> Card:
 
 
 def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
-    """Return the next step that a verdict calls for, and its commands; both empty where there is none."""
+    """Return the next step after a verdict, and its commands; both empty where there is none."""
     closer, ran = scene.closer_command, scene.ran
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"
@@ -364,7 +364,7 @@ def _third_opinion(scene: SceneComparison, ran: Scene) -> tuple[str, ...]:
     model, formulation, host = "exudyn", "full", scene.labels[0]
     if ran.data["solver"]["exudyn"]["formulation"] == "full":
         formulation = "tree"
-        if "crank_pin" not in ran.loose:  # as the reference's multipliers need it
+        if "crank_pin" not in ran.loose:  # the reference's multipliers need an ideal pin
             model, formulation, host = "reference", "multiplier", scene.labels[1]
     third = ran.variant({f"solver.{model}.formulation": formulation})
     compare = command_line("compare", [f"{scene.name}-{which}.csv" for which in (host, formulation)], {})

@@ -146,7 +146,7 @@ def test_limits_and_angles_of_one_table(tables):
     said = tables(*command.split(), "--limits", "displacement=-1e-4,3e-4")
     known = expected((-1e-4, 3e-4), 5e-5, 0)
     assert said.out.count(f" {known:.5f}") == 3 * (10 + 1)  # R and its ends at each angle, and the smallest
-    assert "but for displacement, as given" in said.out
+    assert "except of displacement, as given" in said.out
     assert "a less b" not in said.out
     angles = [line.split()[2] for line in said.lines if line.startswith("acceleration a")]
     assert angles == [*(f"{36 * (k + 1)}" for k in range(10)), "360"]
