@@ -145,8 +145,8 @@ class Watch:
         with np.errstate(invalid="ignore"):
             nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
         # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
-        of_journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
-        slip = of_journal - w2 * law.bearing_radius
+        journal_speed = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
+        slip = journal_speed - w2 * law.bearing_radius
         gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
         closed = memory[SPEED] > 0.0
         self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
@@ -155,7 +155,7 @@ class Watch:
 
 
 # Unit of each invariant, and the sentence of its violation
-_KINDS = {
+_VIOLATIONS = {
     "open-depth": ("m", "{place} is inside its wall outside a contact"),
     "pull": ("N", "the wall pulls {place}"),
     "driving-friction": ("W", "friction drives {place}"),
@@ -172,7 +172,7 @@ _KINDS = {
 _RELATIVE_END = 1e-12
 
 
-def judge(
+def judge_run(
     parameters: Parameters,
     watch: Watch,
     contacts: Contacts,
@@ -208,7 +208,7 @@ def judge(
         for name, (value, time, row) in watch.worst.items()
     }
     worst["overlap"] = _overlap(contacts, events)
-    worst |= {f"constraint-{name}": (*most, "a constraint") for name, most in constraints.items()}
+    worst |= {f"constraint-{name}": (*violation, "a constraint") for name, violation in constraints.items()}
     switches = parameters.guide is not None and parameters.guide.number == SWITCHING
     if parameters.integration.energy and not switches:
         worst["energy"] = _energy(columns, extrema)
@@ -217,7 +217,7 @@ def judge(
     for name, limit in _bounds(parameters, watch, events, settings).items():
         if name not in worst:
             continue
-        (value, time, place), (unit, sentence) = worst[name], _KINDS[name]
+        (value, time, place), (unit, sentence) = worst[name], _VIOLATIONS[name]
         invariants[name] = {"value": value, "bound": limit, "unit": unit, "time_s": time}
         excess = value / limit if limit > 0.0 else math.inf
         if value > limit and excess > largest:
@@ -293,15 +293,14 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> tuple[fl
     """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
     worst = 0.0, 0.0, ""
     for number, name in enumerate(contacts.names):
-        chosen = np.isin(events["corner"], contacts.names_of_one(number))
+        chosen = np.isin(events["corner"], contacts.names_of_row(number))
         start, end = events["start"][chosen], events["end"][chosen]
         if len(start) < 2:
             continue
         overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
         row = int(np.argmax(overlaps))
-        worst = max(
-            worst, (float(overlaps[row]), float(start[row + 1]), _place(name)), key=lambda one: one[0]
-        )
+        if overlaps[row] > worst[0]:
+            worst = float(overlaps[row]), float(start[row + 1]), _place(name)
     return worst
 
 

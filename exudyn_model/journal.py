@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import Law, damped, friction_force
+from exudyn_model.laws import Law, friction_force, surface_force
 
 
 class JournalMotion(NamedTuple):
@@ -47,7 +47,7 @@ def journal_forces(motion: JournalMotion, impact_speed: float, law: Law) -> tupl
     if motion.gap >= 0.0 or impact_speed == 0.0:
         return 0.0, 0.0, 0.0
     elastic = law.stiffness * (-motion.gap) ** law.exponent
-    normal = damped(elastic, -motion.gap, -motion.rate, impact_speed, law)
+    normal = surface_force(elastic, -motion.gap, -motion.rate, impact_speed, law)
     return normal, elastic, friction_force(normal, motion.slip, law)
 
 

@@ -2,7 +2,7 @@
 
 Of a side depths and rates of both corners go in, forces and energies come out.
 
-Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` or of :func:`damped`:
+Four laws, by their number in ``LAWS``; each is a branch of :func:`side_forces` or of :func:`surface_force`:
 
 - "hertz-corners": each corner follows Eqs. 9-11 independently.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
@@ -85,7 +85,7 @@ class SideForces(NamedTuple):
 
 
 @kernel
-def damped(elastic: float, depth: float, depth_rate: float, impact_speed: float, law: Law) -> float:
+def surface_force(elastic: float, depth: float, depth_rate: float, impact_speed: float, law: Law) -> float:
     """Return an elastic force with its damping (N), at least 0: a surface cannot pull.
 
     Eq. 11: elastic (1 + C depth_rate / impact_speed), which does not depend on the depth (m) itself. The law
@@ -165,7 +165,7 @@ def side_forces(
         if lower_speed == 0.0 or not total > 0.0:
             return SideForces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan)
         rate, slip = (f1 * r1 + f2 * r2) / total, (f1 * lower.slip + f2 * upper.slip) / total
-        factor = damped(1.0, max(d1, d2), rate, lower_speed, law)
+        factor = surface_force(1.0, max(d1, d2), rate, lower_speed, law)
         friction = friction_force(factor, slip, law)
         return SideForces(
             factor * f1,
@@ -179,8 +179,8 @@ def side_forces(
         )
     f1 = law.stiffness * d1**law.exponent if d1 > 0.0 and lower_speed > 0.0 else 0.0
     f2 = law.stiffness * d2**law.exponent if d2 > 0.0 and upper_speed > 0.0 else 0.0
-    n1 = damped(f1, d1, r1, lower_speed, law) if f1 > 0.0 else 0.0
-    n2 = damped(f2, d2, r2, upper_speed, law) if f2 > 0.0 else 0.0
+    n1 = surface_force(f1, d1, r1, lower_speed, law) if f1 > 0.0 else 0.0
+    n2 = surface_force(f2, d2, r2, upper_speed, law) if f2 > 0.0 else 0.0
     degree = law.exponent + 1.0
     if law.number == SWITCHING and lower_speed > 0.0 and upper_speed > 0.0:
         sixth = law.side_stiffness / 6.0

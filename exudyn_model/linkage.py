@@ -145,9 +145,8 @@ def assemble(parameters: Parameters) -> InitialState:
 def _require_a_turn(mechanism: Mechanism, lines: NDArray[np.float64]) -> None:
     """Raise a ValueError unless the linkage closes over a turn with the slider on each of these lines."""
     positions = mechanism.crank_angle + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False)
-    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array(
-        [0.0, math.pi]
-    )  # A nearest to H, and farthest
+    # A nearest to H, and farthest
+    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array([0.0, math.pi])
     angles = _close(mechanism, np.concatenate([positions, stretched]), lines)
     # Closer about the crank angles at which joint C is leftmost and rightmost
     c_x = np.cos(angles[1, 0, :_POSITIONS])

@@ -35,8 +35,8 @@ class Memory:
     regime: float  # Of a journal's friction in an iteration: see `laws.slip_regime`
 
 
-NAMES = tuple(Memory.__annotations__)
-MEMORY = np.dtype([(name, np.float64) for name in NAMES])
+FIELDS = tuple(Memory.__annotations__)
+MEMORY = np.dtype([(name, np.float64) for name in FIELDS])
 
 ROUNDED = 2e-15
 """A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from."""

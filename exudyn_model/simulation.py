@@ -13,13 +13,21 @@ from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
-from exudyn_model.invariants import judge
+from exudyn_model.invariants import judge_run
 from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
-from exudyn_model.tables import ACCELERATIONS, JOURNAL, REACTIONS, STATE, corner_channels, energies, whole
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    JOURNAL,
+    REACTIONS,
+    STATE,
+    corner_channels,
+    energy_channels,
+    run_extrema,
+)
 from exudyn_model.tree.solver import run_tree, tree_name
-from exudyn_model.workpiece import pushes
+from exudyn_model.workpiece import load_forces
 
 BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 TWO_ROTORS = "Exudyn steps two rotors driven by equations written here; only five bodies test its own joints"
@@ -83,7 +91,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         In one line, where the scene cannot be simulated or assembled.
     """
     started = time.perf_counter()
-    parameters, _ = _accepted(scene)
+    parameters, _ = _read_and_check(scene)
     integration = parameters.integration
     try:
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -93,9 +101,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     channels = _channels(parameters)
     events, columns = recorder.event_table(), recorder.columns(channels)
     cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
-    extrema = whole(cycle_extrema, channels)
+    extrema = run_extrema(cycle_extrema, channels)
     contacts, constraints = recorder.contacts, run.constraints
-    invariants, broken = judge(
+    invariants, broken = judge_run(
         parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
     status, remedy = outcome.status, outcome.remedy
@@ -141,7 +149,7 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
     ``load_at_start`` and ``largest_load``, N: that on an ideal slider in a turn of the crank.
     """
-    return dict(zip(("load_at_start", "largest_load"), _accepted(scene)[1], strict=True))
+    return dict(zip(("load_at_start", "largest_load"), _read_and_check(scene)[1], strict=True))
 
 
 simulate.check = check  # type: ignore[attr-defined]
@@ -169,11 +177,11 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
 simulate.plan = plan  # type: ignore[attr-defined]
 
 
-def _accepted(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
+def _read_and_check(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
     """Read a scene that can be assembled; return the forces of its workpiece too, N."""
     parameters = read_scene(scene)
     start = assemble(parameters)
-    return parameters, pushes(parameters, start.positions[SLIDER, 1])
+    return parameters, load_forces(parameters, start.positions[SLIDER, 1])
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:
@@ -191,5 +199,5 @@ def _channels(parameters: Parameters) -> tuple[str, ...]:
         if parameters.guide is None:
             channels += ("guide_force", "guide_moment")
     if integration.energy:
-        channels += energies(parameters.load is not None)
+        channels += energy_channels(parameters.load is not None)
     return channels

@@ -30,11 +30,11 @@ PER_CONTACT = 3
 TO_RATE = 3
 
 # Last axis of the extrema
-_PARTS = ("min", "time_of_min", "max", "time_of_max")
+_EXTREMUM_FIELDS = ("min", "time_of_min", "max", "time_of_max")
 MIN, MAX = 0, 2  # Each is followed by its time
 
 # Samples of a contact's force that are kept. Later contacts have no pulse
-_NOTES = 200_000
+_PULSE_LIMIT = 200_000
 
 
 def corner_channels(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -42,7 +42,7 @@ def corner_channels(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"corner_{name}_{part}" for name in names for part in ("gap", "normal", "friction"))
 
 
-def energies(load: bool) -> tuple[str, ...]:
+def energy_channels(load: bool) -> tuple[str, ...]:
     """Return the channels of the audit of the energy, with that of a load where there is one."""
     names = tuple(f"energy_{name}" for name in _ENERGIES)
     return (*names[:4], LOAD, *names[4:]) if load else names
@@ -64,7 +64,7 @@ class Extrema:
 
     def __init__(self, channels: int, period: float, duration: float) -> None:
         self.period = period
-        self.values = np.zeros((max(1, math.ceil(duration / period - 1e-9)), channels, len(_PARTS)))
+        self.values = np.zeros((max(1, math.ceil(duration / period - 1e-9)), channels, len(_EXTREMUM_FIELDS)))
         self.values[:, :, MIN], self.values[:, :, MAX] = np.inf, -np.inf
 
     def take(self, times: Array, values: Array) -> None:
@@ -97,7 +97,7 @@ class Extrema:
         return {
             f"{name}_{part}": begun[:, channels.index(name), column].copy()
             for name in names
-            for column, part in enumerate(_PARTS)
+            for column, part in enumerate(_EXTREMUM_FIELDS)
         }
 
     def _update(
@@ -175,12 +175,12 @@ class Contacts:
                 max(contact[5], depth),
             )
 
-    def note(self, row: int, times: Array, forces: Array) -> None:
+    def take_pulse(self, row: int, times: Array, forces: Array) -> None:
         """Note the normal forces (N) of the contacts that a row remembers, at times in s."""
-        room = _NOTES - self._counts[row]
-        if room > 0 and len(times):
-            self._pulses[row].append(np.stack([times[:room], forces[:room]]))
-            self._counts[row] += min(len(times), room)
+        left = _PULSE_LIMIT - self._counts[row]
+        if left > 0 and len(times):
+            self._pulses[row].append(np.stack([times[:left], forces[:left]]))
+            self._counts[row] += min(len(times), left)
 
     def table(self, now: float) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""
@@ -203,7 +203,7 @@ class Contacts:
         """
         pulses: list[Array] = [np.zeros((3, 0))]
         for number, points in enumerate(self._pulses):
-            rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
+            rows = np.flatnonzero(np.isin(table["corner"], self.names_of_row(number)))
             if not points or not len(rows) or self.names[number].startswith(PIN):
                 continue
             pulse = np.concatenate(points, axis=1)
@@ -212,14 +212,14 @@ class Contacts:
             row = rows[np.searchsorted(table["start"][rows], time, side="right") - 1]
             # A tree may find in a step that a contact has ended at its start; a run may end with nan
             valid = (time <= table["end"][row]) & np.isfinite(force)
-            if self._counts[number] == _NOTES:
+            if self._counts[number] == _PULSE_LIMIT:
                 valid &= row != row[-1]
             pulses.append(np.stack([row[valid], time[valid], force[valid]]))
         row, time, force = np.concatenate(pulses, axis=1)
         order = np.argsort(row, kind="stable")
         return {"row": row[order].astype(int), "time": time[order], "force": force[order]}
 
-    def names_of_one(self, number: int) -> list[str]:
+    def names_of_row(self, number: int) -> list[str]:
         """Return the names that the table gives to the contacts of a row: those of its side, if shared."""
         if self.shared and not self.names[number].startswith(PIN):
             upper = number % len(CORNERS) >= UPPER
@@ -244,10 +244,10 @@ def turning_points(
         return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
 
 
-def whole(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+def run_extrema(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Return the extrema of named channels over the whole run, from those of its cycles."""
     extrema = {}
     for name in names:
         at = {"min": int(np.argmin(by_cycle[f"{name}_min"])), "max": int(np.argmax(by_cycle[f"{name}_max"]))}
-        extrema[name] = {part: float(by_cycle[f"{name}_{part}"][at[part[-3:]]]) for part in _PARTS}
+        extrema[name] = {part: float(by_cycle[f"{name}_{part}"][at[part[-3:]]]) for part in _EXTREMUM_FIELDS}
     return extrema

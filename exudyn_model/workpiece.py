@@ -67,7 +67,7 @@ def workpiece_forces(heights: Array, workpiece: NDArray[Any]) -> tuple[Array, Ar
     return forces, energies
 
 
-def pushes(parameters: Parameters, y: float) -> tuple[float, float]:
+def load_forces(parameters: Parameters, y: float) -> tuple[float, float]:
     """Return the force on a slider at a height ``y`` (m), and the largest on an ideal one in a turn, N.
 
     Raises
