@@ -42,23 +42,23 @@ class Result:
     columns : dict of ndarray
         Sampled channels, SI units, "time" first; all of one length.
     events : dict of ndarray
-        One row a contact, sorted by start: corner, start, end (s), normal_speed (m/s), impulse (N s),
+        One row for each contact, sorted by start: corner, start, end (s), normal_speed (m/s), impulse (N s),
         peak_force (N), largest_depth (m).
     pulses : dict of ndarray
         Normal forces of the contacts at the slider's corners in the accepted states: row (in ``events``),
-        time (s), force (N), sorted by row and time. Of a very long run the first contacts alone have one.
+        time (s), force (N), sorted by row and time. Very long runs keep those of the first contacts.
     extrema : dict
-        Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps.
+        Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps; times in s.
     cycle_extrema : dict
-        The same in each cycle of the crank, such as "slider_ay_time_of_min", as arrays of one length; where
-        cycles meet, in both.
+        Extrema of each crank cycle, such as "slider_ay_time_of_min", as arrays of one length; the state
+        where two cycles meet counts in both.
     provenance : dict
         Model, settings, versions, counters, wall time, status; all of it JSON.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, of a run that came to
+        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, for a run that reached
         its end, "invariant-violated": see ``invariants``.
     remedy : str
-        What to try after a failure, else empty.
+        Advice after a failure, else empty.
     """
 
     columns: dict[str, NDArray[np.float64]]
@@ -88,7 +88,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     Raises
     ------
     ValueError
-        In one line, where the scene cannot be simulated or assembled.
+        If the scene cannot be simulated or assembled; one line.
     """
     started = time.perf_counter()
     parameters, _ = _read_and_check(scene)
@@ -147,7 +147,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the ValueError with which :func:`simulate` refuses a scene; else return the workpiece's forces.
 
-    ``load_at_start`` and ``largest_load``, N: that on an ideal slider in a turn of the crank.
+    ``load_at_start`` (N), and ``largest_load`` (N) on an ideal slider over a turn of the crank.
     """
     return dict(zip(("load_at_start", "largest_load"), _read_and_check(scene)[1], strict=True))
 
@@ -156,10 +156,10 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """List what :func:`simulate` integrates of a scene; a ValueError as for :func:`check`.
+    """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
 
-    ``formulation`` as in the provenance, ``bodies``, the numbers of ``coordinates`` and ``constraints``, and
-    where there is something to know of the equations, a ``note``.
+    Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
+    and a ``note`` about the equations if they need one.
     """
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
@@ -178,14 +178,14 @@ simulate.plan = plan  # type: ignore[attr-defined]
 
 
 def _read_and_check(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
-    """Read a scene that can be assembled; return the forces of its workpiece too, N."""
+    """Read a scene and check that it can be assembled; return also its workpiece's `load_forces`, N."""
     parameters = read_scene(scene)
     start = assemble(parameters)
     return parameters, load_forces(parameters, start.positions[SLIDER, 1])
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:
-    """List the channels that a scene asks for."""
+    """Return the channels that a scene requests."""
     integration = parameters.integration
     channels: tuple[str, ...] = STATE
     if integration.accelerations:

@@ -60,7 +60,7 @@ class JournalArrays(NamedTuple):
     contacts: NDArray[Any]  # Memory of the journal
     last: NDArray[Any]  # Of ``contact.BEFORE``
     load: (
-        Array  # fx, fy, moment on the journal's body, then the bearing's (N, N m), in the last accepted state
+        Array  # fx, fy, moment (N, N m) on the journal's body, then the bearing's, in the last accepted state
     )
 
 

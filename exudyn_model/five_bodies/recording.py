@@ -145,11 +145,11 @@ class BodiesRecorder(Recorder):
         self._take_turning_points(times, ticks, values)
         self._take_contacts(times, memory, new)
         for element in self._model.elements:
-            forces, known_by = (
+            forces, touches = (
                 np.stack([memory[name][element.rows] for name in names], axis=1)
                 for names in (("normal", "friction"), _TABLE_FIELDS)
             )
-            element.watch(self.watch, times, q, v, forces, known_by)
+            element.watch(self.watch, times, q, v, forces, touches)
         self._take_samples(times, ticks, values)
         self._log[0] = self._log[self._count - 1]
         self._count, self.time = 1, float(times[-1])
@@ -212,7 +212,7 @@ class BodiesRecorder(Recorder):
         """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
 
         Return the energies (J), shape (7 or 8, n), as ``tables.energy_channels`` orders them. Drive, gravity,
-        damping and friction count from t = 0; kinetic, contact and load energy are those now. ``load_energy``
+        damping and friction count from t = 0; the stored energies are those of the state. ``load_energy``
         is that of a workpiece, if there is one. The residual is the work of motor and gravity less the
         increase of the stored energies, less the dissipated ones.
         """

@@ -27,7 +27,7 @@ _GO_ON = [0.0, -1.0]
 _TRIALS = 200
 
 # Steps in a crank cycle after which a run is stopped; the paper's scene needs 1.3e4 at 1e-10, a slider
-# pressed to its wall over a cycle of 20 s 1.2e6. They take some 40 s; a jammed slider would never end
+# pressed to its wall over a cycle of 20 s 1.2e6. A run takes some 40 s to it; a jammed slider never ends
 STEPS_PER_CYCLE_LIMIT = 2_000_000
 
 # What to try after each failure, where it was seen to help
