@@ -15,6 +15,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equation
 | Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
 | Eqs. 14-21, reduced | coordinates that the drive leaves free, explicit | `tree` |
 | - | channels, extrema by cycle, contacts and their pulses | `tables` |
+| - | call of Exudyn's solver, results before they are judged | `run` |
 | - | invariants of every correct run | `invariants` |
 
 A run passes from `simulation` to the `solver` of one formulation, whose kernels fill the arrays that its

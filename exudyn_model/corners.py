@@ -10,12 +10,12 @@ from exudyn_model.kernels import kernel
 from exudyn_model.laws import CornerMotion, Law, SideForces
 
 CORNERS = ("ll", "lr", "ul", "ur")
-"""Lower/upper along the guide (y), left/right across it (x); the rows of the contacts."""
+"""Lower or upper along the guide (y), left or right across it (x); in the order of the contacts' rows."""
 CORNER_COUNT = 4
-# From a side's lower corner, whose row is that of the side, to its upper one
+# Offset from the row of a side's lower corner, which is that of the side, to that of its upper corner
 UPPER = 2
 
-# Of each of CORNERS: the side of the slider (its wall is on the same side), and its end
+# Sign of each of CORNERS across the guide (its wall is on the same side), and along it
 ACROSS = (-1.0, 1.0, -1.0, 1.0)
 ALONG = (-1.0, -1.0, 1.0, 1.0)
 
@@ -29,7 +29,7 @@ def corner_motion(
     sx, sy = outward * law.half_width, ALONG[number] * law.half_length
     cosine, sine = np.cos(angle), np.sin(angle)
     rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
-    # Not as a difference of distances from the centre line, which are a hundred times the clearance
+    # A difference of distances from the centre line, a hundred times the clearance, would lose digits
     gap = law.clearance - outward * (x - sine * sy) + 2.0 * law.half_width * np.sin(0.5 * angle) ** 2
     return CornerMotion(gap, -outward * (vx - omega * ry), vy + omega * rx, rx, ry)
 

@@ -1,8 +1,8 @@
-"""Invariants that every correct run keeps: watched in each state, bounded with reasons, and judged.
+"""Invariants of every correct run: values in each accepted state, bounds with reasons, and a judgement.
 
-Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
-so that a fault in the formulas that the run was computed with does not conceal itself. Judged are also the
-table of contacts, the audit of the energy, and the constraints (``five_bodies.balance``).
+Gaps, rates and slips are computed here once more from the bodies' motion, so that a fault in the formulas of
+the run does not conceal itself. The table of contacts, the audit of the energy, and the constraints
+(``five_bodies.balance``) are judged, too.
 """
 
 import math
@@ -25,16 +25,16 @@ SPEED, START, NAME = range(3)
 
 
 class Watch:
-    """The worst of a run's contacts.
+    """Largest violations in a run's contacts.
 
-    States come many at a time, the first of them the last one of the call before.
+    Each call takes many states; the first is the last one of the call before.
 
     Attributes
     ----------
     worst : dict
-        Of each of ``WATCHED``: value, time (s), and row of the contact.
+        Value, time (s), and row of the contact of each of ``WATCHED``.
     fastest, fastest_slip, strongest : float
-        Rate of a gap and slip (m/s), normal force (N).
+        Largest rate of a gap, slip (m/s) and normal force (N).
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class Watch:
         power: Array,
         closed: Array,
     ) -> None:
-        """Take the states of one contact: the invariants of each of them."""
+        """Take the states of one contact."""
         self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
         self._keep("pull", row, times, -force)
         self._keep("driving-friction", row, times, power)
@@ -69,9 +69,9 @@ class Watch:
     def _take_starts(
         self, row: int, times: Array, gaps: Array, rates: Array, corner: Any, at: NDArray[np.int64]
     ) -> None:
-        """Take how contacts begin by the states ``at``: the rows ``corner`` of gaps and rates.
+        """Take the contacts that begin in the steps to states ``at``, by rows ``corner`` of gaps and rates.
 
-        Not those of t = 0, which may separate: a corner may start inside its wall.
+        Contacts of t = 0 are left out: a corner may start inside its wall and separate.
         """
         leaving = np.minimum(rates[corner, at - 1], rates[corner, at])
         self._keep("leaving-start", row, times[at], leaving)
@@ -90,8 +90,7 @@ class Watch:
         times : ndarray, shape (n,)
             s.
         motion : ndarray, shape (5, n)
-            Across the guide from its centre line, angle, both rates along and across, angular velocity, in
-            the guide's frame: x, angle, vx, vy, omega (m, rad, s).
+            x, angle, vx, vy, omega in the guide's frame: x across it from its centre line (m, rad, s).
         forces : ndarray, shape (4, 2, n)
             Normal force and friction of each corner, N.
         memory : ndarray, shape (4, 3, n)
@@ -110,7 +109,7 @@ class Watch:
             rates[number], slips[number] = -side * (vx - omega * arm_y), vy + omega * arm_x
         powers, closed = forces[:, 1] * slips, memory[:, SPEED] > 0.0
         if shared:
-            # One friction, at the resultant of the side: the part of one corner may well drive
+            # The side has one friction, at its resultant: that of one corner alone may drive
             powers = powers + np.roll(powers, UPPER, axis=0)
             closed = closed | np.roll(closed, UPPER, axis=0)
         for number in range(CORNER_COUNT):
@@ -144,9 +143,9 @@ class Watch:
         distance = np.sqrt(ex * ex + ey * ey)
         with np.errstate(invalid="ignore"):
             nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
-        # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
-        of_journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
-        slip = of_journal - w2 * law.bearing_radius
+        # Speeds of both materials at the bearing's surface, along n rotated by +90 degrees
+        journal_speed = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
+        slip = journal_speed - w2 * law.bearing_radius
         gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
         closed = memory[SPEED] > 0.0
         self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
@@ -155,7 +154,7 @@ class Watch:
 
 
 # Unit of each invariant, and the sentence of its violation
-_KINDS = {
+_VIOLATIONS = {
     "open-depth": ("m", "{place} is inside its wall outside a contact"),
     "pull": ("N", "the wall pulls {place}"),
     "driving-friction": ("W", "friction drives {place}"),
@@ -172,7 +171,7 @@ _KINDS = {
 _RELATIVE_END = 1e-12
 
 
-def judge(
+def judge_run(
     parameters: Parameters,
     watch: Watch,
     contacts: Contacts,
@@ -182,7 +181,7 @@ def judge(
     constraints: Mapping[str, tuple[float, float]],
     settings: Mapping[str, float],
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare the worst of a run with the bounds that it has to keep.
+    """Compare the largest violations of a run with their bounds.
 
     Parameters
     ----------
@@ -190,16 +189,16 @@ def judge(
     watch : Watch
     contacts : Contacts
     events, columns, extrema : mapping
-        Of ``simulation.Result``.
+        As in ``simulation.Result``.
     constraints : mapping
-        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
+        Largest violation of "position" (m, rad) and "velocity" (m/s, rad/s), with time (s); none in a tree.
     settings : mapping
-        Of five bodies "step_used" and "longest_step" (s), and "newton_tolerance".
+        Those of five bodies contain "step_used" and "longest_step" (s), and "newton_tolerance".
 
     Returns
     -------
     invariants : dict
-        Name to "value", "bound", "unit" and "time_s", for each that has a bound.
+        Name to "value", "bound", "unit" and "time_s" of each invariant that has a bound.
     broken : str
         The worst violation in one line; empty if there is none.
     """
@@ -208,7 +207,7 @@ def judge(
         for name, (value, time, row) in watch.worst.items()
     }
     worst["overlap"] = _overlap(contacts, events)
-    worst |= {f"constraint-{name}": (*most, "a constraint") for name, most in constraints.items()}
+    worst |= {f"constraint-{name}": (*violation, "a constraint") for name, violation in constraints.items()}
     switches = parameters.guide is not None and parameters.guide.number == SWITCHING
     if parameters.integration.energy and not switches:
         worst["energy"] = _energy(columns, extrema)
@@ -217,7 +216,7 @@ def judge(
     for name, limit in _bounds(parameters, watch, events, settings).items():
         if name not in worst:
             continue
-        (value, time, place), (unit, sentence) = worst[name], _KINDS[name]
+        (value, time, place), (unit, sentence) = worst[name], _VIOLATIONS[name]
         invariants[name] = {"value": value, "bound": limit, "unit": unit, "time_s": time}
         excess = value / limit if limit > 0.0 else math.inf
         if value > limit and excess > largest:
@@ -232,12 +231,12 @@ def judge(
 def _bounds(
     parameters: Parameters, watch: Watch, events: Mapping[str, NDArray[Any]], settings: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the bound of each invariant of a formulation."""
+    """Return the bound of each invariant that applies to the run."""
     fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
     limits = {
         # The law is clipped at 0: a product and a sum are rounded
         "pull": 1e-13 * force,
-        # Against the slip, whose sign is wrong only where it is rounded
+        # Friction opposes the slip, whose sign is wrong only where it is rounded
         "driving-friction": 1e-13 * force * slip,
         # A contact ends before the next one begins, both times rounded
         "overlap": 64 * math.ulp(parameters.duration),
@@ -264,7 +263,7 @@ def _bounds(
         "leaving-start": rounded_speed,
     }
     if parameters.integration.method == "trapezoidal-index2":
-        # A mean of the squares: a long rest beside short impacts says nothing of the steps in those
+        # A mean of squares, weighted by impulse: a long rest must not hide coarse steps in short impacts
         impulse = np.asarray(events["impulse"], dtype=float)
         shares = step / np.maximum(events["end"] - events["start"], step)
         squared_share = float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
@@ -275,7 +274,7 @@ def _bounds(
             "energy": order + 10 * squared_share + squared,
             # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
             "constraint-velocity": 10.0 * tolerance,
-            # Not enforced: an error of second order in the step
+            # Positions are not enforced: their error is of second order in the step
             "constraint-position": 1e-7 + 10 * squared * (1 + parameters.cycles),
         }
     crank_speed = abs(omega) * parameters.mechanism.crank.length
@@ -293,15 +292,14 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> tuple[fl
     """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
     worst = 0.0, 0.0, ""
     for number, name in enumerate(contacts.names):
-        chosen = np.isin(events["corner"], contacts.names_of_one(number))
+        chosen = np.isin(events["corner"], contacts.names_of_row(number))
         start, end = events["start"][chosen], events["end"][chosen]
         if len(start) < 2:
             continue
         overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
         row = int(np.argmax(overlaps))
-        worst = max(
-            worst, (float(overlaps[row]), float(start[row + 1]), _place(name)), key=lambda one: one[0]
-        )
+        if overlaps[row] > worst[0]:
+            worst = float(overlaps[row]), float(start[row + 1]), _place(name)
     return worst
 
 

@@ -1,9 +1,9 @@
 """Clearance of the crank pin A: the crank's journal in the bearing of rod 2 (Figs. 7, 8).
 
 The journal, of radius R_j, sits on the crank's tip; the bearing, of radius R_b = R_j + clearance, at the
-start of rod 2. With e from the bearing's centre to the journal's the contact is closed where |e| exceeds the
-clearance; n = e / |e|, t is n rotated by +90 degrees. Force and friction act in the point of the bearing's
-surface, its centre + R_b n, on both bodies.
+start of rod 2. The vector e leads from the bearing's centre to the journal's; the contact is closed where
+|e| exceeds the clearance; n = e / |e|, t is n rotated by +90 degrees. Force and friction act on both bodies
+in the point of the bearing's surface, its centre + R_b n.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import Law, damped, friction_force
+from exudyn_model.laws import Law, friction_force, surface_force
 
 
 class JournalMotion(NamedTuple):
@@ -32,9 +32,9 @@ class JournalMotion(NamedTuple):
 def journal_motion(
     ex: float, ey: float, vx: float, vy: float, w1: float, w2: float, law: Law
 ) -> JournalMotion:
-    """Return the motion from e (m), its rate (m/s), and the angular speeds of journal and bearing (rad/s)."""
+    """Return the motion from e (m), its rate (m/s), and both angular speeds (rad/s), the journal's first."""
     distance = np.hypot(ex, ey)
-    # Centred to the last digit there is no direction, and no contact that would need it
+    # A centred journal has no direction, and no contact that would need it
     nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
     gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
     slip = nx * vy - ny * vx + w1 * (law.bearing_radius - distance) - w2 * law.bearing_radius
@@ -47,7 +47,7 @@ def journal_forces(motion: JournalMotion, impact_speed: float, law: Law) -> tupl
     if motion.gap >= 0.0 or impact_speed == 0.0:
         return 0.0, 0.0, 0.0
     elastic = law.stiffness * (-motion.gap) ** law.exponent
-    normal = damped(elastic, -motion.gap, -motion.rate, impact_speed, law)
+    normal = surface_force(elastic, -motion.gap, -motion.rate, impact_speed, law)
     return normal, elastic, friction_force(normal, motion.slip, law)
 
 

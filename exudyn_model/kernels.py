@@ -2,9 +2,9 @@
 
 numba's own cache looks only at the file of the function it loads: a caller compiled before an edit of a
 *called* module would go on with the old callee. The folder is therefore named by a hash of all sources of the
-package and of the versions that shape the machine code. numba would also run, or fail at, a file
-that a power failure damaged: a checksum of each file is stored after a run (`seal`), and a file that does not
-agree with it is removed before the next process loads it. To lose a file costs its compilation, nothing else.
+package and of the versions that shape the machine code. numba would also run, or fail at, a file that a power
+failure damaged: `seal` stores a checksum of each file after a run, and the next process removes a file that
+does not agree with it. A lost file costs its compilation, nothing else.
 """
 
 import hashlib
@@ -67,7 +67,7 @@ def _temporary_folder() -> Path:
 
 
 def _prepare(path: Path) -> Path:
-    """Make a folder that can be written, without damaged files in it."""
+    """Make a folder, check that it can be written, and remove damaged files from it."""
     path.mkdir(0o700, parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=path):
         pass
@@ -75,8 +75,8 @@ def _prepare(path: Path) -> Path:
         sums = json.loads((path / _SUMS).read_text())
     except (OSError, ValueError):
         sums = {}
-    for name, known in _checksums(path).items():
-        if sums.get(name) != known:
+    for name, checksum in _checksums(path).items():
+        if sums.get(name) != checksum:
             (path / name).unlink(missing_ok=True)
     return path
 
@@ -91,8 +91,8 @@ def _checksums(path: Path) -> dict[str, int]:
 def _folder() -> Path | None:
     """Return the folder of this version's kernels, or None where nothing can be stored.
 
-    Below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder; if
-    that cannot be written, in a temporary folder of this user alone, with the files of the other one.
+    It is below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder.
+    If that cannot be written, it is a private temporary folder, which starts with a copy of the files there.
     """
     name, folder = f"exudyn_model-{source_hash()}", None
     first = _usual_folder()
@@ -119,7 +119,7 @@ FOLDER = _folder()
 
 
 def seal() -> None:
-    """Note the checksums of all kernels that are stored by now; to be called after a run."""
+    """Store the checksums of all kernels in the folder; to be called after a run."""
     if FOLDER is None:
         return
     # numba leaves the index as it is where it compiles a removed file anew
@@ -132,7 +132,7 @@ def seal() -> None:
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile with numba a function that only kernels call, without a wrapper for Python."""
+    """Compile a function that only kernels call, without a wrapper for Python."""
     return cast(
         Callable[P, R],
         numba.njit(error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)(function),
@@ -144,8 +144,8 @@ def entry(function: Callable[P, R]) -> Callable[P, R]:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(FOLDER or "")
     try:
-        stored: dict[str, Any] = {"cache": FOLDER is not None, "no_cfunc_wrapper": True}
-        return cast(Callable[P, R], numba.njit(error_model="numpy", **stored)(function))
+        options: dict[str, Any] = {"cache": FOLDER is not None, "no_cfunc_wrapper": True}
+        return cast(Callable[P, R], numba.njit(error_model="numpy", **options)(function))
     finally:
         numba.config.CACHE_DIR = before
 
@@ -153,8 +153,8 @@ def entry(function: Callable[P, R]) -> Callable[P, R]:
 def machine_code(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
     """Return the machine code of an entry for arguments of the same types as ``examples``.
 
-    For functions that Exudyn calls in every step: an entry first dispatches on the types of its arguments,
-    which takes as long as a small one runs. The machine code does not: other types are read wrongly.
+    It serves functions that Exudyn calls in every step: an entry first dispatches on the types of its
+    arguments, which takes as long as a small one runs. The machine code does not, and misreads other types.
     """
     types = tuple(numba.typeof(example) for example in examples)
     compiled: Callable[..., R] = cast(Any, function).compile(types)
@@ -171,5 +171,5 @@ def record(values: Any) -> NDArray[Any]:
 
 
 def _layout(values: Any) -> np.dtype[Any]:
-    pairs = zip(values._fields, values, strict=True)
-    return np.dtype([(name, _layout(of) if isinstance(of, tuple) else np.float64) for name, of in pairs])
+    types = [_layout(value) if isinstance(value, tuple) else np.float64 for value in values]
+    return np.dtype(list(zip(values._fields, types, strict=True)))

@@ -1,4 +1,4 @@
-"""The linkage in closed form: the driven four-bar O-A-B-H for the kernels, and the state of all at t = 0."""
+"""Linkage in closed form: the driven four-bar O-A-B-H for the kernels, and all bodies at t = 0."""
 
 import math
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from exudyn_model.parameters import Mechanism, Parameters
 
 CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
 
-# Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
+# Number of crank positions at which closure is checked: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
 
 
@@ -30,8 +30,8 @@ class TipMotion(NamedTuple):
 def driven_tip(time: float, mechanism: Mechanism) -> TipMotion:
     """Return the motion of joint C behind an ideal crank pin at a time in s.
 
-    The rocker's angle by the law of cosines in the triangle A, H, B; its angular velocity and acceleration
-    from the constant length of rod 2, (B - A)^2, differentiated once and twice (Eq. 16, rows 1 to 8).
+    The rocker's angle follows from the law of cosines in the triangle A, H, B; its angular velocity and
+    acceleration from (B - A)^2, which is constant, differentiated once and twice (Eq. 16, rows 1 to 8).
     """
     w1 = mechanism.omega
     angle1 = mechanism.crank_angle + w1 * time
@@ -56,7 +56,7 @@ def driven_tip(time: float, mechanism: Mechanism) -> TipMotion:
 
 @kernel
 def carried_tip(theta3: float, w3: float, alpha3: float, mechanism: Mechanism) -> TipMotion:
-    """Return the motion of joint C from that of the rocker (rad, s)."""
+    """Return the motion of joint C from that of the rocker, which carries it (rad, s)."""
     x, y = mechanism.rocker.length * np.cos(theta3), mechanism.rocker.length * np.sin(theta3)
     return TipMotion(
         mechanism.pivot_x + x,
@@ -70,10 +70,10 @@ def carried_tip(theta3: float, w3: float, alpha3: float, mechanism: Mechanism) -
 
 @entry
 def driven_rod4(time: float, mechanism: Mechanism) -> tuple[TipMotion, float, float, float]:
-    """Return the motion of joint C behind an ideal crank pin, and that of rod 4 behind an ideal slider.
+    """Return the motion of joint C behind an ideal crank pin, and that of rod 4 with an ideal slider.
 
-    Its angle, angular velocity and acceleration (rad, s), with the slider on the guide's centre line, at a
-    time in s.
+    The latter is its angle, angular velocity and acceleration (rad, s), with the slider on the guide's centre
+    line, at a ``time`` in s.
     """
     tip, length = driven_tip(time, mechanism), mechanism.rod4.length
     cosine = (mechanism.guide_x - tip.x) / length
@@ -91,7 +91,7 @@ class InitialState(NamedTuple):
 
 
 def assemble(parameters: Parameters) -> InitialState:
-    """Place all bodies at t = 0 and give them velocities that fit the joints and the drive.
+    """Return positions and velocities of all bodies at t = 0 that fit the joints and the drive.
 
     Raises
     ------
@@ -143,11 +143,10 @@ def assemble(parameters: Parameters) -> InitialState:
 
 
 def _require_a_turn(mechanism: Mechanism, lines: NDArray[np.float64]) -> None:
-    """Raise a ValueError unless the linkage closes over a turn with the slider on each of these lines."""
+    """Raise a ValueError unless the linkage closes over a turn with the slider at each x of ``lines`` (m)."""
     positions = mechanism.crank_angle + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False)
-    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array(
-        [0.0, math.pi]
-    )  # A nearest to H, and farthest
+    # A nearest to H, and farthest
+    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array([0.0, math.pi])
     angles = _close(mechanism, np.concatenate([positions, stretched]), lines)
     # Closer about the crank angles at which joint C is leftmost and rightmost
     c_x = np.cos(angles[1, 0, :_POSITIONS])
@@ -161,12 +160,12 @@ def _close(
 ) -> NDArray[np.float64]:
     """Return the angles of rod 2, rocker and rod 4, shape (3, lines, n), from those of the crank (rad).
 
-    ``lines``, shape (k,): where along x the slider is, m.
+    ``lines``, shape (lines,), are the x of the slider, m.
 
     Raises
     ------
     ValueError
-        If the linkage does not close somewhere.
+        If the linkage does not close at one of the angles.
     """
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
     tip_x, tip_y = crank.length * np.cos(crank_angles), crank.length * np.sin(crank_angles)

@@ -1,9 +1,8 @@
 """Memory of the contacts: impact speeds, for the damping of Eq. 11, and times, for the table of contacts.
 
-One record a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal.
-It is updated with accepted states alone, never with trial states of an iteration or of a rejected step. Where
-a side has one contact (``Law.shared``), the touch stands in the record of its lower corner, whatever corner
-it is named after.
+There is one record for each corner of a slider, in the order of ``corners.CORNERS``, and for each journal.
+Only accepted states update it, never trial states of an iteration or of a rejected step. Where a side has one
+contact (``Law.shared``), it is in the record of the lower corner, whatever corner it is named after.
 """
 
 from typing import Any, cast
@@ -26,8 +25,8 @@ class Memory:
     closed: float  # 1: inside the wall
     impact_speed: float  # 0: no contact is in progress
     start: float
-    name: float  # Number of the contact whose name this one bears in the table of contacts
-    end: float  # Of the last contact; where a side is in contact, when this corner last came out
+    name: float  # Row after which the table of contacts names this one
+    end: float  # Of the last contact; while its side is in contact, time at which this corner last came out
     # Energy of the contact, or of the side in the record of its lower corner; dissipated powers
     stored: float
     damping_power: float
@@ -35,30 +34,30 @@ class Memory:
     regime: float  # Of a journal's friction in an iteration: see `laws.slip_regime`
 
 
-NAMES = tuple(Memory.__annotations__)
-MEMORY = np.dtype([(name, np.float64) for name in NAMES])
+FIELDS = tuple(Memory.__annotations__)
+MEMORY = np.dtype([(name, np.float64) for name in FIELDS])
 
 ROUNDED = 2e-15
-"""A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from."""
+"""A gap (m) that counts as zero: some roundings of the sums of lengths near 0.6 m that it comes from."""
 ROUNDED_SPEED = 4e-15
-"""A speed (m/s) that counts as none at t = 0: some roundings of rates of some m/s."""
+"""A speed (m/s) that counts as zero at t = 0: some roundings of rates of some m/s."""
 
 
 def new_contacts(count: int) -> NDArray[Any]:
-    """Return the memory of so many contacts before the first state, shape (count,), of ``MEMORY``."""
+    """Return the memory of ``count`` contacts before the first state, shape (count,), of ``MEMORY``."""
     return np.zeros(count, MEMORY)
 
 
 def start_side(side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[Any], law: Law) -> None:
     """Begin at t = 0 the contacts of a side with a corner inside its wall, or on it and moving in.
 
-    One contact of a side has the speed of its resultant; of a side on its wall, where rounding would decide
-    where that is, the faster corner's. It is named after the deeper or faster one.
+    The one contact of a side has the speed at its resultant, and the name of the deeper corner. On the wall,
+    where rounding would decide both, it has speed and name of the faster corner.
 
     Parameters
     ----------
     side : int
-        Number of its lower corner.
+        Row of its lower corner.
     lower, upper : CornerMotion
     contacts : ndarray, shape (n,), of ``MEMORY``
         Changed in place.

@@ -20,7 +20,7 @@ class Rod(NamedTuple):
     # Distances of the second pin and of the centroid from the first pin, m
     length: float
     centroid: float
-    # kg; about the centroid, kg m^2
+    # Mass, kg, and inertia about the centroid, kg m^2
     mass: float
     inertia: float
 
@@ -31,7 +31,7 @@ class Rod(NamedTuple):
 
 
 class Slider(NamedTuple):
-    """The slider, a rectangle about its centre: ``length`` along the guide, ``width`` across it, m."""
+    """The slider (kg, kg m^2), a rectangle: ``length`` along the guide, ``width`` across it, m."""
 
     mass: float
     inertia: float
@@ -51,11 +51,11 @@ class Mechanism(NamedTuple):
     # Frame pivot H of the rocker, m; the crank's pivot is the origin
     pivot_x: float
     pivot_y: float
-    # Centre line of the guide; from there the line of an ideal slider, m
+    # Centre line of the guide, and offset of an ideal slider's line from it, m
     guide_x: float
     reference_offset: float
     crank_angle: float  # At t = 0, rad
-    # +1 where joint B lies to the left of the line from the crank's tip to H; where rod 4 points up
+    # +1: joint B lies to the left of the line from the crank's tip to H; +1: rod 4 points up
     rocker_branch: float
     slider_branch: float
     gravity: float  # Along -y, m/s^2
@@ -79,10 +79,10 @@ class Initial:
 
 @dataclass(frozen=True)
 class Load:
-    """Workpiece that pushes the slider's centre up."""
+    """Workpiece that pushes the slider up, at its centre."""
 
     surface: float  # Height at which the centre meets it, m
-    # Depths below the surface (m) and forces (N): of a table, from (0, 0), or the one of the power law
+    # Depths below the surface (m) and forces (N): those of a table, from (0, 0), or one pair of the power law
     rows: tuple[tuple[float, float], ...]
     exponent: float  # Of the power law; 0: a table
 
@@ -94,10 +94,9 @@ class Integration:
     formulation: str  # "full": five bodies; "tree": the coordinates that the drive leaves free
     method: str  # "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree"
     step: float  # Step in a contact, "tree": largest step, s
-    # Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
-    # rad/s
+    # Absolute, of the Newton iteration (see ``five_bodies.settings``); "tree": of a step's error, rad, rad/s
     tolerance: float
-    samples_per_cycle: int  # Samples in one crank cycle
+    samples_per_cycle: int
     # Requested groups of channels
     accelerations: bool
     corners: bool
@@ -107,10 +106,10 @@ class Integration:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Everything the model needs to know of a scene.
+    """All numbers of a scene.
 
-    ``guide`` and ``journal`` are the laws of slider and crank pin; None where the joint is ideal.
-    ``load`` is None where there is no workpiece.
+    ``guide`` and ``journal`` are the laws of slider and crank pin; None: the joint is ideal. ``load`` is None
+    without a workpiece.
     """
 
     mechanism: Mechanism
@@ -148,7 +147,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
     Raises
     ------
     ValueError
-        In one line, where this model does not simulate the scene.
+        If this model does not simulate the scene; one line.
     """
     _require_supported(scene)
     mechanism, joints, initial = scene["mechanism"], scene["joints"], scene["initial"]
@@ -195,7 +194,7 @@ def _rod(values: Mapping[str, float]) -> Rod:
 
 
 def _compliance(scene: Mapping[str, Any], part: str) -> float:
-    """Sigma of one partner, "slider" or "guide", m^2/N: (1 - nu^2) / E, without the pi of some texts."""
+    """Return sigma of "slider" or "guide", m^2/N: (1 - nu^2) / E, without the pi of some texts."""
     modulus, poisson = (
         values[part] if isinstance(values, Mapping) else values
         for values in (scene["contact"]["youngs_modulus"], scene["contact"]["poisson"])
@@ -209,13 +208,13 @@ DAMPING_FACTORS: Mapping[str, Callable[[float], float]] = {
     "flores": lambda e: 8 * (1 - e) / (5 * e),
     "gonthier": lambda e: 1 / e - e,
 }
-"""C of docs/model.md, section 6, over the coefficient of restitution, by `contact.damping_model`."""
+"""`contact.damping_model` to C as a function of the restitution: docs/model.md, section 6."""
 
 
 def _law(scene: Mapping[str, Any], law: str, radius: float, compliance: float, **geometry: float) -> Law:
-    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11.
+    """Return the law with K of Eq. 10, from a radius (m) and a sum of sigmas (m^2/N), and C of Eq. 11.
 
-    In the law "adams-impact" the scene's own stiffness and damping take their places.
+    Under "adams-impact" the scene's stiffness and damping replace them.
     """
     contact, friction = scene["contact"], scene["friction"]
     own = {
@@ -255,13 +254,13 @@ def _guide(scene: Mapping[str, Any]) -> Law:
 
 
 def _journal(scene: Mapping[str, Any]) -> Law:
-    """Two conforming cylinders of the guide's material: their radius of Eq. 10 is R_j R_b / (R_b - R_j)."""
+    """Return the law of conforming cylinders of the guide's material, of the radius R_j R_b / (R_b - R_j)."""
     clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
     law = scene["contact"]["law"]
-    of_a_side = (LAWS[SWITCHING], LAWS[FOUNDATION])
+    side_laws = (LAWS[SWITCHING], LAWS[FOUNDATION])
     return _law(
         scene,
-        LAWS[HERTZ] if law in of_a_side else law,
+        LAWS[HERTZ] if law in side_laws else law,
         radius * (radius + clearance) / clearance,
         2 * _compliance(scene, "guide"),
         clearance=clearance,
@@ -297,7 +296,7 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
                 raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
-# Of each formulation the methods that integrate it and its usual settings (see `Integration`)
+# Formulation to its methods, and to its usual settings (see `Integration`)
 _FORMULATIONS = tomllib.loads((files("exudyn_model") / "formulations.toml").read_text("utf-8"))
 _METHODS: dict[str, list[str]] = {name: each["methods"] for name, each in _FORMULATIONS.items()}
 _USUAL = {name: {"method": _METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
@@ -306,16 +305,16 @@ _USUAL = {name: {"method": _METHODS[name][0], **each["usual"]} for name, each in
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return formulation, method, step and tolerance of ``[solver.exudyn]``, defaults filled in.
 
-    "auto", the same as leaving a key out: the formulation "tree" wherever that gives the requested channels
-    and no implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2"
-    for the groups "joints" and "energy". These need the constraints' multipliers, and those of
-    "generalized-alpha", whose constraints are at position level, carry the Newton iteration's error divided
-    by the square of the step: they are not given out.
+    "auto" and an absent key mean: the formulation "tree" where it has the requested channels and no implicit
+    method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2" for the groups
+    "joints" and "energy". These need the constraints' multipliers. Those of "generalized-alpha", whose
+    constraints are at position level, carry the Newton iteration's error divided by the square of the step,
+    and are no results.
 
     Raises
     ------
     ValueError
-        In one line, where keys do not fit together.
+        If keys contradict each other; one line.
     """
     given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     formulation = given.pop("formulation", "auto")
@@ -323,13 +322,13 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
         raise ValueError(
             f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
         )
-    forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
-    free = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
+    reaction_groups = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
+    has_clearance = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
     if formulation == "auto":
         explicit = given.get("method", _METHODS["tree"][0]) in _METHODS["tree"]
-        formulation = "tree" if free and explicit and not forces else "full"
+        formulation = "tree" if has_clearance and explicit and not reaction_groups else "full"
     usual = dict(_USUAL[formulation])
-    if forces and formulation == "full":
+    if reaction_groups and formulation == "full":
         usual["method"] = "trapezoidal-index2"
     chosen = {"formulation": formulation} | usual | given
     if chosen["method"] not in _METHODS[formulation]:
@@ -337,12 +336,12 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"solver.exudyn.method = {chosen['method']!r} does not integrate solver.exudyn.formulation = "
             f"{formulation!r}; use {usual['method']!r}"
         )
-    if forces and chosen["method"] != "trapezoidal-index2":
+    if reaction_groups and chosen["method"] != "trapezoidal-index2":
         raise ValueError(
-            f"output.groups = {forces[0]!r} is not given by solver.exudyn.method = {chosen['method']!r}; use "
-            "'trapezoidal-index2' (formulation 'full')"
+            f"output.groups = {reaction_groups[0]!r} is not given by solver.exudyn.method = "
+            f"{chosen['method']!r}; use 'trapezoidal-index2' (formulation 'full')"
         )
-    if formulation == "tree" and not free:
+    if formulation == "tree" and not has_clearance:
         raise ValueError(
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
             "nothing free; use 'full'"

@@ -1,4 +1,4 @@
-"""A run of any formulation: Exudyn's solver with its user functions, and results before they are judged."""
+"""Run of any formulation: call of Exudyn's solver, and results before the invariants judge them."""
 
 import time
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from exudyn_model.tables import Contacts, Extrema
 Array = NDArray[np.float64]
 Report = Callable[[float], None]
 
-# s between two reports of progress
+# Time between two reports of progress, s
 PROGRESS_INTERVAL = 0.1
 
 
@@ -36,18 +36,18 @@ class Recorder:
     channels, contacts : tuple of str
         Names of all channels, and of the contacts' rows.
     shared : bool
-        Whether sides remember their touches: see ``laws``.
+        Whether a side of the slider has one contact: see ``laws.Law``.
     samples : int
-        Besides the initial state.
+        Number of samples besides the initial state.
     period, duration : float
-        Of the crank's cycle and of the run, s.
+        Crank cycle and length of the run, s.
 
     Attributes
     ----------
     extrema, contacts, watch
         See ``tables`` and ``invariants``.
     time : float
-        Of the last accepted state, s.
+        Time of the last accepted state, s.
     """
 
     def __init__(
@@ -60,13 +60,13 @@ class Recorder:
         self._samples, self._sample_count = np.full((len(channels), samples + 1), np.nan), 0
 
     def take_samples(self, values: Array) -> None:
-        """Take the next samples of the channels, shape (at least the channels, n)."""
+        """Take the next n samples; the first rows of ``values``, shape (>= channels, n), are the channels."""
         end = self._sample_count + values.shape[1]
         self._samples[:, self._sample_count : end] = values[: len(self.channels)]
         self._sample_count = end
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run got."""
+        """Return the samples of the named channels up to the end of the run."""
         return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
     def event_table(self) -> dict[str, NDArray[Any]]:
@@ -79,37 +79,37 @@ class Run:
     """A run of any formulation."""
 
     formulation: str  # As the provenance names it
-    settings: dict[str, Any]  # In addition to those of the scene
+    settings: dict[str, Any]  # Settings in addition to those of the scene
     recorder: Recorder
     outcome: Outcome
-    # Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none
+    # Largest violation of "position" (m, rad) and "velocity" (m/s, rad/s), and its time (s); a tree has none
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 class Progress:
-    """Report the finished fraction of a run of so many seconds, every ``PROGRESS_INTERVAL`` at most."""
+    """Report the finished fraction of a run of ``duration`` s, at most once in ``PROGRESS_INTERVAL``."""
 
     def __init__(self, report: Report | None, duration: float) -> None:
         self._report, self._duration, self._last = report, duration, time.monotonic()
 
-    def __call__(self, at: float) -> None:
-        """Say that the run has come to a time in s."""
+    def __call__(self, reached: float) -> None:
+        """Report that the run has reached a time in s."""
         if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
             self._last = time.monotonic()
-            self._report(at / self._duration)
+            self._report(reached / self._duration)
 
     def finish(self) -> None:
-        """Say that the run has come to its end."""
+        """Report that the run has reached its end."""
         if self._report is not None:
             self._report(1.0)
 
 
 class StopError(Exception):
-    """Stop of a run from inside a user function; the argument is the run's status."""
+    """Stop a run from inside a user function; the argument is the run's status."""
 
 
 def state_vectors(mbs: Any) -> list[Array]:
-    """Return Exudyn's own memory of coordinates, rates and multipliers, if any: to ask takes 1 us each."""
+    """Return views of Exudyn's coordinates, rates and multipliers, if any; each request takes 1 us."""
     data = mbs.systemData
     vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
     return [view for view in (vector(copy=False) for vector in vectors) if view.size]
@@ -135,8 +135,8 @@ def solve(
 ) -> str:
     """Let Exudyn solve, with its pre-step and its post-Newton function.
 
-    Return "success", "solver-error", or the status of a ``StopError``. Any other exception of a user function
-    is raised as it is, a Ctrl-C too.
+    Return "success", "solver-error", or the status of a ``StopError``. Any other exception of a user
+    function, also Ctrl-C, is raised unchanged.
     """
     console = exu.config.printToConsole
     exu.config.printToConsole = False

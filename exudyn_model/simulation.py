@@ -13,13 +13,21 @@ from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
-from exudyn_model.invariants import judge
+from exudyn_model.invariants import judge_run
 from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
-from exudyn_model.tables import ACCELERATIONS, JOURNAL, REACTIONS, STATE, corner_channels, energies, whole
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    JOURNAL,
+    REACTIONS,
+    STATE,
+    corner_channels,
+    energy_channels,
+    run_extrema,
+)
 from exudyn_model.tree.solver import run_tree, tree_name
-from exudyn_model.workpiece import pushes
+from exudyn_model.workpiece import load_forces
 
 BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 TWO_ROTORS = "Exudyn steps two rotors driven by equations written here; only five bodies test its own joints"
@@ -34,23 +42,23 @@ class Result:
     columns : dict of ndarray
         Sampled channels, SI units, "time" first; all of one length.
     events : dict of ndarray
-        One row a contact, sorted by start: corner, start, end (s), normal_speed (m/s), impulse (N s),
+        One row for each contact, sorted by start: corner, start, end (s), normal_speed (m/s), impulse (N s),
         peak_force (N), largest_depth (m).
     pulses : dict of ndarray
         Normal forces of the contacts at the slider's corners in the accepted states: row (in ``events``),
-        time (s), force (N), sorted by row and time. Of a very long run the first contacts alone have one.
+        time (s), force (N), sorted by row and time. Very long runs keep those of the first contacts.
     extrema : dict
-        Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps.
+        Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps; times in s.
     cycle_extrema : dict
-        The same in each cycle of the crank, such as "slider_ay_time_of_min", as arrays of one length; where
-        cycles meet, in both.
+        Extrema of each crank cycle, such as "slider_ay_time_of_min", as arrays of one length; the state
+        where two cycles meet counts in both.
     provenance : dict
         Model, settings, versions, counters, wall time, status; all of it JSON.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, of a run that came to
+        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, for a run that reached
         its end, "invariant-violated": see ``invariants``.
     remedy : str
-        What to try after a failure, else empty.
+        Advice after a failure, else empty.
     """
 
     columns: dict[str, NDArray[np.float64]]
@@ -80,10 +88,10 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     Raises
     ------
     ValueError
-        In one line, where the scene cannot be simulated or assembled.
+        If the scene cannot be simulated or assembled; one line.
     """
     started = time.perf_counter()
-    parameters, _ = _accepted(scene)
+    parameters, _ = _read_and_check(scene)
     integration = parameters.integration
     try:
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -93,9 +101,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     channels = _channels(parameters)
     events, columns = recorder.event_table(), recorder.columns(channels)
     cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
-    extrema = whole(cycle_extrema, channels)
+    extrema = run_extrema(cycle_extrema, channels)
     contacts, constraints = recorder.contacts, run.constraints
-    invariants, broken = judge(
+    invariants, broken = judge_run(
         parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
     status, remedy = outcome.status, outcome.remedy
@@ -139,19 +147,19 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the ValueError with which :func:`simulate` refuses a scene; else return the workpiece's forces.
 
-    ``load_at_start`` and ``largest_load``, N: that on an ideal slider in a turn of the crank.
+    ``load_at_start`` (N), and ``largest_load`` (N) on an ideal slider over a turn of the crank.
     """
-    return dict(zip(("load_at_start", "largest_load"), _accepted(scene)[1], strict=True))
+    return dict(zip(("load_at_start", "largest_load"), _read_and_check(scene)[1], strict=True))
 
 
 simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """List what :func:`simulate` integrates of a scene; a ValueError as for :func:`check`.
+    """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
 
-    ``formulation`` as in the provenance, ``bodies``, the numbers of ``coordinates`` and ``constraints``, and
-    where there is something to know of the equations, a ``note``.
+    Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
+    and a ``note`` about the equations if they need one.
     """
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
@@ -169,15 +177,15 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
 simulate.plan = plan  # type: ignore[attr-defined]
 
 
-def _accepted(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
-    """Read a scene that can be assembled; return the forces of its workpiece too, N."""
+def _read_and_check(scene: Mapping[str, Any]) -> tuple[Parameters, tuple[float, float]]:
+    """Read a scene and check that it can be assembled; return also its workpiece's `load_forces`, N."""
     parameters = read_scene(scene)
     start = assemble(parameters)
-    return parameters, pushes(parameters, start.positions[SLIDER, 1])
+    return parameters, load_forces(parameters, start.positions[SLIDER, 1])
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:
-    """List the channels that a scene asks for."""
+    """Return the channels that a scene requests."""
     integration = parameters.integration
     channels: tuple[str, ...] = STATE
     if integration.accelerations:
@@ -191,5 +199,5 @@ def _channels(parameters: Parameters) -> tuple[str, ...]:
         if parameters.guide is None:
             channels += ("guide_force", "guide_moment")
     if integration.energy:
-        channels += energies(parameters.load is not None)
+        channels += energy_channels(parameters.load is not None)
     return channels

@@ -1,6 +1,6 @@
 """Results of a run: names of the channels, their extrema by crank cycle, contacts, and their pulses.
 
-All is made of accepted states, many at a time, as arrays whose last axis is the state.
+All come from accepted states, many at a time, as arrays whose last axis is the state.
 """
 
 import math
@@ -22,28 +22,28 @@ _ENERGIES = ("drive", "gravity", "kinetic", "contact", "damping", "friction", "r
 JOURNAL = ("journal_x", "journal_y")
 PIN = "pin"
 
-# Rows of the values of states: of the body observed x, y, angle, their rates and accelerations; then gap,
-# normal force and friction of each contact; then e of each journal
+# Rows of an array of states: x, y, angle of the observed body, their rates and accelerations; gap, normal
+# force and friction of each contact; e of each journal
 MOTION, ACCELERATION, CONTACT = slice(0, 6), slice(6, 9), 9
 PER_CONTACT = 3
-# From a coordinate or velocity to its rate
+# Offset from the row of a coordinate or velocity to that of its rate
 TO_RATE = 3
 
 # Last axis of the extrema
-_PARTS = ("min", "time_of_min", "max", "time_of_max")
+_EXTREMUM_FIELDS = ("min", "time_of_min", "max", "time_of_max")
 MIN, MAX = 0, 2  # Each is followed by its time
 
-# Samples of a contact's force that are kept. Later contacts have no pulse
-_NOTES = 200_000
+# Number of forces of a row of contacts that are kept; later contacts have no pulse
+_PULSE_LIMIT = 200_000
 
 
 def corner_channels(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the channels of contacts."""
+    """Return the channels of the contacts of these names."""
     return tuple(f"corner_{name}_{part}" for name in names for part in ("gap", "normal", "friction"))
 
 
-def energies(load: bool) -> tuple[str, ...]:
-    """Return the channels of the audit of the energy, with that of a load where there is one."""
+def energy_channels(load: bool) -> tuple[str, ...]:
+    """Return the channels of the audit of the energy; ``load``: with that of a workpiece."""
     names = tuple(f"energy_{name}" for name in _ENERGIES)
     return (*names[:4], LOAD, *names[4:]) if load else names
 
@@ -54,8 +54,9 @@ class Extrema:
     Parameters
     ----------
     channels : int
+        Number of channels.
     period, duration : float
-        Of a cycle and of the run, s.
+        Crank cycle and length of the run, s.
 
     Attributes
     ----------
@@ -64,13 +65,13 @@ class Extrema:
 
     def __init__(self, channels: int, period: float, duration: float) -> None:
         self.period = period
-        self.values = np.zeros((max(1, math.ceil(duration / period - 1e-9)), channels, len(_PARTS)))
+        self.values = np.zeros((max(1, math.ceil(duration / period - 1e-9)), channels, len(_EXTREMUM_FIELDS)))
         self.values[:, :, MIN], self.values[:, :, MAX] = np.inf, -np.inf
 
     def take(self, times: Array, values: Array) -> None:
-        """Take states, shape (channels, n), at ascending times (s); where cycles meet, into both.
+        """Take states, shape (channels, n), at ascending times (s).
 
-        The last cycle takes in all later states.
+        A state where two cycles meet counts in both; the last cycle takes all later states.
         """
         slack, last = 1e-9 * self.period, len(self.values) - 1
         first = min(max(int((times[0] - slack) / self.period), 0), last)
@@ -81,9 +82,9 @@ class Extrema:
                 self._update(cycle, np.arange(len(values)), times[low:high], values[:, low:high])
 
     def take_inside(self, channels: NDArray[np.int64], times: Array, values: Array) -> None:
-        """Take values of some channels between states, shape (k, n), at times of their own (s).
+        """Take values of k channels between states, shape (k, n), each at its own time (s).
 
-        A time that is infinite or no number, as where a run fails, is of no value.
+        A value whose time is not finite is ignored: there is none, or the run fails.
         """
         times = np.where(np.isnan(times), np.inf, times)
         cycles = np.clip(times / self.period, 0, len(self.values) - 1)
@@ -92,12 +93,12 @@ class Extrema:
             self._update(cycle, channels, times, values, outside)
 
     def by_cycle(self, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:
-        """Return the extrema of named ones of all channels in each cycle that has begun, with times in s."""
+        """Return the extrema of ``names`` among ``channels`` in each cycle that has begun; times in s."""
         begun = self.values[np.isfinite(self.values[:, 0, MIN])]
         return {
             f"{name}_{part}": begun[:, channels.index(name), column].copy()
             for name in names
-            for column, part in enumerate(_PARTS)
+            for column, part in enumerate(_EXTREMUM_FIELDS)
         }
 
     def _update(
@@ -128,14 +129,14 @@ class Contacts:
     Parameters
     ----------
     names : tuple of str
-        Of the rows of the memory.
+        Names of the rows of the memory.
     shared : bool
-        Whether sides remember their touches: see ``laws``.
+        Whether a side of the slider has one contact: see ``laws.Law``.
     """
 
     def __init__(self, names: tuple[str, ...], shared: bool) -> None:
         self.names, self.shared = names, shared
-        # By row and start: name's row, impact speed, end, impulse, peak and depth so far
+        # Row and start of a contact to its name's row, impact speed, end, impulse, peak and depth so far
         self._contacts: dict[tuple[int, float], list[float]] = {}
         self._pulses: list[list[Array]] = [[] for _ in names]
         self._counts = [0 for _ in names]
@@ -143,15 +144,15 @@ class Contacts:
     def take(
         self, row: int, memory: Array, ends: Array, impulses: Array, peaks: Array, depths: Array
     ) -> None:
-        """Take states or steps in contact of a row, in order of time, shape (n,) each.
+        """Take n states or steps in contact of one row, in order of time.
 
         Parameters
         ----------
         row : int
         memory : ndarray, shape (3, n)
-            Impact speed (m/s), start (s) by which the contact is known, and name.
+            Impact speed (m/s), start (s), which identifies the contact, and name.
         ends : ndarray
-            When the contact ended, s; infinite where it goes on.
+            End of the contact, s; infinite where it goes on.
         impulses, peaks, depths : ndarray
             N s, N, m.
         """
@@ -175,12 +176,12 @@ class Contacts:
                 max(contact[5], depth),
             )
 
-    def note(self, row: int, times: Array, forces: Array) -> None:
-        """Note the normal forces (N) of the contacts that a row remembers, at times in s."""
-        room = _NOTES - self._counts[row]
-        if room > 0 and len(times):
-            self._pulses[row].append(np.stack([times[:room], forces[:room]]))
-            self._counts[row] += min(len(times), room)
+    def take_pulse(self, row: int, times: Array, forces: Array) -> None:
+        """Take the normal forces (N) of the contacts of a row, at times in s."""
+        left = _PULSE_LIMIT - self._counts[row]
+        if left > 0 and len(times):
+            self._pulses[row].append(np.stack([times[:left], forces[:left]]))
+            self._counts[row] += min(len(times), left)
 
     def table(self, now: float) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""
@@ -197,30 +198,30 @@ class Contacts:
         }
 
     def pulses(self, table: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return normal forces in time: row (in the ``table``), time (s), force (N), by row and time.
+        """Return normal forces of corners: row (in the ``table``), time (s), force (N), by row and time.
 
-        Of the corners. A contact that was going on when the room of its notes was full has no pulse.
+        A contact during which ``_PULSE_LIMIT`` was reached has no pulse.
         """
         pulses: list[Array] = [np.zeros((3, 0))]
         for number, points in enumerate(self._pulses):
-            rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
+            rows = np.flatnonzero(np.isin(table["corner"], self.names_of_row(number)))
             if not points or not len(rows) or self.names[number].startswith(PIN):
                 continue
             pulse = np.concatenate(points, axis=1)
-            # The points of a step of a tree may be closer than times are rounded
+            # Points in a step of a tree may be closer than the rounding of times
             time, force = pulse[:, np.append(True, np.diff(pulse[0]) > 0.0)]
             row = rows[np.searchsorted(table["start"][rows], time, side="right") - 1]
-            # A tree may find in a step that a contact has ended at its start; a run may end with nan
+            # A contact of a tree may have ended at the start of a step; a run may end with nan
             valid = (time <= table["end"][row]) & np.isfinite(force)
-            if self._counts[number] == _NOTES:
+            if self._counts[number] == _PULSE_LIMIT:
                 valid &= row != row[-1]
             pulses.append(np.stack([row[valid], time[valid], force[valid]]))
         row, time, force = np.concatenate(pulses, axis=1)
         order = np.argsort(row, kind="stable")
         return {"row": row[order].astype(int), "time": time[order], "force": force[order]}
 
-    def names_of_one(self, number: int) -> list[str]:
-        """Return the names that the table gives to the contacts of a row: those of its side, if shared."""
+    def names_of_row(self, number: int) -> list[str]:
+        """Return the names that the table gives to contacts of a row: both of its side, if shared."""
         if self.shared and not self.names[number].startswith(PIN):
             upper = number % len(CORNERS) >= UPPER
             return [self.names[number], self.names[number - UPPER if upper else number + UPPER]]
@@ -230,9 +231,9 @@ class Contacts:
 def turning_points(
     before: Array, rate0: Array, after: Array, rate1: Array, step: Array
 ) -> tuple[Array, Array]:
-    """Return the fractions of steps where cubic Hermite interpolants have their extrema, and these.
+    """Return the fractions of steps where cubic Hermite interpolants have an extremum, and its values.
 
-    Infinite where the rates at both ends do not differ in sign.
+    A fraction is infinite where the rates at both ends do not differ in sign.
     """
     slope0, slope1, rise = step * rate0, step * rate1, after - before
     # The slope is slope0 + 2 b f + a f^2
@@ -244,10 +245,10 @@ def turning_points(
         return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
 
 
-def whole(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+def run_extrema(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Return the extrema of named channels over the whole run, from those of its cycles."""
     extrema = {}
     for name in names:
         at = {"min": int(np.argmin(by_cycle[f"{name}_min"])), "max": int(np.argmax(by_cycle[f"{name}_max"]))}
-        extrema[name] = {part: float(by_cycle[f"{name}_{part}"][at[part[-3:]]]) for part in _PARTS}
+        extrema[name] = {part: float(by_cycle[f"{name}_{part}"][at[part[-3:]]]) for part in _EXTREMUM_FIELDS}
     return extrema

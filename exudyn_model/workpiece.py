@@ -1,7 +1,7 @@
 """Load of a workpiece: a force that pushes the slider's centre up, by its height alone.
 
-With h = surface - y the force is P(h), 0 for h <= 0: P1 (h / h1)^q, or linear between the rows of a table and
-that of its last row beyond it. The stored energy is its integral over h from 0.
+With h = surface - y the force P(h) is 0 for h <= 0, else P1 (h / h1)^q, or linear between the rows of a table
+and constant beyond its last row. The stored energy is the integral of P from 0 to h.
 """
 
 from typing import Any
@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 ROW = np.dtype([(name, float) for name in ("height", "depth", "force", "energy", "exponent")])
 """A row of a workpiece: height of the slider's centre (m), depth (m), force (N) and energy (J) there, and q.
 
-The first one is the surface; q is 0 for a table. No load has no row.
+The first row is the surface; q is 0 for a table. Without a load there is no row.
 """
-# Crank angles at which the force is looked at in a turn
+# Number of crank angles in a turn at which `load_forces` computes the force
 _TURN = 720
 
 
@@ -48,7 +48,7 @@ def workpiece_force(y: float, workpiece: NDArray[Any]) -> tuple[float, float]:
     if exponent > 0.0:
         power = workpiece[row].force * (depth / workpiece[row].depth) ** exponent
         return power, power * depth / (exponent + 1.0)
-    while depth < workpiece[row].depth:  # the first one's is 0
+    while depth < workpiece[row].depth:  # the depth of the first row is 0
         row -= 1
     before = workpiece[row].force
     force, rest = before, depth - workpiece[row].depth
@@ -67,13 +67,13 @@ def workpiece_forces(heights: Array, workpiece: NDArray[Any]) -> tuple[Array, Ar
     return forces, energies
 
 
-def pushes(parameters: Parameters, y: float) -> tuple[float, float]:
-    """Return the force on a slider at a height ``y`` (m), and the largest on an ideal one in a turn, N.
+def load_forces(parameters: Parameters, y: float) -> tuple[float, float]:
+    """Return the force on a slider at a height ``y`` (m), and the largest on an ideal slider in a turn, N.
 
     Raises
     ------
     ValueError
-        In one line, where one of them is not finite.
+        If one of the forces is not finite; one line.
     """
     load, mechanism = parameters.load, parameters.mechanism
     if load is None:

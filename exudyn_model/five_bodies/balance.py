@@ -4,7 +4,7 @@ Exudyn's own accelerations are not recorded: with constraints at position level 
 iteration's error divided by the square of the step. Here they follow from positions, velocities and contact
 forces alone, so they are as accurate as the state.
 
-Everything is of many states at once: arrays whose last axis is the state.
+All functions treat many states at once: the last axis of their arrays is the state.
 """
 
 from dataclasses import dataclass
@@ -21,17 +21,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Constraints:
-    """The constraints in many states.
+    """Constraints of a linkage in many states.
 
     Attributes
     ----------
     rows : list of dict
-        Of each constraint, in the order of ``System.multipliers``: coordinate -> its derivative, a number or
-        shape (n,).
+        Coordinate to derivative (a number, or shape (n,)) of each constraint, in the order of
+        ``System.multipliers``.
     products : list
-        Product of each row with the accelerations.
+        Required product of each row with the accelerations, m/s^2 or rad/s^2.
     position, velocity : ndarray, shape (n,)
-        Largest violation (m and rad alike), and that of a rate (m/s and rad/s).
+        Largest violation of a constraint (m, rad), and of its rate (m/s, rad/s).
     """
 
     rows: list[dict[int, Any]]
@@ -92,7 +92,7 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
 def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Array, Array]:
     """Solve M a + G^T l = f, G a = p for a (m/s^2, rad/s^2), shape (3 bodies, n), and l, shape (rows, n).
 
-    By Cholesky's factor of G M^-1 G^T, row by row: a loop over its few elements, not over the states.
+    The loop runs over the few elements of Cholesky's factor of G M^-1 G^T, not over the states.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Contacts of five bodies: the impact speed of a trial state, an update of the memory, and foresight.
+"""Contacts of five bodies: impact speed in a trial state, update of the memory, and foresight.
 
 Exudyn advances the bodies in implicit steps and calls a force at trial states of the step's end. In the
 shortest step (``step_choice``), inside of which alone a contact may begin or end:
@@ -17,10 +17,9 @@ Foresight, for ``step_choice``: zeros of gaps and kinks of friction (Eq. 13) fro
 resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic Hermite
 interpolants.
 
-Arguments of the kernels have the same names here and in ``slider_contact`` and ``journal_contact``: ``step``,
-of ``STEP``, or its length; ``contact``, the memory at the step's start (``low`` and ``up``: of the corners of
-a side); ``last``, of ``BEFORE``; ``q``, ``v``: coordinates and rates (m, rad, s) of all bodies, or of those
-of a contact.
+Arguments of the kernels here and in ``slider_contact`` and ``journal_contact``: ``step``, of ``STEP``, or its
+length (s); ``contact``, the memory at the step's start (``low``, ``up``: of both corners of a side);
+``last``, of ``BEFORE``; ``q``, ``v``, coordinates and rates (m, rad, s) of all bodies or of a contact's.
 """
 
 from collections.abc import Callable
@@ -38,31 +37,31 @@ Triple = tuple[float, float, float]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
 
-# Among the coordinates of one body: of its centre (m), and its angle (rad)
+# Numbers of the coordinates of one body: its centre (m), and its angle (rad)
 X, Y, ANGLE = range(3)
 PER_BODY = 3
 FRAME = -1
 STEP = np.dtype([("length", float), ("tick", float)])
-"""The step in progress: its length and that of a tick, s."""
-_BEFORE = ("rate", "slip", "normal", "normal_rate", "change", "largest_change", "step")
+"""Step in progress: its length and that of a tick, s."""
+_BEFORE = ("rate", "slip", "normal", "normal_rate", "curvature", "largest_curvature", "step")
 BEFORE = np.dtype([(name, float) for name in _BEFORE])
 """A contact in the last state: rate of its gap, slip, normal force and its rate, second derivative of the
-normal force, its largest one (decaying), and the length of the step that led there."""
+normal force and its decaying maximum, and the length of the step that led there."""
 
-# Part of the time to a foreseen zero that a step may cover
-PART = 0.5
+# Share of the time to a foreseen zero that a step may cover
+FORESEEN_SHARE = 0.5
 # The oscillation of a normal force, relative to its mean, at which steps in a contact begin to grow
 RIPPLE = 1.0
 # Decay of the observed second derivative of a normal force, over the phase of its oscillation (rad): that
 # passes through zero twice a period
 _DECAY = 0.25
 NEVER = 2.0
-"""In place of a fraction of a step, where there is none."""
+"""Stands for the fraction of a step at which an event lies, where there is none."""
 
 
 @kernel
 def crossing(gap0: float, rate0: float, gap1: float, rate1: float, step: float) -> float:
-    """Return the fraction of a step at which the gap changes its sign: root of its cubic Hermite interpolant.
+    """Return the fraction of a step at which the cubic Hermite interpolant of a gap changes its sign.
 
     Newton's method, safeguarded by bisection; gap0 and gap1 must differ in sign.
     """
@@ -93,7 +92,7 @@ def touch(contact: Memory, gap: float, rate: float, step: float, law: Law) -> tu
 
     The speed is interpolated linearly between the ends of the step. The derivative of the Hermite
     interpolant would be of a higher order, but magnifies the Newton iteration's error in the positions by
-    1/step. ``contact`` is its memory at the start, ``gap`` and ``rate`` are those at the end.
+    1/step. ``contact`` is the memory at the start, ``gap`` (m) and ``rate`` (m/s) are those at the end.
     """
     fraction = crossing(contact.gap, contact.rate, gap, rate, step)
     speed = -(contact.rate + fraction * (rate - contact.rate))
@@ -136,12 +135,12 @@ def remember(contact: Memory, gap: float, rate: float, slip: float, normal: floa
 
 @kernel
 def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law: Law) -> float:
-    """Return how many ticks a contact lets the next step take after one that ends at ``time`` (s).
+    """Return the number of ticks to which a contact limits the step that starts at ``time`` (s).
 
-    A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
-    friction (Eq. 13). Inside a contact also the step that resolves the oscillation of the normal force: one
-    by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on the contact; the
-    error of a step is that of N'' times the square of its length.
+    The limit is a share of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a
+    kink of its friction (Eq. 13). Inside a contact it is also the step that resolves the oscillation of the
+    normal force N: one by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass
+    on the contact; the error of a step is that of N'' times the square of its length.
     """
     acceleration, slip_rate, closed = 0.0, 0.0, contact.closed > 0.0
     step: float = step_taken.length
@@ -150,7 +149,7 @@ def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law:
         acceleration, slip_rate = (contact.rate - last.rate) / step, (contact.slip - last.slip) / step
         normal_rate = (contact.normal - last.normal) / step
         if last.step > 0.0:
-            last.change = 2.0 * abs(normal_rate - last.normal_rate) / (step + last.step)
+            last.curvature = 2.0 * abs(normal_rate - last.normal_rate) / (step + last.step)
         last.normal_rate, last.step = normal_rate, step
     last.rate, last.slip, last.normal = contact.rate, contact.slip, contact.normal
     sign = -1.0 if closed else 1.0
@@ -161,12 +160,12 @@ def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law:
     elif towards < 0.0:
         span = -(root + rate) / towards
     if not closed:
-        last.largest_change = 0.0
-        return PART * span / tick
-    speed, change = abs(contact.slip), slip_rate if contact.slip >= 0.0 else -slip_rate
+        last.largest_curvature = 0.0
+        return FORESEEN_SHARE * span / tick
+    speed, speed_rate = abs(contact.slip), slip_rate if contact.slip >= 0.0 else -slip_rate
     for kink in (0.0, law.static_speed, law.transition_speed):
-        if (kink - speed) * change > 0.0:
-            span = min(span, (kink - speed) / change)
+        if (kink - speed) * speed_rate > 0.0:
+            span = min(span, (kink - speed) / speed_rate)
     normal = contact.normal
     if normal <= 0.0:
         return 1.0
@@ -174,10 +173,10 @@ def allowed_ticks(time: float, step_taken: Any, contact: Memory, last: Any, law:
     if law.number == FOUNDATION:  # that of a whole side inside: the stiffest
         squared_frequency = law.side_stiffness / law.mass
     decay = np.exp(-_DECAY * np.sqrt(squared_frequency) * last.step)
-    last.largest_change = max(last.change, decay * last.largest_change)
-    if last.largest_change > 0.0:
-        ticks = np.sqrt(RIPPLE * squared_frequency * normal / last.largest_change)
-    return min(ticks, PART * span / tick)
+    last.largest_curvature = max(last.curvature, decay * last.largest_curvature)
+    if last.largest_curvature > 0.0:
+        ticks = np.sqrt(RIPPLE * squared_frequency * normal / last.largest_curvature)
+    return min(ticks, FORESEEN_SHARE * span / tick)
 
 
 @kernel
@@ -193,7 +192,7 @@ def zero_within(contact: Memory, gap: float, rate: float, step: float) -> float:
         return crossing(distance0, rate0, distance1, rate1, step) if distance0 > 0.0 else 0.0
     if rate0 >= 0.0 or rate1 <= 0.0:
         return NEVER
-    # Its least value, where the slope, slope0 + 2 b f + a f^2, vanishes
+    # Least value of the interpolant, where its slope, slope0 + 2 b f + a f^2, vanishes
     slope0, slope1, rise = step * rate0, step * rate1, distance1 - distance0
     a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
     fraction = -slope0 / (b + np.sqrt(b * b - a * slope0))
@@ -201,21 +200,21 @@ def zero_within(contact: Memory, gap: float, rate: float, step: float) -> float:
     return fraction if least <= 0.0 else NEVER
 
 
-class Part:
-    """A contact of a linkage: its force for Exudyn, and its update in accepted states.
+class ContactElement:
+    """A contact in Exudyn: its force in trial states, and its update in accepted states.
 
     Parameters
     ----------
     bodies : tuple of int
-        Bodies on which it acts.
+        Bodies on which the contact acts.
     rows : slice
-        Of the memory of all contacts.
+        Its rows in the memory of all contacts.
     law : Law
     arrays : NamedTuple
-        Arrays that its kernels read and fill; their ``load``, shape (3 bodies,), is that on the bodies'
-        coordinates in the last accepted state (N, N m).
+        Arrays that its kernels read and fill. ``load``, shape (3 bodies,), is the force and moment on each
+        body in the last accepted state (N, N m).
     kernels : tuple of callable
-        For the force in a trial state, an accepted state, and the first change in a step.
+        They compute the force in a trial state, take an accepted state, and find the first change in a step.
 
     Attributes
     ----------
@@ -254,11 +253,11 @@ class Part:
         return user_function
 
     def attach(self, q: Array, v: Array) -> None:
-        """Take the states to come from these vectors of all bodies, shape (3 n,)."""
+        """Read all further states from these vectors of all bodies, shape (3 n,)."""
         self._q, self._v = q, v
 
     def follow(self, time: float, longest: float) -> float:
-        """Take the accepted state at ``time`` (s); return how many ticks the next step may take at most."""
+        """Take the accepted state at ``time`` (s); return the largest number of ticks of the next step."""
         return self._follow(time, self._q, self._v, longest, self.rows.start, self._arrays)
 
     def change(self) -> float:

@@ -1,7 +1,7 @@
 """Contact of a journal with its bearing: its force in trial states, its update in accepted ones.
 
 The journal's forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a
-step of 1e-6 s by several times the speed over which Eq. 13 rises. Newton's method then goes from full
+step of 1e-6 s by several times the width of the ramp of Eq. 13. Newton's method then goes from full
 friction of one direction to that of the other and back indefinitely. So the iteration keeps to one straight
 piece of Eq. 13; where it converges outside of it, :func:`settle` goes to the next piece, and the iteration is
 taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 12-13.
@@ -16,7 +16,7 @@ from exudyn_model.five_bodies.contact import (
     ANGLE,
     BEFORE,
     PER_BODY,
-    Part,
+    ContactElement,
     Triple,
     X,
     Y,
@@ -53,13 +53,15 @@ class Bearing(NamedTuple):
 
 
 class JournalArrays(NamedTuple):
-    """Arrays of a journal that its kernels read and fill; all but the load are of one record."""
+    """Arrays of a journal that its kernels read and fill; all but ``load`` have shape (1,)."""
 
     step: NDArray[Any]  # Of ``contact.STEP``
     bearing: NDArray[Any]
-    contacts: NDArray[Any]  # Its memory
+    contacts: NDArray[Any]  # Memory of the journal
     last: NDArray[Any]  # Of ``contact.BEFORE``
-    load: Array  # Force and moment on the journal's body, then on the bearing's (N, N m), when last accepted
+    load: (
+        Array  # fx, fy, moment (N, N m) on the journal's body, then the bearing's, in the last accepted state
+    )
 
 
 @kernel
@@ -90,7 +92,7 @@ def journal_in_bearing(q: Pair, v: Pair, bearing: Bearing) -> JournalMotion:
 def journal_loads(
     normal: float, friction: float, motion: JournalMotion, q: Pair, bearing: Bearing
 ) -> tuple[float, float, float, float]:
-    """Return the force on the bearing's body (N), and the moments on the journal's and on it (N m)."""
+    """Return the force on the bearing's body (N) and the moments on the journal's and on it (N m)."""
     bx, by = _arm(q[1][ANGLE], bearing.second_x, bearing.second_y)
     gx, gy, moment2 = bearing_load(normal, friction, motion, bx, by, bearing.law)
     jx, jy = _arm(q[0][ANGLE], bearing.first_x, bearing.first_y)
@@ -101,7 +103,7 @@ def journal_loads(
 
 @kernel
 def of_bodies(values: Array, bearing: Bearing) -> Pair:
-    """Return x, y, angle of both bodies, or their rates, from those of all."""
+    """Return x, y, angle of both bodies, or their rates, from those of all bodies."""
     i, j = PER_BODY * int(bearing.first), PER_BODY * int(bearing.second)
     return (values[i], values[i + 1], values[i + 2]), (values[j], values[j + 1], values[j + 2])
 
@@ -125,7 +127,7 @@ def journal_force(q: Six, v: Six, arrays: JournalArrays) -> Six:
 
 @entry
 def settle(q: Array, v: Array, arrays: JournalArrays) -> bool:
-    """Return whether the friction's piece fits the slip that Newton's method has come to; else take the next.
+    """Return whether the friction's piece fits the slip of a converged state; if not, take the next piece.
 
     One piece at a time: the force falls with the slip, so that the way from piece to piece has one direction.
     """
@@ -141,7 +143,7 @@ def settle(q: Array, v: Array, arrays: JournalArrays) -> bool:
 
 @entry
 def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, arrays: JournalArrays) -> float:
-    """Take an accepted state of a journal in its bearing: as ``slider_contact.follow_slider``."""
+    """Take an accepted state of a journal, as ``slider_contact.follow_slider`` does of a slider."""
     bearing, contact, step, load = arrays.bearing[0], arrays.contacts[0], arrays.step[0], arrays.load
     law, own = bearing.law, of_bodies(q, bearing)
     motion = journal_in_bearing(own, of_bodies(v, bearing), bearing)
@@ -156,7 +158,7 @@ def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, ar
     load[0], load[1], load[2] = -gx, -gy, moment1
     load[3], load[4], load[5] = gx, gy, moment2
     ticks = allowed_ticks(time, step, contact, arrays.last[0], law)
-    # Its friction reverses within a step: see above
+    # The friction reverses within a step: see the module
     return 1.0 if contact.closed > 0.0 else min(longest, ticks)
 
 
@@ -168,7 +170,7 @@ def journal_change(q: Array, v: Array, arrays: JournalArrays) -> float:
     return zero_within(arrays.contacts[0], motion.gap, motion.rate, arrays.step[0].length)
 
 
-class JournalPart(Part):
+class JournalElement(ContactElement):
     """A journal in its bearing; ``row`` is that of its memory among all ``contacts``."""
 
     def __init__(self, bearing: Bearing, row: int, contacts: NDArray[Any], step: NDArray[Any]) -> None:
@@ -179,18 +181,16 @@ class JournalPart(Part):
         self._settle = machine_code(settle, self._q, self._v, arrays)
 
     def start(self) -> None:
-        """Begin a contact that is closed at t = 0."""
+        """Begin the contact if it is closed at t = 0."""
         contact = self._arrays.contacts
         motion = cast(Any, journal_motion).py_func(*self._eccentricity(self._q, self._v), self.law)
         if motion.gap < 0.0:
-            contact["impact_speed"], contact["name"] = (
-                max(-motion.rate, self.law.speed_floor),
-                self.rows.start,
-            )
+            contact["impact_speed"] = max(-motion.rate, self.law.speed_floor)
+            contact["name"] = self.rows.start
         contact["regime"] = cast(Any, slip_regime).py_func(motion.slip, self.law)
 
     def settled(self) -> bool:
-        """Whether the friction's piece fits the state that Newton's method has come to."""
+        """Return whether the friction's piece fits the state to which Newton's method has converged."""
         return self._settle(self._q, self._v, self._arrays)
 
     def watch(self, watch: Watch, times: Array, q: Array, v: Array, forces: Array, memory: Array) -> None:

@@ -7,35 +7,36 @@ from typing import Any
 from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, SWITCHING
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import quiet_settings
-from exudyn_model.workpiece import pushes
+from exudyn_model.workpiece import load_forces
 
 SPECTRAL_RADIUS = 0.9
-PARTS = 4096
-"""Of the step asked for in the shortest one, to which halving leads where Newton's method fails: 128 are
-not enough for a corner that starts 10 mm inside its wall."""
+TICK_DIVISION = 4096
+"""Ratio of a tick to the shortest step, to which halving leads where Newton's method fails: 128 is not
+enough for a corner that starts 10 mm inside its wall."""
 ROUND_OFF = 4e-15
-"""Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
-1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
-_MUCH = 4 * 40
-"""Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
+"""Attainable residual over the load of the joints (`_joint_load`): they bear four times that, and each rounds
+by some 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is attained and 3e-16 is not."""
+_LONG_INTERVAL = 4 * 40
+"""Ticks of a sample interval, four longest steps (``step_choice``), from which on samples shorten no step by
+much."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the solution of a run."""
+    """Settings of a run of five bodies."""
 
     method: str  # "generalized-alpha" or "trapezoidal-index2"
     sample_interval: float  # s
-    samples: int  # besides the one at t = 0
-    period: float  # Of the cycles by which extrema are kept, s
+    samples: int  # Number of samples besides the one at t = 0
+    period: float  # Crank cycle, by which extrema are kept, s
     energy: bool  # Whether the energies are recorded
-    per_sample: int  # Ticks, the steps in a contact, in one sample interval
+    per_sample: int  # Ticks in a sample interval; a tick is the step in a contact
     per_state: int  # Ticks between required states
     fixed: bool  # Whether all steps are one tick: nothing has clearance
-    tolerance: float  # Of the Newton iteration, in N and m alike (index 2: and m/s)
-    uses: int  # Newton iterations of a step that may use an old Jacobian before each gets a new one
-    # Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian
-    difference: float
+    tolerance: float  # Absolute tolerance of the Newton iteration, in N and m alike (index 2: and m/s)
+    jacobian_uses: int  # Iterations of a step with an old Jacobian, after which each computes a new one
+    # Step of Exudyn's numerical Jacobian, relative to a coordinate of at least 1e-2 m or rad
+    differentiation_step: float
 
     @property
     def duration(self) -> float:
@@ -54,7 +55,7 @@ class Settings:
 
 
 def choose_settings(parameters: Parameters) -> Settings:
-    """Choose the settings of a scene; the tick is the largest step that divides the sample interval."""
+    """Choose the settings of a scene; a tick is the scene's step, shortened to divide the sample interval."""
     integration, interval = parameters.integration, parameters.sample_interval
     # An interval that is a whole number of steps must not get one more from round-off
     per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
@@ -75,9 +76,9 @@ def choose_settings(parameters: Parameters) -> Settings:
         per_state=_ticks_between_states(parameters, per_sample),
         fixed=not parameters.contacts,
         tolerance=_newton_tolerance(parameters, interval / per_sample),
-        uses=2 if smooth else 8,
+        jacobian_uses=2 if smooth else 8,
         # On an elastic foundation a slider rests some 1e-9 m deep: over 1e-7, contact would pass for flight
-        difference=1e-8 if _law(parameters) == FOUNDATION else 1e-7,
+        differentiation_step=1e-8 if _law(parameters) == FOUNDATION else 1e-7,
     )
 
 
@@ -86,27 +87,27 @@ def _law(parameters: Parameters) -> float | None:
 
 
 def _ticks_between_states(parameters: Parameters, per_sample: int) -> int:
-    """Return after how many ticks there has to be a state.
+    """Return the number of ticks between required states.
 
-    At each sample; of samples so dense that steps in flight would be shorter for them, only at one in each
-    thousandth of a cycle: there a run takes the steps of one with 1000 samples. Forces of joints and energies
-    are not interpolated. A sample at each step still makes all steps equal.
+    Each sample requires a state. Where dense samples would shorten the steps in flight, only one in each
+    thousandth of a cycle does: there a run takes the steps of one with 1000 samples. Forces of joints and
+    energies are not interpolated. A sample at each tick still makes all steps equal.
     """
-    if not 1 < per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
+    if not 1 < per_sample < _LONG_INTERVAL or parameters.integration.method != "generalized-alpha":
         return per_sample
     in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
     return per_sample * math.gcd(in_a_thousandth, parameters.samples)
 
 
 def _newton_tolerance(parameters: Parameters, step: float) -> float:
-    """Return the absolute tolerance of the Newton iteration, for a step in s.
+    """Return the absolute tolerance of the Newton iteration, in N, m and m/s, for a ``step`` in s.
 
     Index 2 has rows in m/s, whose error divided by the step is one of accelerations and so of reactions,
     which nothing damps. The usual tolerance of the scene, 1e-7, means 5e-5 m/s^2 there; a tenth of it is
     missed in some contacts at steps of 4e-6 s. Without contacts, 1e-6 m/s^2 is met easily.
-    Never less than the round-off of the balances, which grows with the square of the speed.
+    The tolerance is never less than the round-off of the balances, which grows with the square of the speed.
     """
-    tolerance, least = parameters.integration.tolerance, ROUND_OFF * _weight(parameters)
+    tolerance, least = parameters.integration.tolerance, ROUND_OFF * _joint_load(parameters)
     guide = parameters.guide
     if parameters.integration.method == "trapezoidal-index2":
         tolerance *= step / (2e-3 if parameters.contacts else 0.1)
@@ -121,17 +122,17 @@ def _newton_tolerance(parameters: Parameters, step: float) -> float:
     return max(tolerance, least)
 
 
-def _weight(parameters: Parameters) -> float:
-    """Return the load of the joints, N.
+def _joint_load(parameters: Parameters) -> float:
+    """Return a measure of the load of the joints, N.
 
-    The weight of all bodies, at gravity and the acceleration of the crank's tip together, and the largest
+    This is the weight of all bodies, at gravity plus the acceleration of the crank's tip, plus the largest
     force of a workpiece on an ideal slider.
     """
     mechanism = parameters.mechanism
     bodies = (mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider)
     acceleration = mechanism.crank.length * mechanism.omega**2 + abs(mechanism.gravity)
     weight = acceleration * math.fsum(body.mass for body in bodies)
-    return weight + pushes(parameters, math.inf)[1]
+    return weight + load_forces(parameters, math.inf)[1]
 
 
 def exudyn_settings(settings: Settings) -> Any:
@@ -144,7 +145,7 @@ def exudyn_settings(settings: Settings) -> Any:
     integration.adaptiveStep = not settings.fixed
     integration.adaptiveStepRecoverySteps = 2**31 - 1
     if not settings.fixed:
-        integration.minimumStepSize = settings.tick / PARTS * (1.0 + 1e-9)
+        integration.minimumStepSize = settings.tick / TICK_DIVISION * (1.0 + 1e-9)
     integration.automaticStepSize = False
     if settings.index2:
         # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative
@@ -160,8 +161,8 @@ def exudyn_settings(settings: Settings) -> Any:
         integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
-    integration.newton.maxModifiedNewtonIterations = settings.uses
-    integration.newton.numericalDifferentiation.relativeEpsilon = settings.difference
+    integration.newton.maxModifiedNewtonIterations = settings.jacobian_uses
+    integration.newton.numericalDifferentiation.relativeEpsilon = settings.differentiation_step
     # Pieces of the crank pin's friction (`journal_contact`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False

@@ -11,7 +11,7 @@ from exudyn_model.five_bodies.contact import (
     BEFORE,
     NEVER,
     PER_BODY,
-    Part,
+    ContactElement,
     Triple,
     X,
     Y,
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 class SliderArrays(NamedTuple):
-    """Arrays of a slider that its kernels read and fill; records of a step and of a law are arrays of one."""
+    """Arrays of a slider that its kernels read and fill; ``step`` and ``law`` have shape (1,)."""
 
     step: NDArray[Any]  # Of ``contact.STEP``
     law: NDArray[Any]
@@ -44,17 +44,17 @@ class SliderArrays(NamedTuple):
 def side_change(
     low: Memory, up: Memory, lower: CornerMotion, upper: CornerMotion, step: float, law: Law
 ) -> tuple[int, float, float]:
-    """Return which end of a side touches first in a step or, of one in contact, leaves last; when; how fast.
+    """Return which corner of an open side touches first in a step, or which of a closed side leaves last.
 
-    Of an open side at least one corner is inside the wall at the step's end, of one in contact none. Of two
-    that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
+    At the step's end at least one corner of an open side is inside the wall, and none of a closed side. Two
+    corners that touch at once, within the rounding of gaps, count as the lower one at the faster's speed.
 
     Returns
     -------
     end : int
-        0: the lower one; 1: the upper one.
+        0: lower corner; 1: upper corner.
     fraction, speed : float
-        Of the step; impact speed, m/s.
+        Fraction of the step at which it does so; impact speed, m/s.
     """
     first, first_at, first_speed, leaves = 0, 0.0, 0.0, low.impact_speed > 0.0
     for end in range(2):
@@ -150,8 +150,8 @@ def update_side(
         update_alone(time, step, row, lower.gap, lower.rate, low, law)
         update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law)
     forces = side_forces(lower, upper, low.impact_speed, up.impact_speed, law)
-    whole = not np.isnan(forces.slip)
-    lower_slip, upper_slip = (forces.slip, forces.slip) if whole else (lower.slip, upper.slip)
+    one_slip = not np.isnan(forces.slip)
+    lower_slip, upper_slip = (forces.slip, forces.slip) if one_slip else (lower.slip, upper.slip)
     remember(low, lower.gap, lower.rate, lower_slip, forces.lower, forces.lower_friction)
     remember(up, upper.gap, upper.rate, upper_slip, forces.upper, forces.upper_friction)
     low.stored, low.damping_power, low.friction_power = forces.stored, forces.damping, forces.friction
@@ -160,10 +160,10 @@ def update_side(
 
 @entry
 def follow_slider(time: float, q: Array, v: Array, longest: float, first: int, arrays: SliderArrays) -> float:
-    """Take an accepted state of a slider in its guide; return how many ticks the next step may take.
+    """Take the accepted state at ``time`` (s); return the largest number of ticks of the next step.
 
-    At most ``longest`` ticks. ``first`` is the row of its first corner among all contacts; memory, ``last``
-    and ``load`` of the arrays are moved on.
+    It is at most ``longest``. ``first`` is the row of the first corner among all contacts; memory, ``last``
+    and ``load`` of the arrays are updated.
     """
     step, law, contacts, load = arrays.step[0], arrays.law[0], arrays.contacts, arrays.load
     cx, cy, motion = law.across_x, law.across_y, in_guide(q, v, law)
@@ -184,7 +184,7 @@ def follow_slider(time: float, q: Array, v: Array, longest: float, first: int, a
 def slider_change(q: Array, v: Array, arrays: SliderArrays) -> float:
     """Return the fraction of a step after which a corner's contact begins or ends; more than 1: none does.
 
-    ``q`` and ``v`` are those at the step's end, the memory is that at its start.
+    ``q`` and ``v`` are the state at the step's end; the memory is that at its start.
     """
     step, law = arrays.step[0], arrays.law[0]
     motion, earliest = in_guide(q, v, law), NEVER
@@ -194,7 +194,7 @@ def slider_change(q: Array, v: Array, arrays: SliderArrays) -> float:
     return earliest
 
 
-class SliderPart(Part):
+class SliderElement(ContactElement):
     """A slider in its guide; ``first`` is the row of its first corner in the memory of all ``contacts``."""
 
     def __init__(self, body: int, first: int, law: Law, contacts: NDArray[Any], step: NDArray[Any]) -> None:
@@ -204,7 +204,7 @@ class SliderPart(Part):
         super().__init__((body,), rows, law, arrays, (slider_force, follow_slider, slider_change))
 
     def attach(self, q: Array, v: Array) -> None:
-        """Take the states to come from these vectors of all bodies, shape (3 n,)."""
+        """Read all further states from these vectors of all bodies, shape (3 n,)."""
         super().attach(q[self._own], v[self._own])
 
     def start(self) -> None:
@@ -222,7 +222,7 @@ class SliderPart(Part):
         watch.take_slider(self.rows.start, times, motion, forces, memory, self.law)
 
     def gaps_and_moment(self, q: Array, normals: Array, frictions: Array) -> tuple[Array, Array]:
-        """Return the corners' gaps (m), shape (4, states), and the moment (N m) of forces at them (N)."""
+        """Return the corners' gaps (m), shape (4, states), and the moment (N m) of their forces (N)."""
         gaps, moment, motion = [], np.zeros(q.shape[1]), cast(Any, corner_motion).py_func
         x, angle, *_ = self._in_guide(q, np.zeros_like(q))
         for k in range(CORNER_COUNT):

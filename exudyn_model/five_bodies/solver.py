@@ -1,4 +1,4 @@
-"""The solution of one run of five bodies by Exudyn's implicit integrators."""
+"""Solution of one run of five bodies by Exudyn's implicit integrators."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
-from exudyn_model.five_bodies.journal_contact import JournalPart
+from exudyn_model.five_bodies.journal_contact import JournalElement
 from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
@@ -17,7 +17,7 @@ from exudyn_model.five_bodies.settings import (
     exudyn_settings,
 )
 from exudyn_model.five_bodies.step_choice import StepChoice
-from exudyn_model.five_bodies.system import Model, System, build, press
+from exudyn_model.five_bodies.system import Model, System, build, press_system
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import Outcome, Progress, Report, Run, solve, state_vectors
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
     """Run the formulation "full"; ``progress`` as for ``simulation.simulate``."""
     settings = choose_settings(parameters)
-    system = press(parameters, assemble(parameters))
+    system = press_system(parameters, assemble(parameters))
     recorder, choice, outcome = run_system(system, settings, progress)
     used: dict[str, Any] = {
         "step_used": settings.tick,
@@ -44,12 +44,12 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
 def run_system(
     system: System, settings: Settings, report: Report | None = None
 ) -> tuple[BodiesRecorder, StepChoice, Outcome]:
-    """Run a linkage of lists, at positions and with velocities that fit its joints.
+    """Run a linkage that is given as lists; its initial positions and velocities must fit its joints.
 
     Raises
     ------
     AssertionError
-        If they do not: Exudyn would accept them silently.
+        If they do not fit: Exudyn would accept them silently.
     """
     model = build(system, settings.tick)
     choice = StepChoice(model, settings)
@@ -60,7 +60,7 @@ def run_system(
 
 @dataclass
 class Solution:
-    """One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
+    """A run by a single call of Exudyn's solver: a second call would start with new initial accelerations.
 
     The length of each step is set before it; a step in which a contact begins or ends is taken back after it
     where it is longer than a tick (``step_choice``). Every accepted state goes to the recorder.
@@ -71,19 +71,17 @@ class Solution:
     choice: StepChoice
     recorder: BodiesRecorder
     progress: Progress
-    # Whether Newton's method has converged in the present step, so that it is accepted; whether the step is
-    # to be iterated once more from its start; fraction of the step to where a contact begins or ends
-    accepted: bool = True
-    again: bool = False
-    fraction: float = 0.0
+    accepted: bool = True  # Whether Newton's method has converged in the present step
+    iterate_again: bool = False  # Whether Newton's method has to start the step once more
+    fraction: float = 0.0  # Of the step, after which a contact begins or ends; 0: Newton's method failed
     rejected: int = 0
     dynamic: Any = None  # Exudyn's solver
     vectors: list[Array] = field(default_factory=list)
 
     @cached_property
-    def journals(self) -> list[JournalPart]:
-        """Contacts whose friction settles piece by piece."""
-        return [part for part in self.model.parts if isinstance(part, JournalPart)]
+    def journals(self) -> list[JournalElement]:
+        """Contacts whose friction changes piece by piece."""
+        return [element for element in self.model.elements if isinstance(element, JournalElement)]
 
     def run(self) -> Outcome:
         """Integrate from t = 0."""
@@ -91,7 +89,7 @@ class Solution:
         after_newton = None if self.settings.fixed else self._after_newton
         status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
         if status == "success":
-            self._before_step()  # the last state, which no further step starts from
+            self._before_step()  # record the last state, from which no step starts
         else:
             status = "newton-failed"
             remedy = (
@@ -107,7 +105,7 @@ class Solution:
             self.progress.finish()
         iterations = self.dynamic.it
         counters = {
-            "steps": recorder.accepted - 1,
+            "steps": recorder.state_count - 1,
             "rejected": self.rejected,
             "newton_iterations": iterations.newtonStepsCount,
             "jacobians": iterations.newtonJacobiCount,
@@ -132,7 +130,7 @@ class Solution:
         return True
 
     def _begin(self) -> None:
-        """Take the start, whose accelerations Exudyn has found by now.
+        """Record the initial state, whose accelerations Exudyn has computed by now.
 
         Raises
         ------
@@ -155,36 +153,36 @@ class Solution:
     def _try_again(self) -> None:
         """Shorten the step that was not accepted."""
         if self.fraction == 0.0:
-            # Newton's method has failed, after which Exudyn does not restore the algorithmic accelerations of
-            # its method; to iterate anew does
-            self.again = not self.settings.index2
+            # After a failure of Newton's method Exudyn does not restore the algorithmic accelerations; a
+            # second iteration from the start of the step does
+            self.iterate_again = not self.settings.index2
         self.rejected += 1
         self.choice.shorten(self.fraction if self.fraction > 0.0 else 0.5)
         self._set_step()
         self.dynamic.conv.jacobianUpdateRequested = True
 
     def _set_step(self) -> None:
-        """Give Exudyn the step that begins."""
+        """Set length and end of the next step in Exudyn."""
         dynamic, settings, ticks = self.dynamic, self.settings, self.choice.ticks
         dynamic.it.currentStepSize = ticks * settings.tick
         dynamic.it.currentTime = self.choice.time
-        # Its error in positions, over the step, is one of velocities
+        # Newton's error in positions, divided by the step, is one of velocities
         dynamic.newton.absoluteTolerance = settings.tolerance * min(ticks, 1.0)
         if settings.index2:
             # Rows of the constraints' velocities are scaled with the step
             dynamic.conv.jacobianUpdateRequested = True
 
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
-        """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
+        """Exudyn's post-Newton function: return [error, step]; an error above 1 rejects."""
         del mbs, t
-        for part in self.journals:
-            if not part.settled():
+        for element in self.journals:
+            if not element.settled():
                 return [2.0, -1.0]
-        if self.again:
-            self.again = False
+        if self.iterate_again:
+            self.iterate_again = False
             return [2.0, -1.0]
         if self.choice.ticks > 1:
-            self.fraction = min(part.change() for part in self.model.parts)
+            self.fraction = min(element.change() for element in self.model.elements)
             if not self.fraction > 1.0:
                 return [2.0, 0.0]
         self.accepted, self.fraction = True, 0.0

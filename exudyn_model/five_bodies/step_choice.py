@@ -2,7 +2,7 @@
 
 Lengths are whole numbers of ticks. The tick is the scene's ``solver.exudyn.step``, made to divide the sample
 interval: all lengths change with it in proportion, so that the order of convergence means something, and
-samples fall on states; of dense ones those in contacts alone (``recording``).
+samples fall on states; dense samples do so only in contacts (``recording``).
 
 - Each zero of a gap is foreseen from gap, rate and acceleration, and so are the kinks of friction (Eq. 13):
   no step covers more than half of the time to it.
@@ -17,7 +17,7 @@ Only where Newton's method fails in a tick is that divided, by halves, so that t
 kink of friction its iterates go round as long as friction can stop the slip several times over in the step.
 """
 
-from exudyn_model.five_bodies.contact import PART
+from exudyn_model.five_bodies.contact import FORESEEN_SHARE
 from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.system import Model
 
@@ -34,56 +34,59 @@ _GROWTH = 2.0
 
 
 class StepChoice:
-    """Step from the state accepted last to the next one.
+    """Choice of the step from the last accepted state to the next one.
 
     Parameters
     ----------
     model : Model
-        The length of each step is entered there for the contacts.
+        Its ``step`` receives the length of each step, for the contacts.
     settings : Settings
 
     Attributes
     ----------
     ticks : float
-        Of the step, a whole number of them or a part of one; 0 before the first one.
-    tick, time : float
-        Of the step's end, in ticks and in s.
+        Length of the step, a whole number of ticks or a fraction of one; 0 before the first step.
+    end_tick, time : float
+        End of the step, in ticks and in s.
+    tick_length : float
+        s.
     longest_taken : float
-        Ticks of the longest step so far.
+        Length of the longest step so far, in ticks.
     """
 
     def __init__(self, model: Model, settings: Settings) -> None:
-        self.ticks, self.tick, self.time, self.longest_taken = 0.0, 0.0, 0.0, 1.0
-        self.size, self._per_state = settings.tick, settings.per_state
+        self.ticks, self.end_tick, self.time, self.longest_taken = 0.0, 0.0, 0.0, 1.0
+        self.tick_length, self._per_state = settings.tick, settings.per_state
         self._longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
         self._step, self._contacts, self._touched = model.step, model.contacts, False
 
     @property
     def allowed(self) -> float:
-        """Ticks that the next step may take at most, whatever the contacts say."""
+        """Largest number of ticks of the next step before the contacts limit it."""
         if not self._touched:
             self._touched = bool(self._contacts["closed"].any())
         longest = self._longest if self._touched else min(self._longest, LONGEST_BEFORE_CONTACT)
         return min(_GROWTH * self.ticks, longest)
 
     def choose(self, wanted: float) -> None:
-        """Choose the step after the one that has been accepted: ``wanted`` ticks at most, at least one."""
+        """Choose the step after an accepted one: at most ``wanted`` ticks, at least one."""
         self.longest_taken = max(self.longest_taken, self.ticks)
-        if self.tick % 1.0:
-            self._take(min(2.0 * self.ticks, 1.0 - self.tick % 1.0))
+        if self.end_tick % 1.0:
+            self._take(min(2.0 * self.ticks, 1.0 - self.end_tick % 1.0))
         else:
-            # Equal parts up to the next state that there has to be
-            left = self._per_state - self.tick % self._per_state
+            # Equal parts up to the next required state
+            left = self._per_state - self.end_tick % self._per_state
             self._take(-(-left // -(-left // max(wanted // 1.0, 1.0))))
 
     def shorten(self, fraction: float) -> None:
         """Replace the step by one that covers less than ``fraction`` of it; one of a tick or less by half."""
-        self.tick -= self.ticks
-        self._take(max(1.0, PART * fraction * self.ticks // 1.0) if self.ticks > 1.0 else 0.5 * self.ticks)
+        self.end_tick -= self.ticks
+        covered = FORESEEN_SHARE * fraction * self.ticks // 1.0
+        self._take(max(1.0, covered) if self.ticks > 1.0 else 0.5 * self.ticks)
 
     def _take(self, ticks: float) -> None:
-        self.tick += ticks
-        self.time = self.tick * self.size
+        self.end_tick += ticks
+        self.time = self.end_tick * self.tick_length
         if ticks != self.ticks:
             self.ticks = ticks
-            self._step["length"] = ticks * self.size
+            self._step["length"] = ticks * self.tick_length

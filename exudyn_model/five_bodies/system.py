@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from exudyn_model.corners import CORNER_COUNT, CORNERS
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
-from exudyn_model.five_bodies.journal_contact import Bearing, JournalPart
-from exudyn_model.five_bodies.slider_contact import SliderPart
+from exudyn_model.five_bodies.journal_contact import Bearing, JournalElement
+from exudyn_model.five_bodies.slider_contact import SliderElement
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import Law
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
@@ -35,10 +35,11 @@ from exudyn_model.tables import PIN
 from exudyn_model.workpiece import workpiece_array, workpiece_force
 
 Array = NDArray[np.float64]
+Element = SliderElement | JournalElement
 
 
 class Body(NamedTuple):
-    """A rigid body: mass (kg), inertia about its centre (kg m^2); x, y, angle at t = 0 (m, rad), rates."""
+    """A rigid body: kg, kg m^2 about its centre; x, y, angle at t = 0 (m, rad) and their rates."""
 
     mass: float
     inertia: float
@@ -60,7 +61,7 @@ class Pin(NamedTuple):
 
 
 class Guide(NamedTuple):
-    """An ideal guide of a body, which may not turn in it: its coordinate ``X`` or ``Y`` keeps a value, m."""
+    """An ideal guide: a body keeps its angle at 0, and its coordinate ``X`` or ``Y`` at a value, m."""
 
     body: int
     coordinate: int
@@ -98,7 +99,7 @@ class Drive(NamedTuple):
 class System:
     """A linkage; ``gravity`` (m/s^2) acts along -y.
 
-    ``observed`` is the body whose motion is recorded, and which a workpiece pushes where there is one.
+    ``observed`` is the body whose motion is recorded, and on which the workpiece acts, if there is one.
     """
 
     bodies: list[Body]
@@ -117,12 +118,12 @@ class System:
 
     @property
     def journals(self) -> list[JournalContact]:
-        """Contacts of journals, which follow there."""
+        """Contacts of journals; their rows follow those of the corners."""
         return [contact for contact in self.contacts if isinstance(contact, JournalContact)]
 
     @property
     def contact_names(self) -> tuple[str, ...]:
-        """Names of the contacts, by row: of further sliders and journals with a number."""
+        """Names of the contacts, by row; those of a second slider or journal end in 2, and so on."""
         numbers = ["", *(str(n) for n in range(2, 2 + len(self.contacts)))]
         corners = [f"{name}{n}" for _, n in zip(self.sliders, numbers, strict=False) for name in CORNERS]
         return (*corners, *(f"{PIN}{n}" for _, n in zip(self.journals, numbers, strict=False)))
@@ -148,7 +149,7 @@ class System:
 
     @cached_property
     def prescribed(self) -> list[tuple[int, float, float]]:
-        """Coordinates that are prescribed: number, value at t = 0, rate. First that of the drive."""
+        """Prescribed coordinates, first that of the drive: number, value at t = 0, rate (m, rad, s)."""
         body = self.drive.body
         prescribed = [(PER_BODY * body + ANGLE, self.bodies[body].position[ANGLE], self.drive.omega)]
         for guide in self.guides:
@@ -158,14 +159,14 @@ class System:
 
     @cached_property
     def reference(self) -> Array:
-        """Origins of the coordinates, shape (3 n,): of a slider its guide, for all digits of gaps."""
+        """Origins of the coordinates, shape (3 n,); a slider's is in its guide: gaps keep all digits."""
         reference = np.zeros((len(self.bodies), PER_BODY))
         for slider in self.sliders:
             reference[slider.body, :ANGLE] = slider.point
         return reference.ravel()
 
 
-def press(parameters: Parameters, state: InitialState) -> System:
+def press_system(parameters: Parameters, state: InitialState) -> System:
     """Return the press of Fig. 4 as lists (Eq. 16): pins O, A, H, B, C, F; A may have clearance."""
     mechanism = parameters.mechanism
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
@@ -202,19 +203,16 @@ class Model:
     """A system assembled in Exudyn, with the arrays that its contact forces read."""
 
     mbs: Any
-    container: Any  # Owner of ``mbs``; held so that it outlives it
+    container: Any  # Owner of ``mbs``, which must not outlive it
     system: System
-    parts: list[SliderPart | JournalPart]  # Its contacts
-    contacts: NDArray[Any]  # Their memory: see ``memory``
-    step: NDArray[Any]  # Of the step in progress, of ``contact.STEP``, shape (1,)
+    elements: list[Element]
+    contacts: NDArray[Any]  # Memory of the contacts: see ``memory``
+    step: NDArray[Any]  # Step in progress, of ``contact.STEP``, shape (1,)
     workpiece: NDArray[Any]
 
 
 def build(system: System, step: float) -> Model:
-    """Build a system in Exudyn, for integration with ``step`` (s) in contacts.
-
-    Its coordinates are x, y, angle of each body.
-    """
+    """Build a system in Exudyn, for steps of ``step`` (s) in contacts."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.AddObject(ObjectGround())
@@ -250,55 +248,55 @@ def build(system: System, step: float) -> Model:
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
     contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
-    parts = _parts(system, contacts, current)
-    for part in parts:
+    elements = _elements(system, contacts, current)
+    for element in elements:
         # An object without mass on the bodies' nodes, which only adds the contact force
-        size = PER_BODY * len(part.bodies)
+        size = PER_BODY * len(element.bodies)
         mbs.AddObject(
             ObjectGenericODE2(
-                nodeNumbers=[nodes[body] for body in part.bodies],
+                nodeNumbers=[nodes[body] for body in element.bodies],
                 massMatrix=np.zeros((size, size)),
-                forceUserFunction=part.force,
+                forceUserFunction=element.force,
             )
         )
     workpiece = workpiece_array(system.load)
     if system.load is not None:
-        below = system.reference[PER_BODY * system.observed + Y]
+        origin = system.reference[PER_BODY * system.observed + Y]
         mbs.AddObject(
             ObjectGenericODE2(
                 nodeNumbers=[nodes[system.observed]],
                 massMatrix=np.zeros((PER_BODY, PER_BODY)),
-                forceUserFunction=_pushed(workpiece, float(below)),
+                forceUserFunction=_load_force(workpiece, float(origin)),
             )
         )
     mbs.Assemble()
-    return Model(mbs, container, system, parts, contacts, current, workpiece)
+    return Model(mbs, container, system, elements, contacts, current, workpiece)
 
 
-def _pushed(workpiece: NDArray[Any], below: float) -> ForceUserFunction:
-    """Make the ``forceUserFunction`` of a workpiece on a body whose y counts from ``below`` (m)."""
+def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
+    """Make the ``forceUserFunction`` of a workpiece on a body whose y counts from ``origin`` (m)."""
     force = machine_code(workpiece_force, 0.0, workpiece)
 
     def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
-        return 0.0, force(below + q[Y], workpiece)[0], 0.0
+        return 0.0, force(origin + q[Y], workpiece)[0], 0.0
 
     return user_function
 
 
-def _parts(system: System, contacts: NDArray[Any], step: NDArray[Any]) -> list[SliderPart | JournalPart]:
+def _elements(system: System, contacts: NDArray[Any], step: NDArray[Any]) -> list[Element]:
     reference, masses = system.reference.reshape(-1, PER_BODY), [body.mass for body in system.bodies]
-    parts: list[SliderPart | JournalPart] = []
+    elements: list[Element] = []
     for number, slider in enumerate(system.sliders):
         angle = slider.direction
         law = slider.law._replace(
             mass=masses[slider.body], direction=angle, across_x=math.cos(angle), across_y=math.sin(angle)
         )
-        parts.append(SliderPart(slider.body, CORNER_COUNT * number, law, contacts, step))
-    row = CORNER_COUNT * len(parts)
+        elements.append(SliderElement(slider.body, CORNER_COUNT * number, law, contacts, step))
+    row = CORNER_COUNT * len(elements)
     for number, journal in enumerate(system.journals):
         apart_x, apart_y, _ = (reference[journal.first] - reference[journal.second]).tolist()
         points = (journal.first, *journal.first_point), (journal.second, *journal.second_point)
         law = journal.law._replace(mass=masses[journal.second])
         bearing = Bearing(*points[0], *points[1], apart_x, apart_y, law)
-        parts.append(JournalPart(bearing, row + number, contacts, step))
-    return parts
+        elements.append(JournalElement(bearing, row + number, contacts, step))
+    return elements

@@ -1,21 +1,21 @@
-"""The trees of the press in Exudyn: the bodies that the drive leaves free, moments of loads as user function.
+"""Trees of the press in Exudyn: the bodies that the drive leaves free, with their moments as user function.
 
 No joint is left as a constraint, which Exudyn's explicit integrators would ignore.
 
 - Crank pin ideal: rod 4, which carries the slider's mass, and the slider are the only free bodies; they
   rotate in the accelerating frame of the rocker's tip C. The drive makes C move as it does whatever the
-  slider meets (``linkage``); the moving frame adds inertial forces. Rod 4's coordinate is how far it is ahead
-  of an ideal slider's, some 1e-3 rad. A slider that rests at its wall hardly changes it; the angle itself
+  slider meets (``linkage``); the moving frame adds inertial forces. Rod 4's coordinate is its lead over one
+  with an ideal slider, some 1e-3 rad. A slider that rests at its wall hardly changes it; the angle itself
   rotates by a radian, and a stiff contact makes a force of its error in each stage of a step. Measured at a
   tolerance of 1e-11, two cycles at 150 rpm: 38,600 steps instead of 55,600, error of x 2e-9 m, not 8e-8 m.
 - Crank pin with clearance: nothing but the contact holds rod 2 to the driven crank, so that the linkage is
   open: rod 2 and rod 4 hang from the rocker, a slider with clearance on rod 4. An ideal slider closes a loop,
-  though: it does not rotate, which makes it a point mass at the end of rod 4, and the guide gives it the
-  force that leaves its x without acceleration. How far it drifts from its line is the integration's error:
-  measured 2e-10 m in two cycles at a tolerance of 1e-7, 5e-14 m at 1e-10.
+  though: it does not rotate, which makes it a point mass at the end of rod 4, and the guide's force keeps
+  its x without acceleration. Its drift from its line is the integration's error: measured 2e-10 m in two
+  cycles at a tolerance of 1e-7, 5e-14 m at 1e-10.
 
-There the coordinates are angles (rad), each from that of its parent: of rocker, rod 2, rod 4 and, where it
-has clearance, the slider.
+In the second case the coordinates are the angles (rad) of rocker, rod 2, rod 4 and, where it has clearance,
+the slider, each from that of its parent.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ from exudyn_model.workpiece import workpiece_array
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
-# Exudyn's stub does not know that its lists can be made from Python's
+# Exudyn's stub does not declare that its lists can be made from Python's
 _LISTS = cast(Any, exu)
 
 
@@ -53,26 +53,25 @@ class Tree:
     """A tree assembled in Exudyn, with the arrays that its forces read."""
 
     mbs: Any
-    container: Any  # Owner of ``mbs``; held so that it outlives it
+    container: Any  # Owner of ``mbs``, which must not outlive it
     press: Press
-    # For the kernels: the press as a record, a workpiece's rows, and the memory of the corners, then of the
-    # journal, whether there or not
-    presses: NDArray[Any]
+    # For the kernels: ``press``, a workpiece's rows, memory of the corners and, always, of the journal
+    press_record: NDArray[Any]
     workpiece: NDArray[Any]
     contacts: NDArray[Any]
 
     @property
-    def known(self) -> tuple[NDArray[Any], ...]:
+    def kernel_arrays(self) -> tuple[NDArray[Any], ...]:
         """Arguments that every kernel takes after its own."""
-        return self.presses, self.workpiece, self.contacts
+        return self.press_record, self.workpiece, self.contacts
 
 
 @dataclass(frozen=True)
 class Link:
-    """One link of a tree; its frame sits in the joint that carries it."""
+    """One link of a tree; the origin of its frame is the joint that carries it."""
 
-    body: int  # Of ``linkage``
-    parent: int  # Place in the tree of the link that carries it; -1: the tree's base
+    body: int  # Number in ``linkage``
+    parent: int  # Number in the tree of the link that carries it; -1: the tree's base
     joint: tuple[float, float]  # Place of the joint in the parent's frame, or on the base, m
     centre: float  # Centre of mass along the link, m
     # kg; about the centre of mass, kg m^2
@@ -85,7 +84,7 @@ def slider_tree_moments(
     time: float,
     q: tuple[float, float],
     v: tuple[float, float],
-    presses: NDArray[Any],
+    press_record: NDArray[Any],
     workpiece: NDArray[Any],
     contacts: NDArray[Any],
 ) -> tuple[float, float]:
@@ -93,7 +92,7 @@ def slider_tree_moments(
 
     Arguments: time (s), both coordinates (rad), their rates (rad/s).
     """
-    press: Press = presses[0]
+    press: Press = press_record[0]
     tip, angle, rate, acceleration = driven_rod4(time, press.mechanism)
     state = State(0.0, 0.0, angle + q[0], q[1], 0.0, 0.0, rate + v[0], v[1])
     loads = contact_loads(time, state, tip, press, workpiece, contacts, None)
@@ -106,16 +105,15 @@ def rocker_tree_moments(
     time: float,
     q: tuple[float, float, float, float],
     v: tuple[float, float, float, float],
-    presses: NDArray[Any],
+    press_record: NDArray[Any],
     workpiece: NDArray[Any],
     contacts: NDArray[Any],
 ) -> tuple[float, float, float, float]:
     """Return the moments (N m) of contact, load and guide on the coordinates of the tree that hangs from H.
 
-    Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not
-    got, is 0.
+    Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, not in the tree, is 0.
     """
-    press: Press = presses[0]
+    press: Press = press_record[0]
     rod2, rocker = press.mechanism.rod2, press.mechanism.rocker
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
@@ -125,13 +123,13 @@ def rocker_tree_moments(
     if not press.has_guide:
         fx = chain_accelerations(state, loads, press)[3]
     c2, s2, c3, s3 = np.cos(state.theta2), np.sin(state.theta2), np.cos(theta3), np.sin(theta3)
-    # About the ends that carry: rod 2 by B, rod 4 by C
+    # Moments about the joints that carry: of rod 2 about B, of rod 4 about C
     arm2 = rod2.length - rod2.centroid
     on_rod2 = loads.pin_moment - arm2 * (c2 * loads.pin_y - s2 * loads.pin_x)
     on_rod4 = loads.moment + loads.along_x * loads.fy - loads.along_y * fx
     on_rocker = rocker.centroid * (c3 * loads.pin_y - s3 * loads.pin_x)
     on_rocker += rocker.length * (c3 * loads.fy - s3 * fx)
-    # The rocker's coordinate rotates all of them, rod 4's rotates the slider too
+    # The rocker's coordinate rotates all bodies, rod 4's the slider too
     return on_rocker + on_rod2 + on_rod4, on_rod2, on_rod4, loads.moment
 
 
@@ -164,7 +162,7 @@ def build_tree(parameters: Parameters, state: InitialState) -> Tree:
 
 def _add_rotors(tree: Tree, state: InitialState) -> None:
     """Add rod 4, which carries the slider's mass about C, and the slider, which rotates about its centre."""
-    mbs, mechanism = tree.mbs, tree.presses[0]["mechanism"]
+    mbs, mechanism = tree.mbs, tree.press_record[0]["mechanism"]
     _, angle, rate, _ = driven_rod4(0.0, mechanism)
     nodes = []
     for body, inertia, start, speed in (
@@ -243,19 +241,19 @@ def _from_parents(values: Array, links: list[Link]) -> list[float]:
 
 def _user_function(tree: Tree) -> ForceUserFunction:
     """Return the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
-    known = tree.known
+    arrays = tree.kernel_arrays
     if not tree.press.has_journal:
-        moments = machine_code(slider_tree_moments, 0.0, (0.0,) * 2, (0.0,) * 2, *known)
+        moments = machine_code(slider_tree_moments, 0.0, (0.0,) * 2, (0.0,) * 2, *arrays)
 
         def on_rotors(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-            return moments(t, tuple(q), tuple(v), *known)
+            return moments(t, tuple(q), tuple(v), *arrays)
 
         return on_rotors
-    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
+    chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *arrays)
 
     def on_chain(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         if not tree.press.has_guide:
-            return chain_moments(t, (*q, 0.0), (*v, 0.0), *known)[:3]
-        return chain_moments(t, tuple(q), tuple(v), *known)
+            return chain_moments(t, (*q, 0.0), (*v, 0.0), *arrays)[:3]
+        return chain_moments(t, tuple(q), tuple(v), *arrays)
 
     return on_chain

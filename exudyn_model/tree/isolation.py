@@ -1,6 +1,6 @@
-"""Zeros of a distance in a step of a tree: isolated for certain, so that the step ends there.
+"""Zeros of a distance in a step of a tree, isolated for certain, so that the step ends there.
 
-Likewise the kinks of a workpiece's force, which may be too short-lived for the error control to see.
+The same search finds kinks of a workpiece's force, which may be too short for the error control to see.
 
 Over a step the distance of a contact (``motion``) is the quintic Hermite polynomial through both ends. A
 polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is negative,
@@ -24,13 +24,13 @@ from exudyn_model.memory import ROUNDED
 Array = NDArray[np.float64]
 
 
-# In place of a fraction of a step, where there is none
+# Stands for the fraction of a step at which a distance vanishes, where it does not
 NEVER = 2.0
-# Parts of one step that are looked at, after which a shorter step is asked for. A gap of 1e-13 m at rest over
+# Parts of one step that are searched before a shorter step is required. A gap of 1e-13 m at rest over
 # a step of free flight takes some 100
 _SEARCH_LIMIT = 1000
 _DEGREE = 5
-# Beyond a kink of a workpiece's force, m, where a step ends: no slope makes a force of it that counts
+# Distance beyond a kink of a workpiece's force at which a step ends, m: too short for any slope to matter
 _BEYOND = 1e-9
 
 
@@ -53,10 +53,10 @@ def bernstein(first: Any, last: Any, sign: float, step: float, coefficients: Arr
 
 
 @kernel
-def part(coefficients: Array, low: float, high: float, inner: Array) -> float:
+def restrict(coefficients: Array, low: float, high: float, inner: Array) -> float:
     """Fill the coefficients of the part from ``low`` to ``high`` of a step; return the least of them.
 
-    By de Casteljau's algorithm: of the part up to ``high``, then of that from ``low`` on.
+    De Casteljau's algorithm cuts the step at ``high``, then at ``low``.
     """
     for k in range(_DEGREE + 1):
         inner[k] = coefficients[k]
@@ -76,9 +76,9 @@ def part(coefficients: Array, low: float, high: float, inner: Array) -> float:
 def first_change(coefficients: Array, inner: Array) -> float:
     """Return the fraction of a step at which a distance falls below zero, or ``NEVER``.
 
-    Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
-    the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
-    ``coefficients``, shape (6,), are of the distance, ``inner`` is room for those of a part.
+    It is not necessarily the first zero in the step: the shorter step is searched again. 0 if the distance
+    was zero from the start until it fell; nan if a shorter step must decide. ``coefficients``, shape (6,),
+    are those of the distance; ``inner``, of the same shape, is overwritten.
     """
     low, width, high = 0.0, 1.0, 1.0
     passed = coefficients[_DEGREE] < -ROUNDED
@@ -88,7 +88,7 @@ def first_change(coefficients: Array, inner: Array) -> float:
         if count > _SEARCH_LIMIT:
             return np.nan
         high = min(low + width, 1.0)
-        if part(coefficients, low, high, inner) >= -ROUNDED:
+        if restrict(coefficients, low, high, inner) >= -ROUNDED:
             if high >= 1.0:
                 return NEVER
             low, width = high, 2.0 * width
@@ -96,10 +96,10 @@ def first_change(coefficients: Array, inner: Array) -> float:
             passed = True
         else:
             width *= 0.5
-    # Newton's method, safeguarded by bisection; a distance of zero at the start has to grow before
+    # Newton's method, safeguarded by bisection; a distance of zero at the start first has to grow
     low, separated, fraction = 0.0, coefficients[0] > ROUNDED, 0.5 * high
     for _ in range(200):
-        part(coefficients, fraction, 1.0, inner)
+        restrict(coefficients, fraction, 1.0, inner)
         value, slope = inner[0], _DEGREE * (inner[1] - inner[0]) / (1.0 - fraction)
         if not separated and value <= ROUNDED:
             high, fraction = fraction, 0.5 * fraction
@@ -126,8 +126,9 @@ def first_change(coefficients: Array, inner: Array) -> float:
 def kink_fraction(before: Any, after: Any, step: float, workpiece: NDArray[Any], work: Array) -> float:
     """Return the fraction of a step up to where it has passed a kink of a workpiece's force; 1: none.
 
-    Passed by twice ``_BEYOND``, located at ``_BEYOND``: the step that ends there has not passed it, and the
-    next one starts on its other side. ``before`` and ``after`` are the height at both ends.
+    A step passes a kink if it goes twice ``_BEYOND`` beyond it; the fraction is that at ``_BEYOND``. The step
+    that ends there passes no kink, and the next one starts on the other side. ``before`` and ``after`` are
+    the height, of ``motion.DISTANCE``, at both ends.
     """
     first = 1.0
     for row in range(len(workpiece)):

@@ -7,10 +7,10 @@ Arguments of the kernels have the same names throughout, times and steps are in 
 
 - ``press``: a :class:`Press`.
 - ``workpiece``: see ``workpiece.workpiece_array``.
-- ``contacts``, shape (5,): memory of the corners, then of the journal, whether there or not.
-- ``values``: of a state, of ``VALUES``, filled.
-- ``distances``, shape (6,), of ``DISTANCE``: from touching, filled. Of each corner its gap (m), of the
-  journal (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0; last the slider's y (m).
+- ``contacts``, shape (5,): memory of the corners, then of the journal, also where they have no clearance.
+- ``values``, of ``VALUES``: the kernel fills them.
+- ``distances``, shape (6,), of ``DISTANCE``: the kernel fills the gap of each corner (m), for the journal
+  (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0, and last the slider's y (m).
 
 Steps end where a contact begins or ends: inside of one, a contact in progress keeps its frozen impact speed,
 and an open one stays without force, even where a trial state lies behind the wall. The motion of a trial step
@@ -32,17 +32,16 @@ from exudyn_model.workpiece import workpiece_force
 
 Array = NDArray[np.float64]
 
-# Numbers of the contacts, whether there or not; after their distances the slider's height, by which a
-# workpiece pushes
+# Rows of the contacts; the distances end with the slider's height, on which a workpiece's force depends
 PIN_ROW = CORNER_COUNT
 CONTACTS = CORNER_COUNT + 1
 HEIGHT_ROW = CONTACTS
-# Of the angles
+# Numbers of the angles
 ROD2, ROCKER, ROD4, SLIDER = range(4)
 END = np.dtype([("time", float), *((name, float, 4) for name in ("angle", "rate", "second"))])
-"""An end of a step: its time, four angles, their rates and second derivatives."""
+"""An end of a step: its time (s), four angles (rad), their rates and second derivatives."""
 DISTANCE = np.dtype([(name, float) for name in ("value", "rate", "second")])
-"""A distance with its first and second derivative."""
+"""A distance (m) with its first and second derivative."""
 VALUES = np.dtype(
     [
         *((name, float) for name in ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")),
@@ -50,15 +49,15 @@ VALUES = np.dtype(
         *((name, float) for name in ("ex", "ey", "theta2", "theta3", "w2", "w3")),
     ]
 )
-"""Values of a state: the channels, and the motion of rod 2 and rocker, which the watch of a journal reads."""
+"""Values of a state: the channels, and the motion of rod 2 and rocker, which `Watch.take_journal` needs."""
 WIDTH = VALUES.itemsize // 8
 
 
 class Press(NamedTuple):
-    """Constants of a tree for its kernels; of a joint that is ideal the law has no meaning."""
+    """Constants of a tree for its kernels; an ideal joint has a law of zeros."""
 
     mechanism: Mechanism
-    # Of rod 4 and of the slider as a point, about C: of first and second order
+    # First and second moment of mass about C of rod 4 with the slider as a point, kg m and kg m^2
     carried_moment: float
     carried_inertia: float
     has_guide: bool
@@ -81,9 +80,9 @@ class State(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Forces (N) and moments about the centres (N m) of contacts and load on the slider and on rod 2.
+    """Forces (N) of contacts and load on slider and rod 2, and their moments about the centres (N m).
 
-    ``along_x``, ``along_y`` (m): from joint C to the slider.
+    ``along_x``, ``along_y`` (m) lead from joint C to the slider; ``pin_*`` act on rod 2.
     """
 
     along_x: float
@@ -132,16 +131,14 @@ def contact_loads(
 ) -> Loads:
     """Return the loads of a workpiece and of the contacts in progress: those with a frozen impact speed.
 
-    Of joint C, ``tip``, the acceleration is not read. Unless ``values`` is None, the slider's motion, the
-    contacts and e are filled in there.
+    The acceleration of ``tip``, joint C, is not read. ``values``, unless None, receive the slider's motion,
+    the contacts and e.
     """
     mechanism, guide, journal = press.mechanism, press.guide, press.journal
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     angle, omega = state.theta5, state.w5
-    along_x, along_y = (
-        mechanism.rod4.length * np.cos(state.theta4),
-        mechanism.rod4.length * np.sin(state.theta4),
-    )
+    length4 = mechanism.rod4.length
+    along_x, along_y = length4 * np.cos(state.theta4), length4 * np.sin(state.theta4)
     vx, vy = tip.vx - state.w4 * along_y, tip.vy + state.w4 * along_x
     if values is not None:
         values.x, values.y, values.angle = tip.x + along_x, tip.y + along_y, angle
@@ -184,7 +181,7 @@ def contact_loads(
 def rod4_moment(angle: float, tip: TipMotion, loads: Loads, press: Press) -> float:
     """Return the moment (N m) about C of contacts, weights and inertial forces on rod 4 with the slider.
 
-    Behind an ideal crank pin C moves as the drive makes it. ``angle`` is rod 4's, rad.
+    The crank pin is ideal: the drive prescribes the motion of C. ``angle`` is rod 4's, rad.
     """
     # Across rod 4: the centripetal parts point along it and have no moment about C
     across = -np.sin(angle) * tip.ax + np.cos(angle) * (tip.ay + press.mechanism.gravity)
@@ -196,8 +193,8 @@ def rod4_moment(angle: float, tip: TipMotion, loads: Loads, press: Press) -> flo
 def chain_accelerations(state: State, loads: Loads, press: Press) -> tuple[float, float, float, float]:
     """Return the angular accelerations of rod 2, rocker and rod 4 behind a crank pin with clearance.
 
-    The crank rotates as it is driven; rod 2, carried by the rocker's centroid B, is affected by it only
-    through the contact force at the pin. With the unit vector u of an angle and its derivative n: B = H + b
+    The crank acts on rod 2, which the rocker's centroid B carries, through the contact force at the pin
+    alone. With the unit vector u of an angle and its derivative n: B = H + b
     u3, rod 2's centre B - r u2, C = H + L3 u3, rod 4's centre C + s u4, the slider C + L4 u4. D'Alembert's
     principle for each angle gives a linear system for their second derivatives.
 
@@ -225,7 +222,7 @@ def chain_accelerations(state: State, loads: Loads, press: Press) -> tuple[float
     inertia2 = rod2.inertia + m2 * centre2**2
     inertia4 = press.carried_inertia
     between23, between34 = -m2 * to_b * centre2 * cos23, length3 * first4 * cos34
-    # Centripetal accelerations, by n . u of the other angle; weights; forces
+    # Moments of centripetal accelerations (by n . u of the other angle), of weights and of forces
     moment3 = (
         m2 * to_b * centre2 * sin23 * square2
         + length3 * first4 * sin34 * square4
@@ -250,7 +247,7 @@ def chain_accelerations(state: State, loads: Loads, press: Press) -> tuple[float
         arm3, arm4 = -length3 * s3, -length4 * s4
         offset = (length3 * c3 * square3 + length4 * c4 * square4) / arm4
         slope = -arm3 / arm4
-        # The principle for a rotation of the rocker that takes rod 4 along
+        # The principle for a rotation of the rocker with rod 4
         alpha3 = (moment + slope * moment4 - (between34 + slope * inertia4) * offset) / (
             inertia + slope * (2.0 * between34 + slope * inertia4)
         )
@@ -267,7 +264,7 @@ def chain_accelerations(state: State, loads: Loads, press: Press) -> tuple[float
 def complete(
     end: Any, press: Press, workpiece: NDArray[Any], contacts: Any, values: Any, distances: Any
 ) -> None:
-    """Fill in the angular accelerations of an end of a step by balance of forces, values and distances."""
+    """Fill angular accelerations of an end of a step, by balance of forces, its values and distances."""
     time, angle, rate, mechanism = end.time, end.angle, end.rate, press.mechanism
     state = State(angle[0], angle[1], angle[2], angle[3], rate[0], rate[1], rate[2], rate[3])
     alpha2, alpha3, alpha4, alpha5 = 0.0, 0.0, 0.0, 0.0
@@ -279,7 +276,7 @@ def complete(
         tip = driven_tip(time, mechanism)
         loads = contact_loads(time, state, tip, press, workpiece, contacts, values)
         alpha4 = rod4_moment(state.theta4, tip, loads, press) / press.carried_inertia
-    # With the acceleration of C by that of its rocker; 0 behind an ideal pin
+    # The rocker's alpha3 adds to the acceleration of C; it is 0 here behind an ideal pin
     arm_x, arm_y = tip.x - mechanism.pivot_x, tip.y - mechanism.pivot_y
     along_x, along_y, w4 = loads.along_x, loads.along_y, state.w4
     ax = tip.ax - alpha3 * arm_y - alpha4 * along_y - w4 * w4 * along_x
@@ -308,13 +305,13 @@ def complete(
 def journal_distance(
     time: float, state: State, alphas: tuple[float, float], press: Press, values: Any, distance: Any
 ) -> None:
-    """Fill the distance of the journal: see the module; ``values`` holds its gap and e.
+    """Fill the distance of the journal (see the module) from its gap and e in ``values``.
 
     ``alphas`` are the angular accelerations of rod 2 and rocker, rad/s^2.
     """
     ex, ey, clearance, (alpha2, alpha3) = values.ex, values.ey, press.journal.clearance, alphas
     w1, w2, w3 = press.mechanism.omega, state.w2, state.w3
-    # Of A, of B about H and of A' about B: e = A - H - HB + A'B
+    # Arms of A, of B about H and of B about A': e = A - H - HB + A'B
     ax, ay, bx, by, cx, cy = journal_arms(time, state, press.mechanism)
     vx, vy = -w1 * ay + w3 * by - w2 * cy, w1 * ax - w3 * bx + w2 * cx
     rate_x = -w1 * w1 * ax + alpha3 * by + w3 * w3 * bx - alpha2 * cy - w2 * w2 * cx
@@ -328,9 +325,9 @@ def journal_distance(
 
 @kernel
 def interpolate(start: Any, end: Any, fraction: float, here: Any) -> None:
-    """Fill time, angles and rates at a fraction of the step between two ends, all of ``END``.
+    """Fill time, angles and rates of ``here`` at a fraction of a step, by quintic Hermite polynomials.
 
-    Each angle by its quintic Hermite polynomial.
+    ``start``, ``end`` and ``here`` are of ``END``.
     """
     step, square, rest = end.time - start.time, fraction * fraction, 1.0 - fraction
     here.time = start.time + fraction * step

@@ -1,8 +1,8 @@
 """Recorder of a run of a tree: accepted steps are collected, and observed many at a time.
 
-A step goes from one state to the next without a touch or a separation between: its angles are interpolated
-by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks.
-All channels follow from such a state by balance of forces.
+No contact begins or ends inside an accepted step: quintic Hermite polynomials interpolate its angles, at the
+samples' times and at ``_POINTS`` for extrema, impulses and peaks. All channels follow from such a state by
+balance of forces.
 """
 
 import numpy as np
@@ -17,23 +17,23 @@ from exudyn_model.run import Recorder
 from exudyn_model.tables import ACCELERATIONS, CONTACT, JOURNAL, PER_CONTACT, PIN, STATE, corner_channels
 from exudyn_model.tree.building import Tree
 from exudyn_model.tree.motion import CONTACTS, DISTANCE, END, HEIGHT_ROW, PIN_ROW, VALUES, WIDTH
-from exudyn_model.tree.steps import STEP, Room, judge, observe
+from exudyn_model.tree.steps import STEP, Workspace, judge_step, observe
 
 Array = NDArray[np.float64]
 
 NAMES = (*CORNERS, PIN)
 CHANNELS = (*STATE, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
-# Parts of a step: Simpson's rule and the extrema's parabolas take them in pairs
+# Fractions of a step: Simpson's rule and the extrema's parabolas take the intervals in pairs
 _POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
 # Channels without kinks: motion and accelerations of the slider, and e of the journal
 _SMOOTH = np.array([*range(CONTACT), len(CHANNELS) - 2, len(CHANNELS) - 1])
-# A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
-_FEW = 20
-# Fields of a memory by which the table knows a contact
-_KNOWN_BY = ("impact_speed", "start", "name")
-# Steps that are observed at once: as many as the processor's cache holds
-_ROOM = 2048
+# Up to this many steps, the pulse of a contact needs forces inside of them: loose tolerances take 6 steps
+_SHORT_CONTACT = 20
+# Fields of a memory that the table of contacts reads
+_TABLE_FIELDS = ("impact_speed", "start", "name")
+# Number of steps that are observed at once: as many as the processor's cache holds
+_BATCH = 2048
 
 
 def _largest(values: Array) -> Array:
@@ -48,7 +48,7 @@ def _largest(values: Array) -> Array:
 
 
 class TreeRecorder(Recorder):
-    """Recorder of one run of a tree, which also judges its steps.
+    """Recorder of one run of a tree, which also accepts or rejects its steps.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class TreeRecorder(Recorder):
     Attributes
     ----------
     steps : int
-        Accepted so far.
+        Number of accepted steps so far.
     """
 
     def __init__(self, tree: Tree, parameters: Parameters, least: float) -> None:
@@ -68,28 +68,28 @@ class TreeRecorder(Recorder):
         super().__init__(CHANNELS, NAMES, bool(tree.press.guide.shared), parameters.samples, period, duration)
         self.steps = 0
         self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
-        log, vector = np.zeros(_ROOM, STEP), np.zeros(2)
+        log, vector = np.zeros(_BATCH, STEP), np.zeros(2)
         self._count, self._log = 0, log
 
-        def room() -> Room:
+        def workspace() -> Workspace:
             distances = np.zeros((2, HEIGHT_ROW + 1), DISTANCE)
-            return Room(least, np.zeros(2, END), distances, np.zeros(1, VALUES), np.zeros((2, 6)), log)
+            return Workspace(least, np.zeros(2, END), distances, np.zeros(1, VALUES), np.zeros((2, 6)), log)
 
-        self._room = room()
-        self._fixed = *tree.known, self._room
-        self._judge = machine_code(judge, 0.0, vector, vector, 0, *self._fixed)
-        self._inside = tree.presses, tree.workpiece, tree.contacts.copy(), room()
+        self._workspace = workspace()
+        self._fixed = *tree.kernel_arrays, self._workspace
+        self._judge_step = machine_code(judge_step, 0.0, vector, vector, 0, *self._fixed)
+        self._inside = tree.press_record, tree.workpiece, tree.contacts.copy(), workspace()
         points = np.zeros(1, dtype=np.int64), vector
         self._observe = machine_code(observe, *points, *self._inside, np.zeros(1, VALUES))
 
     def begin(self, q: Array, v: Array) -> None:
-        """Take the initial state (see :meth:`judge`): a corner inside its wall is in contact from t = 0."""
+        """Take the initial state: a corner inside its wall is in contact from t = 0."""
         for _ in range(2):  # distances first; then accelerations, with the contacts that follow
-            self._judge(0.0, q, v, -1, *self._fixed)
+            self._judge_step(0.0, q, v, -1, *self._fixed)
             self._start_contacts()
 
     def _start_contacts(self) -> None:
-        tree, distances = self._tree, self._room.distances[0, :CONTACTS]
+        tree, distances = self._tree, self._workspace.distances[0, :CONTACTS]
         gaps, rates, contacts = distances["value"], distances["rate"], tree.contacts
         if contacts["closed"].any():
             return
@@ -101,25 +101,14 @@ class TreeRecorder(Recorder):
                 start_side(side, corners[side], corners[side + UPPER], contacts, tree.press.guide)
             contacts["closed"][:CORNER_COUNT] = touching[:CORNER_COUNT]
 
-    def judge(self, time: float, q: Array, v: Array) -> float:
-        """Accept the step to this state, or return where in it a contact first begins or ends.
+    def judge_step(self, time: float, q: Array, v: Array) -> float:
+        """Accept the step to a state, or return a fraction below 1 or nan: see ``steps.judge_step``.
 
-        Parameters
-        ----------
-        time : float
-            s.
-        q, v : ndarray
-            Coordinates of the tree and their rates: see ``building``.
-
-        Returns
-        -------
-        fraction : float
-            1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
-            the coordinates are not finite.
+        ``time`` in s; ``q``, ``v``: coordinates of the tree (rad) and their rates (see ``building``).
         """
-        if self._count == _ROOM:  # not after a step: the last one waits for the samples at its end
+        if self._count == _BATCH:  # before a step: the last one waits for the samples at its end
             self.observe()
-        fraction = self._judge(time, q, v, self._count, *self._fixed)
+        fraction = self._judge_step(time, q, v, self._count, *self._fixed)
         if fraction >= 1.0:
             self.time = time
             self.steps += 1
@@ -127,12 +116,12 @@ class TreeRecorder(Recorder):
         return fraction
 
     def observe(self, last: bool = False) -> None:
-        """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
+        """Observe the logged steps; after the ``last`` one take also samples up to 1e-10 s later."""
         count, self._count = self._count, 0
         if last:  # also a contact that begins in the last state
             contacts = self._tree.contacts
             for row in np.flatnonzero(contacts["impact_speed"]):
-                contact = np.array([contacts[name][row] for name in _KNOWN_BY])
+                contact = np.array([contacts[name][row] for name in _TABLE_FIELDS])
                 self.contacts.take(int(row), contact[:, None], np.full(1, np.inf), *np.zeros((3, 1)))
         if not count:
             if self.steps == 0:
@@ -144,7 +133,7 @@ class TreeRecorder(Recorder):
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
-        memory = np.array([steps[name].T for name in (*_KNOWN_BY, "end")]).swapaxes(0, 1)
+        memory = np.array([steps[name].T for name in (*_TABLE_FIELDS, "end")]).swapaxes(0, 1)
         self._take_contacts(starts, ends - starts, values, memory)
         self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
@@ -155,10 +144,10 @@ class TreeRecorder(Recorder):
         self.take_samples(self._values(at, (instants - starts[at]) / (ends - starts)[at]))
 
     def _observe_start(self) -> None:
-        """Observe a run without a step: its initial state alone."""
-        step, start = self._log[:1], self._room.ends[0]
+        """Observe the initial state of a run that has no step."""
+        step, start = self._log[:1], self._workspace.ends[0]
         step["first"], step["last"] = start, start
-        step["last"]["time"] = 1.0  # a time that is not that of its start
+        step["last"]["time"] = 1.0  # any time other than the start: `interpolate` divides by the length
         step["impact_speed"] = self._tree.contacts["impact_speed"]
         values = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))
         self.take_samples(values)
@@ -166,14 +155,14 @@ class TreeRecorder(Recorder):
 
     def _at_points(self, count: int) -> Array:
         """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
-        rest, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
-        inner = self._values(np.repeat(np.arange(count), rest), np.tile(_POINTS[1:], count))
-        points[..., 1:] = inner.reshape(WIDTH, count, rest)
-        # A step starts as the one before has ended, but where contacts begin or end in between
+        later, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
+        inner = self._values(np.repeat(np.arange(count), later), np.tile(_POINTS[1:], count))
+        points[..., 1:] = inner.reshape(WIDTH, count, later)
+        # A step starts in the state that ends the one before, unless a contact begins or ends in between
         points[:, 1:, 0] = points[:, :-1, -1]
         speeds = self._log["impact_speed"][:count]
-        anew = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
-        points[:, anew, 0] = self._values(anew, np.zeros(len(anew)))
+        switched = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
+        points[:, switched, 0] = self._values(switched, np.zeros(len(switched)))
         return points.reshape(WIDTH, -1)
 
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
@@ -183,7 +172,7 @@ class TreeRecorder(Recorder):
         return values.view(np.float64).reshape(-1, WIDTH).T.copy()
 
     def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
-        """Take the vertices of the parabolas of the slider's motion through three points of each step."""
+        """Take the vertices of the parabolas of the ``_SMOOTH`` channels through three points of a step."""
         smooth = values[_SMOOTH]
         motion, interval = smooth.reshape(len(smooth), len(steps), len(_POINTS)), 0.25 * steps
         for middle in (1, 3):
@@ -195,7 +184,7 @@ class TreeRecorder(Recorder):
                 self.extrema.take_inside(_SMOOTH, starts + (middle - shift) * interval, vertices)
 
     def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
-        """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
+        """Take pulses, peaks and depths of the contacts, and impulses by Simpson's rule."""
         count, points, contacts = len(starts), len(_POINTS), _contacts(values)
         for row in range(CONTACTS):
             begun = memory[row, 1]
@@ -212,10 +201,10 @@ class TreeRecorder(Recorder):
             self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
             chosen = np.zeros((count, points), dtype=bool)
             chosen[:, -1] = closed
-            chosen[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
+            chosen[:, 1:-1] = (closed & (starts - begun < _SHORT_CONTACT * steps))[:, None]
             chosen[:, 0] = closed & (begun == starts)
             times = starts[:, None] + _POINTS * steps[:, None]
-            self.contacts.note(row, times[chosen], normal[chosen])
+            self.contacts.take_pulse(row, times[chosen], normal[chosen])
 
     def _watch(self, times: Array, values: Array, memory: Array) -> None:
         press, forces = self._tree.press, _contacts(values)[:, 1:]

@@ -22,15 +22,15 @@ _STAGES = 7
 # Exudyn's post-Newton function returns this to go on
 _GO_ON = [0.0, -1.0]
 
-# Trials of one step whose error is too large, each shorter than the one before. At its shortest step Exudyn
-# tries the same one again without end
+# Trials of one step, each shorter than the one before, after which a run is stopped. At its shortest step
+# Exudyn repeats the trial without end
 _TRIALS = 200
 
 # Steps in a crank cycle after which a run is stopped; the paper's scene needs 1.3e4 at 1e-10, a slider
-# pressed to its wall over a cycle of 20 s 1.2e6. Some 40 s, where a jammed one would have taken indefinitely
+# pressed to its wall over a cycle of 20 s 1.2e6. A run takes some 40 s to it; a jammed slider never ends
 STEPS_PER_CYCLE_LIMIT = 2_000_000
 
-# What to try after each failure, if that was seen to help
+# What to try after each failure, where it was seen to help
 _REMEDIES = {
     "success": "",
     "step-too-small": "raise solver.exudyn.tolerance if below 1e-15 or where load.table jumps, lower "
@@ -49,8 +49,8 @@ def shortest_step(time: float, least: float) -> float:
     """Return the shortest step (s) taken at ``time`` (s): half of ``least``, but far less at the start.
 
     What starts millimetres inside its wall is accelerated by some 1e7 N, until 1e-11 to 1e-13 s later the
-    damping has taken that force away; such starts were seen to need steps of 2e-14 s. Not shorter ones, nor
-    for longer: with a tolerance below round-off the run would go on so.
+    damping has taken that force away; such starts were seen to need steps of 2e-14 s. Still shorter steps, or
+    more of them, would let a run with a tolerance below round-off go on without end.
     """
     return (1e-3 if time < 100.0 * least else 0.5) * least
 
@@ -62,14 +62,14 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     integration.automaticStepSize = True
     # The number of steps is Exudyn's way to give the largest one
     integration.numberOfSteps = math.ceil(duration / largest_step * (1 - 1e-12))
-    # Below the least of `_Steps`, so that the run stops there, and Exudyn does not repeat the step
+    # Below the shortest step of `_Steps`, which stops the run before Exudyn repeats a step without end
     integration.minimumStepSize = 0.5 * shortest_step(0.0, least_step(duration))
     integration.initialStepSize = min(1e-6, largest_step)
     # Absolute, in rad and rad/s: Exudyn multiplies its relative tolerance by the coordinate with its sign,
     # which lets the scale of an angle near -1 rad vanish
     integration.absoluteTolerance = tolerance
     integration.relativeTolerance = 0.0
-    # A step after a touch is far shorter than one in flight: back to length in fewer steps than with 2
+    # A step after a touch is far shorter than one in flight, and grows back in fewer steps than with 2
     integration.stepSizeMaxIncrease = 5.0
     # All coordinates are angles about one direction: no Lie group to stay on
     integration.explicit.useLieGroupIntegration = False
@@ -80,7 +80,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
 
 @dataclass
 class _Steps:
-    """Functions that Exudyn calls before and after a trial of a step; ``q`` and ``v`` are its own memory."""
+    """Functions that Exudyn calls before and after a trial of a step; ``q`` and ``v`` are its own vectors."""
 
     recorder: TreeRecorder
     q: Array
@@ -107,7 +107,7 @@ class _Steps:
         step = t - recorder.time
         if step < shortest_step(t, self.least) and t < duration - 1e-10:  # Exudyn's own rule of the end
             raise StopError("step-too-small")
-        fraction = recorder.judge(t, self.q, self.v)
+        fraction = recorder.judge_step(t, self.q, self.v)
         if recorder.steps + self.located >= STEPS_PER_CYCLE_LIMIT * max(1.0, self.parameters.cycles):
             raise StopError("work-limit")
         if fraction >= 1.0:
@@ -125,8 +125,8 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
 
     Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
     that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
-    length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
-    very start (``steps.accepted_fraction``). ``report`` is ``progress`` of ``simulation.simulate``.
+    length up to there. A step that is taken back leaves one trace: a contact that began at its very start
+    (``steps.accepted_fraction``). ``report`` is ``progress`` of ``simulation.simulate``.
     """
     duration, integration = parameters.duration, parameters.integration
     tree, least = build_tree(parameters, assemble(parameters)), least_step(duration)
@@ -157,5 +157,5 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
 
 
 def tree_name(parameters: Parameters) -> str:
-    """Name the tree of a scene."""
+    """Return the name of a scene's tree in the provenance."""
     return "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"

@@ -1,4 +1,4 @@
-"""Steps of a tree: judged, kept where they are accepted, and observed inside.
+"""Steps of a tree: acceptance, memory of the contacts, and values inside of accepted steps.
 
 A step ends where a contact begins or ends; the search for that is in ``isolation``.
 """
@@ -30,26 +30,26 @@ from exudyn_model.tree.motion import (
 
 Array = NDArray[np.float64]
 
-_OF_CONTACTS = ("impact_speed", "start", "name", "end")
-STEP = np.dtype([("first", END), ("last", END), *((name, float, CONTACTS) for name in _OF_CONTACTS)])
-"""An accepted step: both ends; of the contacts during the step impact speed, start, name, and end, infinite
-where it goes on."""
+_CONTACT_FIELDS = ("impact_speed", "start", "name", "end")
+STEP = np.dtype([("first", END), ("last", END), *((name, float, CONTACTS) for name in _CONTACT_FIELDS)])
+"""An accepted step: its ends; impact speed, start, name and end (infinite: it goes on) of each contact."""
 
 
-class Room(NamedTuple):
-    """Arrays that the judgement of steps fills.
+class Workspace(NamedTuple):
+    """Arrays that :func:`judge_step` and :func:`observe` fill.
 
     Attributes
     ----------
     least : float
         Shortest step that ends where a contact begins or ends, s.
     ends : ndarray, shape (2,), of ``motion.END``
-        Of the step.
+        Start and end of the step.
     distances : ndarray, shape (2, 6), of ``motion.DISTANCE``
-        At both ends.
+        Distances at both ends.
     values : ndarray, shape (1,), of ``motion.VALUES``
-        At the end.
+        Values at the end.
     work : ndarray, shape (2, 6)
+        Bernstein coefficients: see ``isolation``.
     steps : ndarray, shape (n,), of ``STEP``
         Accepted steps.
     """
@@ -64,12 +64,12 @@ class Room(NamedTuple):
 
 @kernel
 def close(row: int, contacts: Any, time: float, law: Law) -> None:
-    """Close a contact at its wall at ``time`` (s); begin it, if it is not yet that of its side.
+    """Close a corner or the journal at ``time`` (s); begin its contact, unless its side has begun one.
 
-    The present speed, floored, is frozen as impact speed.
+    The present speed, floored, becomes the impact speed.
     """
     contacts[row].closed = 1.0
-    # A contact of a side is remembered with the lower corner
+    # The record of the lower corner is that of its side
     own = contacts[row % UPPER if law.shared > 0.0 else row]
     if own.impact_speed == 0.0:
         own.impact_speed = max(-contacts[row].rate, law.speed_floor)
@@ -78,7 +78,7 @@ def close(row: int, contacts: Any, time: float, law: Law) -> None:
 
 @kernel
 def separate(row: int, contacts: Any, time: float, law: Law) -> None:
-    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner."""
+    """Open a corner or the journal at ``time`` (s); end its contact, unless the other corner keeps it."""
     contacts[row].closed, contacts[row].end = 0.0, time
     if law.shared > 0.0:
         other = contacts[(row + UPPER) % CORNER_COUNT]
@@ -89,80 +89,81 @@ def separate(row: int, contacts: Any, time: float, law: Law) -> None:
 
 
 @kernel
-def accepted_fraction(press: Press, workpiece: NDArray[Any], contacts: Any, room: Room) -> float:
-    """Return the fraction of a step up to the first contact that begins or ends; 1: it can be accepted.
+def accepted_fraction(press: Press, workpiece: NDArray[Any], contacts: Any, workspace: Workspace) -> float:
+    """Return the fraction of a step up to its first change; 1: the step can be accepted.
 
-    Or up to the first kink of a workpiece's force. Where a side has one contact also up to where a corner
-    goes into its wall, or out of it, while the other one of its side is inside.
+    A change is where a corner or the journal goes into its wall or out of it, also where the contact of its
+    side goes on, and a kink of a workpiece's force. At separation the force is 0 already but has a kink,
+    across which no interpolation is accurate.
 
-    A contact that touches sooner than ``room.least`` after the start touches *at* the start: its impact speed
-    is frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
-    kink, across which no interpolation is accurate.
+    A contact that touches sooner than ``workspace.least`` after the start touches *at* the start: its impact
+    speed is frozen here, and the step is to be tried again with it.
     """
-    first, start, work = 1.0, room.ends[0].time, room.work
-    step = room.ends[1].time - start
+    first, start, work = 1.0, workspace.ends[0].time, workspace.work
+    step = workspace.ends[1].time - start
     for row in range(0 if press.has_guide else CORNER_COUNT, CONTACTS if press.has_journal else CORNER_COUNT):
-        contact, before, after = contacts[row], room.distances[0, row], room.distances[1, row]
+        contact, before, after = contacts[row], workspace.distances[0, row], workspace.distances[1, row]
         closed = contact.closed > 0.0
         if bernstein(before, after, -1.0 if closed else 1.0, step, work[0]) >= ROUNDED:
             continue
         if work[0, 0] < -ROUNDED and closed:
-            work[0, 0] = 0.0  # a touch within `least` is frozen before it comes
+            work[0, 0] = 0.0  # a touch within `least` is frozen in advance
         fraction = 0.0 if work[0, 0] < -ROUNDED else first_change(work[0], work[1])
         if np.isnan(fraction):
             fraction = 0.5
-        elif fraction != NEVER and fraction * step < room.least:
+        elif fraction != NEVER and fraction * step < workspace.least:
             if closed:
-                # It separates at once. What comes back is another contact: the step must end before
+                # It separates at once. If it comes back, that is another contact: the step must end before
                 fraction = 1.0 if after.value > ROUNDED else 0.5
             else:
-                # Exudyn calls back before it judges a step's error: the end of one far too long is arbitrary,
-                # and only the start shows whether it is at the wall
+                # The end of a far too long step is arbitrary, whatever its estimated error: only the start
+                # shows whether the contact is at the wall
                 fraction = 0.5
-                if before.value <= ROUNDED - 2.0 * room.least * before.rate:
+                if before.value <= ROUNDED - 2.0 * workspace.least * before.rate:
                     contact.rate = before.rate
                     close(row, contacts, start, press.journal if row == PIN_ROW else press.guide)
         first = min(first, fraction)
-    height = room.distances[:, HEIGHT_ROW]
+    height = workspace.distances[:, HEIGHT_ROW]
     return min(first, kink_fraction(height[0], height[1], step, workpiece, work))
 
 
 @kernel
-def switch(row: int, contacts: Any, room: Room, law: Law) -> bool:
-    """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
+def switch(row: int, contacts: Any, workspace: Workspace, law: Law) -> bool:
+    """End a contact that has opened in an accepted step, or begin one that touches at the step's end.
 
-    Return whether there is one.
+    Return whether either has happened.
     """
-    contact, before, after, switched = contacts[row], room.distances[0, row], room.distances[1, row], False
+    contact, switched = contacts[row], False
+    before, after = workspace.distances[0, row], workspace.distances[1, row]
     # What has just touched may still be open by round-off, but it approaches
     if contact.closed > 0.0 and (after.value > ROUNDED or (after.value >= -ROUNDED and after.rate > 0.0)):
         # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
         at = 1 if after.value < -before.value else 0
-        separate(row, contacts, room.ends[at].time, law)
+        separate(row, contacts, workspace.ends[at].time, law)
         switched = True
     contact.rate = after.rate
     if contact.closed == 0.0 and after.value <= ROUNDED and after.rate < 0.0:
-        close(row, contacts, room.ends[1].time, law)
+        close(row, contacts, workspace.ends[1].time, law)
         switched = True
     return switched
 
 
 @entry
-def judge(
+def judge_step(
     time: float,
     q: Array,
     v: Array,
     number: int,
-    presses: NDArray[Any],
+    press_record: NDArray[Any],
     workpiece: NDArray[Any],
     contacts: NDArray[Any],
-    room: Room,
+    workspace: Workspace,
 ) -> float:
-    """Accept the step to a state, or return the fraction of it after which a contact begins or ends.
+    """Accept the step to a state and return 1, or return the fraction of it up to its first change.
 
-    Also that up to a kink of a workpiece's force; not a number if the coordinates are not finite. Of an
-    accepted step, returned as 1, the record ``number`` of ``room.steps`` is filled, the memory of the
-    contacts and the first of ``room.ends`` are moved on.
+    See :func:`accepted_fraction`; not a number if the coordinates are not finite. An accepted step fills the
+    record ``number`` of ``workspace.steps``, and updates the memory of the contacts and the first of
+    ``workspace.ends``.
 
     Parameters
     ----------
@@ -171,18 +172,18 @@ def judge(
     q, v : ndarray
         Coordinates of the tree and their rates: see ``building``.
     number : int
-        Of the step; -1: this is the initial state, to which no step leads.
-    presses : ndarray, shape (1,)
+        Number of the step; -1: this is the initial state, to which no step leads.
+    press_record : ndarray, shape (1,)
         Record of a ``motion.Press``.
     workpiece, contacts : ndarray
-    room : Room
+    workspace : Workspace
     """
     total = 0.0
     for k in range(len(q)):
         total += q[k] + v[k]
     if not np.isfinite(total):
         return np.nan
-    press, start, end, values = presses[0], room.ends[0], room.ends[1], room.values[0]
+    press, start, end, values = press_record[0], workspace.ends[0], workspace.ends[1], workspace.values[0]
     angle, rate = end.angle, end.rate
     end.time = time
     if press.has_journal:
@@ -195,13 +196,13 @@ def judge(
         _, ideal, ideal_rate, _ = driven_rod4(time, press.mechanism)
         angle[ROD4], rate[ROD4] = ideal + q[0], ideal_rate + v[0]
         angle[SLIDER], rate[SLIDER] = q[1], v[1]
-    complete(end, press, workpiece, contacts, values, room.distances[1])
+    complete(end, press, workpiece, contacts, values, workspace.distances[1])
     switched = False
     if number >= 0:
-        fraction = accepted_fraction(press, workpiece, contacts, room)
+        fraction = accepted_fraction(press, workpiece, contacts, workspace)
         if fraction < 1.0:
             return fraction
-        record = room.steps[number]
+        record = workspace.steps[number]
         record.first, record.last = start, end
         for row in range(CONTACTS):
             contact = contacts[row]
@@ -209,19 +210,19 @@ def judge(
             record.name[row] = contact.name
         if press.has_guide:
             for row in range(CORNER_COUNT):
-                if switch(row, contacts, room, press.guide):
+                if switch(row, contacts, workspace, press.guide):
                     switched = True
-        if press.has_journal and switch(PIN_ROW, contacts, room, press.journal):
+        if press.has_journal and switch(PIN_ROW, contacts, workspace, press.journal):
             switched = True
         for row in range(CONTACTS):
             contact = contacts[row]
-            over = contact.impact_speed == 0.0 or contact.start != record.start[row]
-            record.end[row] = contact.end if over else np.inf
+            ended = contact.impact_speed == 0.0 or contact.start != record.start[row]
+            record.end[row] = contact.end if ended else np.inf
     if switched:  # the right limit of the state: with the contacts that go on
-        complete(end, press, workpiece, contacts, values, room.distances[1])
-    room.ends[0] = end
-    for row in range(room.distances.shape[1]):
-        room.distances[0, row] = room.distances[1, row]
+        complete(end, press, workpiece, contacts, values, workspace.distances[1])
+    workspace.ends[0] = end
+    for row in range(workspace.distances.shape[1]):
+        workspace.distances[0, row] = workspace.distances[1, row]
     return 1.0
 
 
@@ -229,21 +230,21 @@ def judge(
 def observe(
     number: NDArray[np.int64],
     fraction: Array,
-    presses: NDArray[Any],
+    press_record: NDArray[Any],
     workpiece: NDArray[Any],
     contacts: NDArray[Any],
-    room: Room,
+    workspace: Workspace,
     values: NDArray[Any],
 ) -> None:
-    """Fill all values of states inside of accepted steps, each in a record of ``values``.
+    """Fill a record of ``values`` for each of n states inside of accepted steps.
 
-    They are at the ``fraction`` of the step of a ``number``, shape (n,) each; ``contacts`` and all of
-    ``room`` but the steps are overwritten.
+    A state lies at a ``fraction`` of the step ``number``, both of shape (n,); ``contacts`` and all of
+    ``workspace`` except the steps are overwritten.
     """
-    here = room.ends[0]
+    here = workspace.ends[0]
     for k in range(len(number)):
-        step = room.steps[number[k]]
+        step = workspace.steps[number[k]]
         for row in range(CONTACTS):
             contacts[row].impact_speed = step.impact_speed[row]
         interpolate(step.first, step.last, fraction[k], here)
-        complete(here, presses[0], workpiece, contacts, values[k], room.distances[0])
+        complete(here, press_record[0], workpiece, contacts, values[k], workspace.distances[0])

@@ -19,7 +19,7 @@ from reference_states import rows_of as reference_rows
 
 from exudyn_model.five_bodies import balance
 from exudyn_model.five_bodies.system import build
-from exudyn_model.five_bodies.system import press as as_lists
+from exudyn_model.five_bodies.system import press_system as as_lists
 from exudyn_model.linkage import InitialState, driven_rod4
 from exudyn_model.tree.building import build_tree
 from exudyn_model.workpiece import workpiece_array, workpiece_forces
@@ -207,7 +207,7 @@ def tree_acceleration(press, state):
     model.contacts["impact_speed"][:4] = state.speeds
     assembled = Assembled(model)
     ahead, alpha5 = np.linalg.solve(assembled.mass, assembled.force)
-    *_, ideal = driven_rod4(0.0, model.presses[0]["mechanism"])
+    *_, ideal = driven_rod4(0.0, model.press_record[0]["mechanism"])
     alpha4 = ideal + ahead
     # Acceleration of C: the rocker turns as the reference's four-bar has it; here by the closed chain H-C.
     w3, angle3 = state.v[8], state.q[8]
