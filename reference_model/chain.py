@@ -53,14 +53,14 @@ Rod = tuple[float, float, float]
 
 @inlined
 def rods(model: Chain, y: Array) -> tuple[Rod, Rod, Rod, float, float, float, float]:
-    """Return rods 2 to 4, theta_5 and its rate, and kappa and rest of `linkage.ideal_rod4`."""
+    """Return rods 2 to 4, theta_5 and its rate, and kappa and mu of `linkage.ideal_rod4`."""
     n = 2 if model.ideal_slider else 4
     c2, s2 = cos_sin(y[0])
     c3, s3 = cos_sin(y[1])
     w2, w3 = y[n], y[n + 1]
     if model.ideal_slider:
-        c4, s4, kappa, rest = ideal_rod4(model.mechanism, c3, s3, w3)
-        return (c2, s2, w2), (c3, s3, w3), (c4, s4, kappa * w3), 0.0, 0.0, kappa, rest
+        c4, s4, kappa, mu = ideal_rod4(model.mechanism, c3, s3, w3)
+        return (c2, s2, w2), (c3, s3, w3), (c4, s4, kappa * w3), 0.0, 0.0, kappa, mu
     c4, s4 = cos_sin(y[2])
     return (c2, s2, w2), (c3, s3, w3), (c4, s4, y[6]), y[3], y[7], 0.0, 0.0
 
@@ -116,7 +116,7 @@ def journal_force(
 
 
 @inlined
-def bearing(
+def crank_pin_motion(
     m: Mechanism, journal: Contact, t: float, rods: tuple[Rod, Rod], touch: Touch
 ) -> tuple[float, ...]:
     """Write the motion of the contact at A; return its normal and the point P (m) relative to A' and to O.
@@ -130,8 +130,8 @@ def bearing(
     vy = m.L1 * m.omega * c1 - m.Ls3 * w3 * c3 + m.L2 * w2 * c2
     e = m.L1 * c1 - x, m.L1 * s1 - y
     nx, ny = journal_motion(journal, e, (vx, vy), (m.omega, w2), touch)
-    Px, Py = journal.radius * nx, journal.radius * ny
-    return nx, ny, Px, Py, x + Px, y + Py
+    px, py = journal.radius * nx, journal.radius * ny
+    return nx, ny, px, py, x + px, y + py
 
 
 def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
@@ -141,7 +141,7 @@ def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
     if not model.ideal_slider:
         corner_motion(contacts, slider_pose(m, rocker, rod4, angle, w5), touches)
     pin = contacts.size - 1
-    bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
+    crank_pin_motion(m, contacts[pin], t, (rod2, rocker), touches[pin])
 
 
 def tabulate(model: Chain, t: float, h: float, shares: Array) -> None:
@@ -153,7 +153,7 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
     y, dy, slider, touches = nodes.y[i], nodes.dy[i], nodes.slider[i], nodes.touches[i]
     contacts, pin = model.contacts, model.contacts.size - 1
     m, n = model.mechanism, 2 if model.ideal_slider else 4
-    rod2, rocker, rod4, angle, w5, kappa, rest = rods(model, y)
+    rod2, rocker, rod4, angle, w5, kappa, mu = rods(model, y)
     (c2, s2, w2), (c3, s3, w3), (c4, s4, w4) = rod2, rocker, rod4
     pose = slider_pose(m, rocker, rod4, angle, w5)
     Fx = Fy = M = damping = friction = 0.0
@@ -161,7 +161,7 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
         Fx, Fy, M, damping, friction = slider_forces(contacts, pose, modes, touches)
     if pose[1] < model.load.surface:
         Fy += load_force(model.load, pose[1])
-    nx, ny, px, py, Px, Py = bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
+    nx, ny, px, py, Px, Py = crank_pin_motion(m, contacts[pin], t, (rod2, rocker), touches[pin])
     Gx, Gy, damping_A, friction_A = journal_force(contacts[pin], modes[pin], nx, ny, touches[pin])
     b, m45 = m.L2 - m.Ls2, m.m4 + m.m5
     # Weight and centrifugal force of rod 2 at its centroid H + Ls3 u3 - b u2, and of rod 4 and slider at C.
@@ -178,9 +178,9 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
     M33 = m.J3 + (m.m2 + m.m3) * m.Ls3 * m.Ls3 + m45 * m.L3 * m.L3
     M34 = m.S4 * m.L3 * (c3 * c4 + s3 * s4)
     if model.ideal_slider:
-        Q = Q3 + kappa * Q4 - (M34 + kappa * m.I4) * rest
+        Q = Q3 + kappa * Q4 - (M34 + kappa * m.I4) * mu
         a3 = (Q - M23 * Q2 / M22) / (M33 + kappa * (2.0 * M34 + kappa * m.I4) - M23 * M23 / M22)
-        a4 = kappa * a3 + rest
+        a4 = kappa * a3 + mu
     else:
         a3 = (Q3 - M23 * Q2 / M22 - M34 * Q4 / m.I4) / (M33 - M23 * M23 / M22 - M34 * M34 / m.I4)
         a4 = (Q4 - M34 * a3) / m.I4

@@ -14,10 +14,10 @@ from reference_model.contact import side_motion
 from reference_model.dop853 import END, NOW, POINT, dense, free_states
 from reference_model.equations import Model, motion, tabulate
 from reference_model.isolation import (
+    ABSCISSAE,
     BELOW,
     CROSSES,
     NARROWEST,
-    NODES,
     POINTS,
     UNCLEAR,
     classify,
@@ -50,7 +50,7 @@ def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
     for interval in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         for j in range(POINTS):
-            x = lo + (hi - lo) * NODES[j]
+            x = lo + (hi - lo) * ABSCISSAE[j]
             node = 0 if x == 0.0 else (END if x == 1.0 else POINT)
             if node == POINT:
                 dense(x, free_states(nodes), nodes.y, run.f)
@@ -113,7 +113,7 @@ def impulse(contacts: Records, k: int, run: Run) -> float:
 @inner
 def start_contact(contacts: Records, k: int, t: float, rate: float, slip: float, run: Run) -> None:
     """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
-    contact, mode, touch, event = contacts[k], run.modes[k], run.nodes.touches[0, k], run.open_contacts[k]
+    contact, mode, touch, event = contacts[k], run.modes[k], run.nodes.touches[0, k], run.current_events[k]
     mode.inside, mode.speed = True, max(-rate, contact.speed_floor)
     mode.regime = friction_regime(contact, slip)
     mode.clipped = not contact.lossless and push(contact, -touch.gap, -rate, mode.speed) < 0.0
@@ -178,7 +178,7 @@ def leave(contacts: Records, k: int, t: float, run: Run) -> None:
             return
         if modes[k].speed == 0.0:
             k = m
-    event = run.open_contacts[k]
+    event = run.current_events[k]
     event.end, event.impulse = t, impulse(contacts, k, run) - event.impulse
     run.events[counters.events] = event
     counters.events += 1

@@ -14,7 +14,7 @@ MARKS = 1000
 _TORQUE = REACTIONS.index("crank_torque")
 _PIECE = 1 << 14
 """Samples that are computed at once: of a long run only what is asked for is kept."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 def observe_ideal(
@@ -53,13 +53,13 @@ def _extrema_to(m: Mechanism, load: Load, names: list[str], end: float) -> Array
     period = 2.0 * np.pi / abs(m.omega)
     extrema, interval = Extrema(len(names), 1, period), period / MARKS
     marks = np.arange(math.ceil(end / interval - 1e-9)) * np.float64(interval)
-    passed = _at_kinks(m, load, np.append(marks, end))
-    times = np.union1d(np.append(marks, end), passed)
+    crossings = _at_kinks(m, load, np.append(marks, end))
+    times = np.union1d(np.append(marks, end), crossings)
     values, _ = _observe(m, load, names, times, 0.0)
     extrema.widen(times, values)
     if marks.size > 2:
         for channel, row in enumerate(values[:, np.searchsorted(times, marks)]):
-            extrema.widen_between(channel, marks, row, passed)
+            extrema.widen_between(channel, marks, row, crossings)
     first: Array = extrema.values[0]
     return first
 
@@ -93,15 +93,15 @@ def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
 
     The power law begins as a power of the time: towards that instant each interval is half as long.
     """
-    passed = _at_kinks(m, load, times)
-    if passed.size and not load.depths.size:
+    crossings = _at_kinks(m, load, times)
+    if crossings.size and not load.depths.size:
         interval = float(np.diff(times).max())
         near = interval * 0.5 ** np.arange(30)
-        passed = np.concatenate(
-            [passed, np.add.outer(passed, near).ravel(), np.subtract.outer(passed, near).ravel()]
+        crossings = np.concatenate(
+            [crossings, np.add.outer(crossings, near).ravel(), np.subtract.outer(crossings, near).ravel()]
         )
-        passed = passed[(passed > times[0]) & (passed < times[-1])]
-    return np.union1d(times, passed) if passed.size else times
+        crossings = crossings[(crossings > times[0]) & (crossings < times[-1])]
+    return np.union1d(times, crossings) if crossings.size else times
 
 
 def _reactions(m: Mechanism, load: Load, motion: Array) -> Array:
@@ -117,9 +117,9 @@ def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: flo
     if ENERGIES[0] in names:
         ends = _smooth_between(m, load, times)
         half = np.diff(ends) / 2.0
-        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _NODES
+        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _GAUSS_POINTS
         power = m.omega * _reactions(m, load, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
-        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
+        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _GAUSS_WEIGHTS))])
         drive = drive[np.searchsorted(ends, times)]
         none = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))

@@ -70,7 +70,7 @@ def nothing_touches(modes: Records) -> bool:
 
 
 @inlined
-def complete(model: Model, t: float, h: float, run: Run) -> None:
+def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     """Prepare the dense output of a step from `t` of length `h` (s)."""
     evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, run.modes, run.nodes)
     prepare_dense(h, run.nodes.y, run.nodes.dy, run.f)
@@ -105,7 +105,7 @@ def attempt(
         # Also a step that was taken again: it errs less, and could meet what the longer one stepped over.
         if not unsettled(model.contacts, modes, nodes.touches, h, run.scales, run.unsettled):
             break
-        complete(model, t, h, run)
+        prepare_dense_output(model, t, h, run)
         share, first = first_end(model, t, h, run)
         if first == NONE and (share >= 1.0 or t + h * share == t):
             return h, error, place, True, next_h
@@ -125,7 +125,7 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     counters.steps += 1
     peak = find_peaks(model.contacts, run, run.peaks)
     if not is_dense and (peak or instants[0, counters.instant] < t + h):
-        complete(model, t, h, run)
+        prepare_dense_output(model, t, h, run)
     # What is on a step's end belongs to the next step: the right limit at a jump.
     while instants[0, counters.instant] < t + h:
         now, purpose = instants[0, counters.instant], int(instants[1, counters.instant])
@@ -144,7 +144,7 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
 
 
 @inlined
-def change(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
+def change_mode(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
     """Change the mode whose margin ended at `t` (s); return the step (s) to take then instead of `h`."""
     modes, clock, k = run.modes, run.clock[0], place // MARGINS
     was_free, had_touched = nothing_touches(modes), modes[k].speed > 0.0
@@ -162,7 +162,7 @@ def change(model: Model, run: Run, t: float, h: float, place: int, tolerance: fl
 
 
 @inlined
-def obstacle(run: Run, settings: Settings, switched: int) -> int:
+def stop_code(run: Run, settings: Settings, switched: int) -> int:
     """Return why no further step may be taken; REACHED: nothing is in the way."""
     counters = run.counters[0]
     full = counters.events + run.modes.size > EVENT_BUFFER
@@ -189,7 +189,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
         counters.started = True
     t, h, status, switched = clock.time, clock.step, REACHED, counters.switches
     while t < t_stop:
-        status = obstacle(run, settings, switched)
+        status = stop_code(run, settings, switched)
         if status != REACHED:
             break
         h = step_before_separation(contacts, modes, nodes.touches[0], h, settings.tolerance)
@@ -218,7 +218,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
             switched = counters.switches
         h = next_h
         if place != NONE:
-            h = change(model, run, t, h, place, settings.tolerance)
+            h = change_mode(model, run, t, h, place, settings.tolerance)
     clock.time, clock.step = t, h
     if t >= t_end:
         record(contacts, run, START, t, SAMPLE)

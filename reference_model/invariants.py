@@ -86,8 +86,8 @@ def check(
     # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
     depth = 10.0 * p.tolerance if scipy else LOCATED
     # Of what the contacts have in common.
-    law = p.contacts[0] if p.contacts else p.journal
-    ramp = law.c_f * force * excess / (law.v1 - law.v0)
+    contact = p.contacts[0] if p.contacts else p.journal
+    ramp = contact.c_f * force * excess / (contact.v1 - contact.v0)
     pull = max((_pull(each, events, force, excess, depth) for each in p.contacts), default=0.0)
     begun = events[events["start"] > 0.0]  # what is inside at t = 0 may leave
     worst = worst | {
@@ -98,7 +98,7 @@ def check(
         "open-depth": (max(1e-11, depth), "m"),
         "pull": (pull, "N"),
         # Friction rises from zero at v0; beyond it, it would drive with that much force.
-        "driving-friction": (ramp * (law.v0 + excess), "W"),
+        "driving-friction": (ramp * (contact.v0 + excess), "W"),
         "start-gap": (max(1e-11, depth), "m"),
         "leaving-start": (np.sqrt(2.0 * _acceleration(p, force) * depth), "m/s"),
     }
@@ -107,8 +107,8 @@ def check(
         bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
-        value, time, contact = worst.get(name, none)
-        place = "" if value == 0.0 or contact < 0 or name == "energy" else p.places[contact]
+        value, time, k = worst.get(name, none)
+        place = "" if value == 0.0 or k < 0 or name == "energy" else p.contact_names[k]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
     invariants["overlap"] = _overlap(p, events)
     if drift is not None:
@@ -119,17 +119,17 @@ def check(
     return invariants
 
 
-def _pull(law: Contact, events: Records, force: float, excess: float, depth: float) -> float:
+def _pull(contact: Contact, events: Records, force: float, excess: float, depth: float) -> float:
     """Return by how much a contact's force may be below zero where its mode ends, N."""
-    if law.law == ADAMS_IMPACT:
+    if contact.law == ADAMS_IMPACT:
         # What the force changes by within that: its slopes are c, n K d^(n-1) and c' d', c' < 1.5 c / d_max.
         deepest, fastest = (float(events[of].max(initial=0.0)) for of in ("largest_depth", "normal_speed"))
-        slope = law.n * law.K * math.pow(deepest, law.n - 1.0)
-        return excess * law.c_max + 10.0 * depth * (slope + 1.5 * law.c_max / law.d_max * fastest)
+        slope = contact.n * contact.K * math.pow(deepest, contact.n - 1.0)
+        return excess * contact.c_max + 10.0 * depth * (slope + 1.5 * contact.c_max / contact.d_max * fastest)
     # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
-    pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
+    pull = force * max(contact.C * excess, 10.0 * LOCATED_SPEED) / contact.speed_floor
     # The paper's surface contact lasts until a corner is located outside: Eq. 8.
-    return pull + (0.5 * law.Ks * depth if law.law == PAPER_SWITCHING else 0.0)
+    return pull + (0.5 * contact.Ks * depth if contact.law == PAPER_SWITCHING else 0.0)
 
 
 def _largest(values: Array, events: Records) -> Worst:
@@ -160,7 +160,7 @@ def _overlap(p: Parameters, events: Records) -> Invariant:
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
-    name = p.places[int(number[order][1:][worst])]
+    name = p.contact_names[int(number[order][1:][worst])]
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 

@@ -16,7 +16,7 @@ from reference_model.linkage import Array
 
 DEGREE = 8
 POINTS = DEGREE + 1
-NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(POINTS) / DEGREE)
+ABSCISSAE = 0.5 - 0.5 * np.cos(np.pi * np.arange(POINTS) / DEGREE)
 """Shares of the interval, ascending, both ends included."""
 
 RESOLUTION = 1.0e-13
@@ -30,15 +30,15 @@ SETTLED, CROSSES, BELOW, UNCLEAR = range(4)
 
 _POWERS = np.arange(POINTS)
 _BINOMIALS = np.array([float(comb(DEGREE, power)) for power in _POWERS])
-_BERNSTEIN = _BINOMIALS * NODES[:, None] ** _POWERS * (1.0 - NODES[:, None]) ** (DEGREE - _POWERS)
+_BERNSTEIN = _BINOMIALS * ABSCISSAE[:, None] ** _POWERS * (1.0 - ABSCISSAE[:, None]) ** (DEGREE - _POWERS)
 _TO_BERNSTEIN = np.linalg.inv(_BERNSTEIN)
 _WEIGHTS = (-1.0) ** _POWERS * np.where(_POWERS % DEGREE == 0, 0.5, 1.0)
-_TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
+_TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * ABSCISSAE - 1.0, DEGREE))[-2:]
 
 
 @inlined
 def classify(values: Array, starting: bool) -> int:
-    """Return SETTLED, CROSSES, BELOW or UNCLEAR, from the values (m or m/s) at `NODES`, shape (POINTS,).
+    """Return SETTLED, CROSSES, BELOW or UNCLEAR, from the values (m or m/s) at `ABSCISSAE`, shape (POINTS,).
 
     `starting`: the mode starts with the interval, at zero but for rounding or the error of its location, and
     may turn right first.
@@ -76,7 +76,7 @@ def classify(values: Array, starting: bool) -> int:
 
 @inlined
 def dips(values: Array, depth: float) -> bool:
-    """Return whether a function at `NODES` is anywhere more than `depth` below zero."""
+    """Return whether a function at `ABSCISSAE` is anywhere more than `depth` below zero."""
     least = 0.0
     for j in range(POINTS):
         least = min(least, values[j])
@@ -97,15 +97,15 @@ def last_positive(values: Array) -> int:
 
 @inner
 def interpolated(values: Array, x: float) -> float:
-    """Evaluate the interpolant of `values` at `NODES`, shape (POINTS,), at a share of the interval.
+    """Evaluate the interpolant of `values` at `ABSCISSAE`, shape (POINTS,), at a share of the interval.
 
     By the barycentric formula (J.-P. Berrut, L. N. Trefethen, SIAM Rev. 46, 2004, 501-517, Eqs. 4.2, 5.4).
     """
     above = below = 0.0
     for j in range(POINTS):
-        if x == NODES[j]:
+        if x == ABSCISSAE[j]:
             return float(values[j])
-        weight = _WEIGHTS[j] / (x - NODES[j])
+        weight = _WEIGHTS[j] / (x - ABSCISSAE[j])
         above += weight * values[j]
         below += weight
     return above / below
@@ -118,7 +118,7 @@ def crossing(values: Array) -> float:
     That of the interpolant, which is within RESOLUTION of the function; by the regula falsi in its Illinois
     form.
     """
-    lo, hi = float(NODES[last_positive(values)]), 1.0
+    lo, hi = float(ABSCISSAE[last_positive(values)]), 1.0
     f_lo, f_hi = interpolated(values, lo), float(values[POINTS - 1])
     side = 0
     for _ in range(60):

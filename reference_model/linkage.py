@@ -184,8 +184,8 @@ def four_bar_rods(m: Mechanism, t: Any) -> tuple[Turn, Turn]:
 def rod4_of_ideal_slider(m: Mechanism, rocker: Turn) -> Turn:
     """Return the motion of rod 4 where the slider is ideal; nan where rod 4 does not reach its line."""
     c3, s3, _, w3, a3 = rocker
-    c4, s4, kappa, rest = ideal_rod4(m, c3, s3, w3)
-    return c4, s4, np.arctan2(s4, c4), kappa * w3, kappa * a3 + rest
+    c4, s4, kappa, mu = ideal_rod4(m, c3, s3, w3)
+    return c4, s4, np.arctan2(s4, c4), kappa * w3, kappa * a3 + mu
 
 
 def ideal_motion(m: Mechanism, t: Array) -> Array:

@@ -163,27 +163,27 @@ def speed_is_settled(
 
 @inlined
 def unsettled(
-    contacts: Records, modes: Records, touches: Records, h: float, scales: Array, open_: NDArray[np.bool_]
+    contacts: Records, modes: Records, touches: Records, h: float, scales: Array, flags: NDArray[np.bool_]
 ) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 
-    From the contacts' states at its nodes. Written are `scales`, `pull_scale` of each contact, and `open_`,
+    From the contacts' states at its nodes. Written are `scales`, `pull_scale` of each contact, and `flags`,
     shape (contacts MARGINS,): which margins are not settled.
     """
-    any_open = False
+    any_unsettled = False
     for k in range(contacts.size):
         contact, mode = contacts[k], modes[k]
-        open_[MARGINS * k] = not gap_is_settled(contact, mode, k, h, touches)
-        any_open = any_open or open_[MARGINS * k]
+        flags[MARGINS * k] = not gap_is_settled(contact, mode, k, h, touches)
+        any_unsettled = any_unsettled or flags[MARGINS * k]
         touching = mode.speed > 0.0
         if touching:
             scales[k] = pull_scale(contacts, touches, k)
         for number in range(PULL, MARGINS):
-            open_[MARGINS * k + number] = touching and not speed_is_settled(
+            flags[MARGINS * k + number] = touching and not speed_is_settled(
                 contacts, modes, touches, k, number, scales[k]
             )
-            any_open = any_open or open_[MARGINS * k + number]
-    return any_open
+            any_unsettled = any_unsettled or flags[MARGINS * k + number]
+    return any_unsettled
 
 
 @inner

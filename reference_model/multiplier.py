@@ -170,7 +170,7 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
 
 
 @inlined
-def end_of(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
+def add_pin_end(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
     """Add the end (0, 1) of a pin to the pin's two rows."""
     body, ax, ay = model.joined[pin, end], model.arms[pin, 2 * end], model.arms[pin, 2 * end + 1]
     row, sign = 2 * pin, 1.0 - 2.0 * end
@@ -202,8 +202,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
         for k in range(q.size):
             jacobian[i, k] = 0.0
     for pin in range(model.joined.shape[0]):
-        end_of(model, pin, 0, q, v)
-        end_of(model, pin, 1, q, v)
+        add_pin_end(model, pin, 0, q, v)
+        add_pin_end(model, pin, 1, q, v)
     row = 2 * model.joined.shape[0]
     phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
     jacobian[row, 3 * model.driven + 2] = 1.0

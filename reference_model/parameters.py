@@ -90,7 +90,7 @@ class Parameters:
     journal: Contact
     """Contact at the crank pin, if that has clearance."""
     load: Load
-    reach: tuple[float, float]
+    slider_start: tuple[float, float]
     """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
     guide_x: float
     """Centre line of the guide, m."""
@@ -124,7 +124,7 @@ class Parameters:
         return (() if self.ideal_slider else self.corners) + (() if self.ideal_pin else (self.journal,))
 
     @property
-    def places(self) -> tuple[str, ...]:
+    def contact_names(self) -> tuple[str, ...]:
         """Their names."""
         return (() if self.ideal_slider else CORNERS) + (() if self.ideal_pin else ("pin",))
 
@@ -172,7 +172,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         corners=_read_corners(scene, guide),
         journal=_read_journal(scene),
         load=_read_load(scene["load"]),
-        reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
+        slider_start=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
         guide_x=guide,
         slider_offset=float(initial["slider_offset"]),
         slider_angle=0.0 if ideal_slider else float(initial["slider_angle"]),
@@ -239,7 +239,7 @@ def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) 
 def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]:
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
     half_width, half_length = 0.5 * float(slider["width"]), 0.5 * float(slider["length"])
-    half_gap = half_width + float(scene["clearance"]["slider"])
+    half_guide = half_width + float(scene["clearance"]["slider"])
     compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
     corner = _contact(
         scene,
@@ -252,7 +252,7 @@ def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]
     return tuple(
         corner._replace(
             Ks=Ks, other=(k + 2) % 4, one_side=corner.law == FOUNDATION, x=-inward * half_width,
-            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_gap,
+            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_guide,
         )
         for k, inward in enumerate((1.0, -1.0, 1.0, -1.0))
     )  # fmt: skip

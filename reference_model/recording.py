@@ -26,9 +26,9 @@ SAMPLE, EXTREMUM, STEP, PART = map(constant, (1, 2, 4, 8))
 CLOSED = 16
 """CLOSED 2^k is added where contact k has a force."""
 
-_EARLY, _LATER, _LATE, _SOONER = 6, 5, 10, 9
+_START_NEAR, _START_FAR, _END_NEAR, _END_FAR = 6, 5, 10, 9
 """Stages from which it is looked how a force begins and ends in a step, the nearer first, ..."""
-_SQUARES = np.append(SHARES[[_EARLY, _LATER]], 1.0 - SHARES[[_LATE, _SOONER]]) ** 2
+_SQUARES = np.append(SHARES[[_START_NEAR, _START_FAR]], 1.0 - SHARES[[_END_NEAR, _END_FAR]]) ** 2
 """... and the squares of their shares of it, from its start or its end."""
 _FLAT = 2.0e-3
 """Of what a force changes in the step, by which it may seem to fall at the start or rise at the end, times
@@ -37,7 +37,7 @@ PARTS = 5
 """Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
 
 
-def instants(samples: int, cycles: float, period: float) -> Array:
+def schedule(samples: int, cycles: float, period: float) -> Array:
     """Return samples and marks of three cycles, as `Run.instants` holds them, from the samples in a cycle.
 
     Three: where a run goes on to its next cycle, its last step may have ended well inside that. Of a shorter
@@ -78,7 +78,7 @@ def note_forces(contacts: Records, run: Run, i: int) -> None:
     touches = run.nodes.touches[i]
     for k in range(contacts.size):
         if run.modes[k].speed > 0.0:
-            event = run.open_contacts[k]
+            event = run.current_events[k]
             event.peak_force = max(event.peak_force, normal_force(contacts, touches, k))
             event.largest_depth = max(event.largest_depth, -touches[k].gap)
             if contacts[k].one_side:
@@ -119,10 +119,10 @@ def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
         peaks[k, 0], peaks[k, 1] = run.modes[k].inside and turns, False
         if run.modes[k].speed > 0.0:
             first = normal_force(contacts, touches[0], k)
-            early = normal_force(contacts, touches[_EARLY], k)
-            later = normal_force(contacts, touches[_LATER], k)
-            sooner = normal_force(contacts, touches[_SOONER], k)
-            late = normal_force(contacts, touches[_LATE], k)
+            early = normal_force(contacts, touches[_START_NEAR], k)
+            later = normal_force(contacts, touches[_START_FAR], k)
+            sooner = normal_force(contacts, touches[_END_FAR], k)
+            late = normal_force(contacts, touches[_END_NEAR], k)
             last = normal_force(contacts, touches[END], k)
             flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
             rises = (early - first) * _SQUARES[1] - (later - first) * _SQUARES[0] > flat

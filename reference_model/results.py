@@ -26,7 +26,7 @@ _NONE = np.empty(0)
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
-def requested(p: Parameters) -> list[str]:
+def channel_names(p: Parameters) -> list[str]:
     """Return the channels that the scene asks for; an ideal slider has no corners to speak of."""
     names = [*MOTION]
     if "accelerations" in p.groups:

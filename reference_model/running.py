@@ -19,8 +19,8 @@ from reference_model.minimal import Minimal, minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation, needs_bodies
 from reference_model.parameters import SCIPY_METHODS, Parameters
-from reference_model.recording import PARTS, instants
-from reference_model.results import EVENT_COLUMNS, Result, name_results, requested
+from reference_model.recording import PARTS, schedule
+from reference_model.results import EVENT_COLUMNS, Result, channel_names, name_results
 from reference_model.state import (
     EVENT_BUFFER,
     WORKS,
@@ -81,7 +81,7 @@ def start(p: Parameters, model: Model) -> Array:
     y and vy follow from rod 4. With clearance at A the pin is centred.
     """
     m = p.mechanism
-    theta4, w4 = rod4_from_slider(m, *p.reach)
+    theta4, w4 = rod4_from_slider(m, *p.slider_start)
     rod2, rocker = four_bar_rods(m, np.zeros(1))
     if isinstance(model, Minimal):
         return np.array([theta4, p.slider_angle, w4, p.slider_omega])
@@ -100,7 +100,7 @@ def new_run(
 ) -> Run:
     """Return a run at t = 0 from coordinates and rates `y0`, with so many contacts and a first step (s).
 
-    It records rows at `instants` (`recording.instants`), in a buffer of a `capacity` that the caller empties;
+    It records rows at `instants` (`recording.schedule`), in a buffer of a `capacity` that the caller empties;
     with `states` they hold the state, too.
     """
     nodes = new_nodes(y0, contacts)
@@ -111,7 +111,7 @@ def new_run(
         counters=records(Counters, 1),
         nodes=nodes,
         modes=records(Mode, contacts),
-        open_contacts=records(Event, contacts),
+        current_events=records(Event, contacts),
         events=records(Event, EVENT_BUFFER),
         rows=Rows(
             times=np.empty(capacity),
@@ -173,13 +173,13 @@ def _room(p: Parameters) -> int:
 def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, limit: int) -> Result:
     """Run a scene, with samples at the times (s) and at most so many attempted steps and switches."""
     model, name = formulation(p)
-    y0, names = start(p, model), requested(p)
-    schedule = instants(p.samples_per_cycle, p.cycles, p.period)
+    y0, names = start(p, model), channel_names(p)
+    instants = schedule(p.samples_per_cycle, p.cycles, p.period)
     state = new_run(
         y0,
         len(p.contacts),
         1e-3 * LARGEST_STEP_PER_CYCLE * p.period,
-        schedule,
+        instants,
         ROWS_AT_ONCE + _room(p),
         states=needs_bodies(names) or isinstance(model, Linkage),
     )
@@ -224,12 +224,12 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
             drain()
         report(now)
-    events.append(_not_ended(p, state))
+    events.append(_unfinished_events(p, state))
     rows = np.concatenate(events)
     rows = rows[np.argsort(rows["start"], kind="stable")]
     compiled.seal()
     numbers = rows["contact"]
-    table = {"corner": np.array(p.places, dtype=np.str_)[numbers]}
+    table = {"corner": np.array(p.contact_names, dtype=np.str_)[numbers]}
     table |= {column: rows[column].copy() for column in EVENT_COLUMNS}
     provenance: dict[str, Any] = {
         "formulation": name,
@@ -241,7 +241,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         provenance["constraints"] = observation.drift
     invariants = check(p, observation.worst(), rows, observation.drift)
     provenance["invariants"] = as_mapping(invariants)
-    status, remedy = ending(code, p)
+    status, remedy = status_and_remedy(code, p)
     if status == "success" and (broken := violation(invariants, p.method)):
         status, remedy = VIOLATED, broken
     sampled, extrema = observation.sampled, observation.extrema
@@ -250,10 +250,10 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
 
-def _not_ended(p: Parameters, state: Run) -> Records:
+def _unfinished_events(p: Parameters, state: Run) -> Records:
     """Return the rows of the contacts that are closed when the run ends."""
     closed = np.flatnonzero(state.modes["speed"] > 0.0)
-    rows, contacts = state.open_contacts[closed].copy(), p.contacts
+    rows, contacts = state.current_events[closed].copy(), p.contacts
     impulses = state.nodes.y[0, -WORKS - len(contacts) : -WORKS]
     for row, k in zip(rows, closed.tolist(), strict=True):
         side = impulses[contacts[k].other] if contacts[k].one_side else 0.0
@@ -263,7 +263,7 @@ def _not_ended(p: Parameters, state: Run) -> Records:
     return rows
 
 
-def ending(code: int, p: Parameters) -> tuple[str, str]:
+def status_and_remedy(code: int, p: Parameters) -> tuple[str, str]:
     """Return the status of a run and what to try where that is not "success".
 
     What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.

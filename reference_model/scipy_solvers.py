@@ -192,10 +192,10 @@ class ScipySolver:
             if ended is not None:
                 t = float(run.clock[0]["time"])
                 self._evaluate(t, run.nodes.y[0], START)
-                touch = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
+                first_step = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
-                self._first_step = min(0.5 * self._last_step, touch)
+                self._first_step = min(0.5 * self._last_step, first_step)
             elif run.clock[0]["time"] < self._t_end:  # at a kink
                 self._first_step = 0.5 * self._last_step
         return integrate.REACHED
@@ -227,7 +227,7 @@ class ScipySolver:
             dy: Array = run.nodes.dy[POINT].copy()
             return dy
 
-        def left(t: float, y: Array) -> float:
+        def steps_left(t: float, y: Array) -> float:
             """Note the end of each step, evaluated first by solve_ivp; zero at the step beyond the limit."""
             nonlocal steps, limit, latest
             if t > latest:  # not where the zero is searched for
@@ -260,7 +260,7 @@ class ScipySolver:
             value.terminal, value.direction = True, -1.0 if falls else 1.0  # type: ignore[attr-defined]
             return value
 
-        left.terminal = True  # type: ignore[attr-defined]
+        steps_left.terminal = True  # type: ignore[attr-defined]
         options: dict[str, Any] = {}
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
@@ -269,7 +269,7 @@ class ScipySolver:
             )
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, self._t_end - t)
-        events = [left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
+        events = [steps_left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
         return solve_ivp(  # type: ignore[call-overload]
             derivative, (t, self._t_end), run.nodes.y[0].copy(), self._method, dense_output=True, rtol=RTOL,
             atol=self._atol, max_step=self._largest, events=events, **options,

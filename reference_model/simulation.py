@@ -14,7 +14,7 @@ import numpy as np
 from reference_model.ideal import observe_ideal
 from reference_model.linkage import Array, four_bar_rods
 from reference_model.parameters import Parameters, read_parameters
-from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results, requested
+from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, channel_names, name_results
 from reference_model.workpiece import exists, load_force
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
@@ -25,7 +25,7 @@ SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 
 
-_MARKS = 1000
+_ANGLES = 1000
 """Instants of a cycle at which the rocker's tip is looked at, and again about the outermost two."""
 
 
@@ -50,10 +50,10 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     """
     started = time.perf_counter()
     p = read_parameters(scene)
-    assemble(p)
+    check_assembly(p)
     count = round(p.cycles * p.samples_per_cycle)
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    if _closed(p):
+    if _is_prescribed(p):
         result = _ideal(p, times)
     else:
         # Imported only where it is used: it brings the compiler, which takes longer than a short run.
@@ -78,7 +78,7 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
     ``load_at_start`` and ``largest_load``, N: that on an ideal slider over a cycle.
     """
-    return assemble(read_parameters(scene))
+    return check_assembly(read_parameters(scene))
 
 
 simulate.check = check  # type: ignore[attr-defined]
@@ -90,7 +90,7 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     With the numbers of their ``coordinates`` and of the ``constraints`` between these; raises as `check`.
     """
     p = read_parameters(scene)
-    if _closed(p):
+    if _is_prescribed(p):
         return {"formulation": "closed form", "bodies": [], "coordinates": 0, "constraints": 0}
     from reference_model.multiplier import Linkage
     from reference_model.running import formulation
@@ -105,7 +105,7 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
 simulate.plan = plan  # type: ignore[attr-defined]
 
 
-def _closed(p: Parameters) -> bool:
+def _is_prescribed(p: Parameters) -> bool:
     """Return whether a scene leaves nothing to integrate."""
     return p.ideal_slider and p.ideal_pin and not p.multipliers
 
@@ -117,7 +117,7 @@ def _versions() -> dict[str, str]:
 
 
 def _ideal(p: Parameters, times: Array) -> Result:
-    names, cycles = requested(p), begun_cycles(p)
+    names, cycles = channel_names(p), begun_cycles(p)
     values, extrema = observe_ideal(p.mechanism, p.load, names, times, cycles)
     provenance = {
         "formulation": "closed form",
@@ -130,7 +130,7 @@ def _ideal(p: Parameters, times: Array) -> Result:
     return replace(result, provenance=provenance)
 
 
-def assemble(p: Parameters) -> dict[str, float]:
+def check_assembly(p: Parameters) -> dict[str, float]:
     """Close the linkage at the start and over a whole cycle; return the forces of `check`.
 
     Raises
@@ -140,16 +140,16 @@ def assemble(p: Parameters) -> dict[str, float]:
     """
     _require_four_bar(p)
     m = p.mechanism
-    tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _MARKS + 1))
+    tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _ANGLES + 1))
     for outermost in (tip_x.argmin(), tip_x.argmax()):
-        near = p.period / _MARKS * (outermost + np.linspace(-1.0, 1.0, _MARKS + 1))
+        near = p.period / _ANGLES * (outermost + np.linspace(-1.0, 1.0, _ANGLES + 1))
         tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, near), strict=True))
     # With clearance the slider is about the centre line; reliabilities refer to the ideal slider's.
     lines = [m.line_x] if p.ideal_slider else [m.line_x, p.guide_x]
     if any(np.abs(x - tip_x).max() >= m.L4 for x in lines):
         raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
     first_x, first_y = _tip(p, np.zeros(1))
-    rest = m.L4**2 - (p.reach[0] - first_x) ** 2
+    rest = m.L4**2 - (p.slider_start[0] - first_x) ** 2
     if not rest > 0.0:
         raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
     if not exists(p.load):

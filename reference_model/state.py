@@ -197,7 +197,7 @@ class Run(NamedTuple):
     """The state now is the first of them."""
     modes: Records
     """`Mode` of each contact."""
-    open_contacts: Records
+    current_events: Records
     """`Event` of each contact, as long as it has not ended."""
     events: Records
     """`Event` of those that have, shape (EVENT_BUFFER,); emptied by the caller."""
