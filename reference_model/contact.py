@@ -1,8 +1,8 @@
-"""The slider's corners and sides in frozen modes: from its motion to forces, moment, losses (Eqs. 1-6).
+"""Forces, moment and losses at the slider's corners and sides, from its motion in frozen modes (Eqs. 1-6).
 
-A model has a list of contacts, each with a law of its own (`parameters.Contact`). Each corner sees only the
-infinite wall on its side; the two corners of a side have one law. What a contact does between two events is
-its `state.Mode`; `reference_model.events` finds where a mode ends.
+A model has a list of contacts, each with its own law (`parameters.Contact`). Each corner meets only the
+infinite wall on its side; the two corners of a side have one law. Each contact has a `state.Mode` that is
+constant between two events; `reference_model.events` finds the end of a mode.
 """
 
 from reference_model.compiled import inlined
@@ -13,7 +13,7 @@ from reference_model.state import WORKS, Mode, Records, Touch
 from reference_model.trigonometry import cos_sin
 
 Pose = tuple[float, float, float, float, float, float]
-"""x, y, angle of the slider and their rates; m, rad, m/s, rad/s."""
+"""Position x, y (m) and angle (rad) of the slider, and their rates (m/s, rad/s)."""
 
 
 @inlined
@@ -65,9 +65,9 @@ def point_contact(
 def slider_forces(
     contacts: Records, pose: Pose, modes: Records, touches: Records
 ) -> tuple[float, float, float, float, float]:
-    """Write the states of the corners; return what both sides of the slider do to it.
+    """Write the states of the corners; return the force of both sides on the slider and the lost power.
 
-    Fx, Fy (N), moment about the centre (N m), and power lost by damping and by friction (W).
+    These are Fx, Fy (N), the moment about the centre (N m), and the power lost by damping and friction (W).
     """
     c5, s5 = corner_motion(contacts, pose, touches)
     Fx = Fy = M = damping = friction = 0.0
@@ -119,7 +119,7 @@ def slider_forces(
 
 @inlined
 def normal_force(contacts: Records, touches: Records, k: int) -> float:
-    """Return the normal force (N) of a contact; of a side's that at both corners."""
+    """Return the normal force (N) of a contact; if a side is one contact, that of both its corners."""
     force: float = touches[k].normal
     if contacts[k].one_side:
         force += touches[contacts[k].other].normal
@@ -128,7 +128,7 @@ def normal_force(contacts: Records, touches: Records, k: int) -> float:
 
 @inlined
 def write_tail(dy: Array, touches: Records, power: float, damping: float, friction: float) -> None:
-    """Write the derivatives of impulses and works: normal forces (N), powers of drive and losses (W)."""
+    """Write the derivatives of impulses and works: normal forces (N), power of drive and losses (W)."""
     works = dy.size - WORKS
     for k in range(touches.size):
         dy[works - touches.size + k] = touches[k].normal

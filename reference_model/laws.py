@@ -1,8 +1,7 @@
-"""Contact laws and friction: each a formula of one contact, whose numbers are a `parameters.Contact`.
+"""Contact laws and friction, as formulas of one contact with the constants of a `parameters.Contact`.
 
-A contact law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the
-potential U that they derive from (`side_force`); how the force is damped (`damped_force`), and until when it
-pushes (`push`).
+A contact law gives the elastic forces f_1, f_2 at the two corners of a side and their potential U from the
+depths (`side_force`), the damped force (`damped_force`), and a speed with the sign of that force (`push`).
 
 HERTZ_CORNERS
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): each penetrating corner independently (Eqs. 9-11).
@@ -40,8 +39,8 @@ from reference_model.compiled import inlined
 from reference_model.parameters import ADAMS_IMPACT, FOUNDATION, PAPER_SWITCHING, Contact
 
 SHALLOWEST = 1.0e-11
-"""m, from which on `push` follows the depth: five times what a touch is located to. Nearer to the wall its
-slope would magnify the rounding of the depth without bound, and the force is nothing."""
+"""Smallest depth that `push` follows, m: five times the accuracy to which a touch is located. Nearer to the
+wall its slope would magnify the rounding of the depth without bound, and the force is negligible."""
 
 
 @inlined
@@ -54,7 +53,7 @@ def point_force(K: float, n: float, depth: float) -> float:
 
 @inlined
 def damped_force(contact: Contact, elastic: float, depth: float, depth_rate: float, speed: float) -> float:
-    """Return the normal force (N) from the elastic one; negative where the wall would have to pull."""
+    """Return the damped normal force (N) from the elastic one; negative if the wall would have to pull."""
     if contact.law == ADAMS_IMPACT:
         s = min(max(depth / contact.d_max, 0.0), 1.0)
         return elastic + contact.c_max * s * s * (3.0 - 2.0 * s) * depth_rate
@@ -65,9 +64,9 @@ def damped_force(contact: Contact, elastic: float, depth: float, depth_rate: flo
 def push(contact: Contact, depth: float, depth_rate: float, speed: float) -> float:
     """Return a speed (m/s) that has the sign of the damped force.
 
-    v (1 + C d'/v), or of adams-impact the force over c_max s^m, s = d / d_max, with m = n or 2, whichever is
-    less, and none where s > 1: then neither the elastic part nor the damped one grows without bound as s
-    vanishes, and one of them stays. Depth in m, its rate and the impact speed `speed` in m/s.
+    It is v (1 + C d'/v). Of adams-impact it is the force over c_max s^m, with s = d / d_max, m = min(n, 2),
+    and m = 0 if s > 1: as s vanishes neither the elastic nor the damped part grows without bound, and one of
+    them stays. The depth is in m, its rate and the impact speed `speed` in m/s.
     """
     if contact.law != ADAMS_IMPACT:
         return speed + contact.C * depth_rate
@@ -124,7 +123,7 @@ def regime_bounds(contact: Contact, regime: int) -> tuple[float, float]:
 def friction_force(contact: Contact, normal: float, v_t: float, regime: int) -> float:
     """Return the friction force (N) along the direction of the slip `v_t` (m/s), Eq. 12.
 
-    c_d v_t / |v_t| of Eq. 13 stands there as the smooth function that it is within `regime`.
+    c_d v_t / |v_t| of Eq. 13 is replaced by the smooth function that equals it within `regime`.
     """
     if regime == 0:
         return 0.0

@@ -1,4 +1,4 @@
-"""One scene in, one result out; before the first step, whether the linkage can be assembled."""
+"""Simulate a scene, or refuse it before the first step if its linkage cannot be assembled."""
 
 import math
 import platform
@@ -18,15 +18,15 @@ from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, channel
 from reference_model.workpiece import exists, load_force
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
-"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
-cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
+"""Attempted steps and switches after which a run is stopped, some 20 s. The shipped scenes need some 2e3 a
+cycle at tolerance 1e-9, scenes with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
-"""The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
+"""The same for scipy's solvers: a step takes 0.1 (LSODA) to 0.5 ms (scipy-DOP853), so 3 to 17 minutes."""
 BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 
 
 _ANGLES = 1000
-"""Instants of a cycle at which the rocker's tip is looked at, and again about the outermost two."""
+"""Crank angles at which `check_assembly` tests rod 4's reach, and again about each extreme of it."""
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
@@ -37,7 +37,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     scene
         Complete nested mapping in the scene format.
     progress
-        Called with the finished share, 0 to 1, at most once per 1/50 of the run.
+        Called with the finished share, 0 to 1, at most 50 times.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     Raises
     ------
     ValueError
-        One line, where the scene cannot be simulated by this model.
+        One line, if this model cannot simulate the scene.
     """
     started = time.perf_counter()
     p = read_parameters(scene)
@@ -76,7 +76,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the `ValueError` with which `simulate` refuses a scene; else return the forces of its workpiece.
 
-    ``load_at_start`` and ``largest_load``, N: that on an ideal slider over a cycle.
+    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle.
     """
     return check_assembly(read_parameters(scene))
 
@@ -85,9 +85,10 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what `simulate` integrates of a scene: ``formulation``, as in the provenance, and ``bodies``.
+    """Return which formulation `simulate` integrates for a scene; raise as `check` does.
 
-    With the numbers of their ``coordinates`` and of the ``constraints`` between these; raises as `check`.
+    Keys: ``formulation``, as in the provenance; ``bodies``, their names; ``coordinates`` and ``constraints``,
+    the numbers of these.
     """
     p = read_parameters(scene)
     if _is_prescribed(p):
@@ -106,17 +107,18 @@ simulate.plan = plan  # type: ignore[attr-defined]
 
 
 def _is_prescribed(p: Parameters) -> bool:
-    """Return whether a scene leaves nothing to integrate."""
+    """Return whether the drive prescribes the whole motion: nothing is to be integrated."""
     return p.ideal_slider and p.ideal_pin and not p.multipliers
 
 
 @cache
 def _versions() -> dict[str, str]:
-    """Return the versions of what computes a run; looking them up takes longer than a short run."""
+    """Return the versions of the packages that compute a run, cached: the look-up outlasts a short run."""
     return {name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")}
 
 
 def _ideal(p: Parameters, times: Array) -> Result:
+    """Return the result at the times (s) of a scene whose motion is prescribed."""
     names, cycles = channel_names(p), begun_cycles(p)
     values, extrema = observe_ideal(p.mechanism, p.load, names, times, cycles)
     provenance = {
@@ -125,8 +127,8 @@ def _ideal(p: Parameters, times: Array) -> Result:
         "settings": {},
         "counters": {"evaluations": times.size},
     }
-    nothing = {name: np.empty(0) for name in EVENT_COLUMNS}
-    result = name_results(names, times, values, {"corner": np.empty(0, dtype=str)} | nothing, extrema)
+    events = {"corner": np.empty(0, dtype=str)} | {name: np.empty(0) for name in EVENT_COLUMNS}
+    result = name_results(names, times, values, events, extrema)
     return replace(result, provenance=provenance)
 
 
@@ -136,7 +138,7 @@ def check_assembly(p: Parameters) -> dict[str, float]:
     Raises
     ------
     ValueError
-        One line, where it does not close, or the force of the workpiece is not finite.
+        One line, if the linkage does not close or the force of the workpiece is not finite.
     """
     _require_four_bar(p)
     m = p.mechanism
@@ -144,7 +146,7 @@ def check_assembly(p: Parameters) -> dict[str, float]:
     for outermost in (tip_x.argmin(), tip_x.argmax()):
         near = p.period / _ANGLES * (outermost + np.linspace(-1.0, 1.0, _ANGLES + 1))
         tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, near), strict=True))
-    # With clearance the slider is about the centre line; reliabilities refer to the ideal slider's.
+    # A slider with clearance moves about the centre line; reliabilities refer to the ideal slider's line.
     lines = [m.line_x] if p.ideal_slider else [m.line_x, p.guide_x]
     if any(np.abs(x - tip_x).max() >= m.L4 for x in lines):
         raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
