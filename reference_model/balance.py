@@ -1,15 +1,15 @@
-"""Balances of the whole press, from its bodies' motions (5, 9, n): joint reactions, and the audit of energy.
+"""Joint reactions and energies of the whole press, from the motion of its bodies, shape (5, 9, n).
 
-What a joint exerts on its higher-numbered body, in the fixed frame, follows body after body: from the slider
+The reaction of a joint acts on its higher-numbered body and is in the fixed frame. From the slider
 inwards each body's balance of forces and moments gives the next joint; rod 2 and the rocker share the two
-unknowns at B. Of the energies
+unknowns at B. The energies balance:
 
     residual = drive + gravity - damping - friction
                - (kinetic - kinetic_0) - (contact - contact_0) - (load - load_0)
 
-kinetic, contact and load (of a workpiece) are those stored now, the others accumulate from t = 0. Damping and
-friction are integrated with the motion (power of the force's excess over its potential, N - dU/dd, times d';
-friction force times slip); gravity is the bodies' change of height.
+Kinetic, contact and load (of a workpiece) energy are stored now; the others accumulate from t = 0. Damping
+and friction are integrated with the motion (power of the force's excess over its potential, N - dU/dd,
+times d'; friction force times slip); gravity is the bodies' change of height.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ REACTIONS = (
     "guide_force",
     "guide_moment",
 )
-"""N, N m. The guide's two only exist for an ideal slider."""
+"""Channels of the reactions, N and N m. The two of the guide exist only for an ideal slider."""
 ENERGIES = tuple(
     f"energy_{part}"
     for part in ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction", "residual")
@@ -42,11 +42,11 @@ def reactions(
     """
     (f1x, f1y), (f2x, f2y), (f3x, f3y), (f4x, f4y), (f5x, f5y) = (
         (mass * body[6], mass * (body[7] + m.gravity)) for mass, body in zip(m.masses, bodies, strict=True)
-    )  # what all forces but the weight add up to
+    )  # sum of all forces on a body except its weight
     Bx, By = bodies[2, 0], bodies[2, 1]
     Cx, Cy = m.Hx + (Bx - m.Hx) * (m.L3 / m.Ls3), m.Hy + (By - m.Hy) * (m.L3 / m.Ls3)
     Dx, Dy = bodies[4, 0], bodies[4, 1]  # the pin F
-    # Moment of all that acts on rod 4 about C: the reaction at C has none.
+    # Moment about C of all forces on rod 4: the reaction at C has none.
     spin4 = m.J4 * bodies[3, 8] + (bodies[3, 0] - Cx) * f4y - (bodies[3, 1] - Cy) * f4x
     guide = np.zeros_like(Bx)
     RFx, RFy = f5x - Fx, f5y - Fy

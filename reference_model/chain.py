@@ -9,7 +9,7 @@ at A, where journal and bearing only touch, so its equations have no constraint:
     rod 4     S4 L3 (n3 . n4) a3 + I4 a4                                         = Q4
     slider    J5 a5                                                              = Q5
 
-with a_i = theta_i'' and Q the forces' moments less the centrifugal terms. An ideal slider ties theta_4 to
+with a_i = theta_i'' and Q_i the moments of forces less centrifugal terms. An ideal slider ties theta_4 to
 theta_3, w4 = kappa w3; the third and fourth equation are then added with weights 1 and kappa.
 
 The paper gives no formulas for the journal (Figs. 7 and 8). e runs from the bearing's centre A' to the
@@ -38,11 +38,11 @@ load_force = inlined(workpiece.load_force)
 
 
 class Chain(NamedTuple):
-    """The formulation: a state holds theta_2 .. theta_5 (ideal slider: the first two), rates, integrals."""
+    """The formulation cut at A: a state holds theta_2 .. theta_5 (ideal slider: two), rates, integrals."""
 
     mechanism: Mechanism
     contacts: Records
-    """The last is the journal; before it the slider's corners, where it has clearance."""
+    """Contacts of the slider's corners, if it has clearance, and last that of the journal."""
     load: Load
     ideal_slider: bool
 
@@ -53,21 +53,21 @@ Rod = tuple[float, float, float]
 
 @inlined
 def rods(model: Chain, y: Array) -> tuple[Rod, Rod, Rod, float, float, float, float]:
-    """Return rods 2 to 4, theta_5 and its rate, and kappa and rest of `linkage.ideal_rod4`."""
+    """Return rods 2 to 4, theta_5 and its rate, and kappa and mu of `linkage.ideal_rod4`."""
     n = 2 if model.ideal_slider else 4
     c2, s2 = cos_sin(y[0])
     c3, s3 = cos_sin(y[1])
     w2, w3 = y[n], y[n + 1]
     if model.ideal_slider:
-        c4, s4, kappa, rest = ideal_rod4(model.mechanism, c3, s3, w3)
-        return (c2, s2, w2), (c3, s3, w3), (c4, s4, kappa * w3), 0.0, 0.0, kappa, rest
+        c4, s4, kappa, mu = ideal_rod4(model.mechanism, c3, s3, w3)
+        return (c2, s2, w2), (c3, s3, w3), (c4, s4, kappa * w3), 0.0, 0.0, kappa, mu
     c4, s4 = cos_sin(y[2])
     return (c2, s2, w2), (c3, s3, w3), (c4, s4, y[6]), y[3], y[7], 0.0, 0.0
 
 
 @inlined
 def slider_pose(m: Mechanism, rocker: Rod, rod4: Rod, angle: float, w5: float) -> Pose:
-    """Return the slider's motion: it sits at H + L3 u3 + L4 u4."""
+    """Return the motion of the slider, whose centre is H + L3 u3 + L4 u4."""
     (c3, s3, w3), (c4, s4, w4) = rocker, rod4
     x, y = m.Hx + m.L3 * c3 + m.L4 * c4, m.Hy + m.L3 * s3 + m.L4 * s4
     return x, y, angle, -m.L3 * w3 * s3 - m.L4 * w4 * s4, m.L3 * w3 * c3 + m.L4 * w4 * c4, w5
@@ -77,9 +77,9 @@ def slider_pose(m: Mechanism, rocker: Rod, rod4: Rod, angle: float, w5: float) -
 def journal_motion(
     journal: Contact, e: tuple[float, float], v: tuple[float, float], w: tuple[float, float], touch: Touch
 ) -> tuple[float, float]:
-    """Write gap, rate and slip of the journal; return the normal n.
+    """Write gap, rate and slip of the journal; return its normal n.
 
-    From e (m), its rate `v` (m/s), and `w`, the rates of crank and rod 2 (rad/s).
+    `e` (m) and its rate `v` (m/s) lead from bearing to journal; `w` are the rates of crank and rod 2 (rad/s).
     """
     size = math.sqrt(e[0] * e[0] + e[1] * e[1])
     if size == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
@@ -97,10 +97,9 @@ def journal_motion(
 def journal_force(
     journal: Contact, mode: Mode, nx: float, ny: float, touch: Touch
 ) -> tuple[float, float, float, float]:
-    """Write the journal's forces, from its motion.
+    """Write the journal's forces, from its gap, rate and slip.
 
-    Returned are the force of the crank on rod 2 at P, x and y (N), and the power lost by damping and by
-    friction (W).
+    Return the force of the crank on rod 2 at P, x and y (N), and the power lost by damping and friction (W).
     """
     touch.normal = touch.friction = touch.stored = 0.0
     if mode.speed == 0.0:
@@ -116,12 +115,12 @@ def journal_force(
 
 
 @inlined
-def bearing(
+def crank_pin_motion(
     m: Mechanism, journal: Contact, t: float, rods: tuple[Rod, Rod], touch: Touch
 ) -> tuple[float, ...]:
-    """Write the motion of the contact at A; return its normal and the point P (m) relative to A' and to O.
+    """Write the motion of the contact at A; return n and the point P (m) relative to A' and to O.
 
-    The bearing sits at A' = H + Ls3 u3 - L2 u2; `rods` are rod 2 and the rocker.
+    The centre of the bearing is A' = H + Ls3 u3 - L2 u2; `rods` are rod 2 and the rocker.
     """
     (c2, s2, w2), (c3, s3, w3) = rods
     c1, s1 = cos_sin(m.theta0 + m.omega * t)
@@ -130,8 +129,8 @@ def bearing(
     vy = m.L1 * m.omega * c1 - m.Ls3 * w3 * c3 + m.L2 * w2 * c2
     e = m.L1 * c1 - x, m.L1 * s1 - y
     nx, ny = journal_motion(journal, e, (vx, vy), (m.omega, w2), touch)
-    Px, Py = journal.radius * nx, journal.radius * ny
-    return nx, ny, Px, Py, x + Px, y + Py
+    px, py = journal.radius * nx, journal.radius * ny
+    return nx, ny, px, py, x + px, y + py
 
 
 def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
@@ -141,11 +140,11 @@ def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
     if not model.ideal_slider:
         corner_motion(contacts, slider_pose(m, rocker, rod4, angle, w5), touches)
     pin = contacts.size - 1
-    bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
+    crank_pin_motion(m, contacts[pin], t, (rod2, rocker), touches[pin])
 
 
 def tabulate(model: Chain, t: float, h: float, shares: Array) -> None:
-    """Prepare nothing: of this motion nothing that takes long is a function of time alone."""
+    """Do nothing: the crank is the only part of this motion that is a function of time alone."""
 
 
 def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> None:
@@ -153,7 +152,7 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
     y, dy, slider, touches = nodes.y[i], nodes.dy[i], nodes.slider[i], nodes.touches[i]
     contacts, pin = model.contacts, model.contacts.size - 1
     m, n = model.mechanism, 2 if model.ideal_slider else 4
-    rod2, rocker, rod4, angle, w5, kappa, rest = rods(model, y)
+    rod2, rocker, rod4, angle, w5, kappa, mu = rods(model, y)
     (c2, s2, w2), (c3, s3, w3), (c4, s4, w4) = rod2, rocker, rod4
     pose = slider_pose(m, rocker, rod4, angle, w5)
     Fx = Fy = M = damping = friction = 0.0
@@ -161,10 +160,10 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
         Fx, Fy, M, damping, friction = slider_forces(contacts, pose, modes, touches)
     if pose[1] < model.load.surface:
         Fy += load_force(model.load, pose[1])
-    nx, ny, px, py, Px, Py = bearing(m, contacts[pin], t, (rod2, rocker), touches[pin])
+    nx, ny, px, py, Px, Py = crank_pin_motion(m, contacts[pin], t, (rod2, rocker), touches[pin])
     Gx, Gy, damping_A, friction_A = journal_force(contacts[pin], modes[pin], nx, ny, touches[pin])
     b, m45 = m.L2 - m.Ls2, m.m4 + m.m5
-    # Weight and centrifugal force of rod 2 at its centroid H + Ls3 u3 - b u2, and of rod 4 and slider at C.
+    # Weight and centrifugal force of rod 2 act at its centroid H + Ls3 u3 - b u2, of rod 4 and slider at C.
     f2x = m.m2 * (m.Ls3 * w3 * w3 * c3 - b * w2 * w2 * c2)
     f2y = m.m2 * (m.Ls3 * w3 * w3 * s3 - b * w2 * w2 * s2 - m.gravity)
     f4x, f4y = Fx + m.S4 * w4 * w4 * c4, Fy + m.S4 * w4 * w4 * s4 - m45 * m.gravity
@@ -178,9 +177,9 @@ def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> 
     M33 = m.J3 + (m.m2 + m.m3) * m.Ls3 * m.Ls3 + m45 * m.L3 * m.L3
     M34 = m.S4 * m.L3 * (c3 * c4 + s3 * s4)
     if model.ideal_slider:
-        Q = Q3 + kappa * Q4 - (M34 + kappa * m.I4) * rest
+        Q = Q3 + kappa * Q4 - (M34 + kappa * m.I4) * mu
         a3 = (Q - M23 * Q2 / M22) / (M33 + kappa * (2.0 * M34 + kappa * m.I4) - M23 * M23 / M22)
-        a4 = kappa * a3 + rest
+        a4 = kappa * a3 + mu
     else:
         a3 = (Q3 - M23 * Q2 / M22 - M34 * Q4 / m.I4) / (M33 - M23 * M23 / M22 - M34 * M34 / m.I4)
         a4 = (Q4 - M34 * a3) / m.I4

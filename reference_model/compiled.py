@@ -2,8 +2,8 @@
 
 The folder is named after a hash of this package's sources and of what compiles them: numba's own cache does
 not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file cut short
-ends every later run with an error, one with a changed byte might be executed. So what was stored is listed
-with its checksums (`seal`), and what is not as listed is removed before numba looks for it.
+ends every later run with an error, one with a changed byte might be executed. So `seal` lists the stored
+files with their checksums, and a file that differs from the list is removed before numba looks for it.
 """
 
 import atexit

@@ -1,8 +1,8 @@
-"""The slider's corners and sides in frozen modes: from its motion to forces, moment, losses (Eqs. 1-6).
+"""Forces, moment and losses at the slider's corners and sides, from its motion in frozen modes (Eqs. 1-6).
 
-A model has a list of contacts, each with a law of its own (`parameters.Contact`). Each corner sees only the
-infinite wall on its side; the two corners of a side have one law. What a contact does between two events is
-its `state.Mode`; `reference_model.events` finds where a mode ends.
+A model has a list of contacts, each with its own law (`parameters.Contact`). Each corner meets only the
+infinite wall on its side; the two corners of a side have one law. Each contact has a `state.Mode` that is
+constant between two events; `reference_model.events` finds the end of a mode.
 """
 
 from reference_model.compiled import inlined
@@ -13,7 +13,7 @@ from reference_model.state import WORKS, Mode, Records, Touch
 from reference_model.trigonometry import cos_sin
 
 Pose = tuple[float, float, float, float, float, float]
-"""x, y, angle of the slider and their rates; m, rad, m/s, rad/s."""
+"""Position x, y (m) and angle (rad) of the slider, and their rates (m/s, rad/s)."""
 
 
 @inlined
@@ -38,13 +38,13 @@ def corner_motion(contacts: Records, pose: Pose, touches: Records) -> tuple[floa
 
 
 @inlined
-def side_motion(law: Contact, one: Touch, other: Touch) -> tuple[float, float, float]:
+def side_motion(contact: Contact, one: Touch, other: Touch) -> tuple[float, float, float]:
     """Return corner `one`'s share in the force of its side, and gap rate and slip of the resultant's point.
 
     Where neither corner is inside there is no force, and the deeper one has the share of a touch: all.
     """
     d1, d2 = -one.gap, -other.gap
-    f1, f2, _ = side_force(law, d1, d2, True)
+    f1, f2, _ = side_force(contact, d1, d2, True)
     share = f1 / (f1 + f2) if f1 + f2 > 0.0 else (1.0 if d1 > d2 else 0.0)
     rate = share * one.rate + (1.0 - share) * other.rate
     return share, rate, share * one.slip + (1.0 - share) * other.slip
@@ -52,58 +52,58 @@ def side_motion(law: Contact, one: Touch, other: Touch) -> tuple[float, float, f
 
 @inlined
 def point_contact(
-    law: Contact, mode: Mode, elastic: float, depth: float, gap_rate: float, slip: float
+    contact: Contact, mode: Mode, elastic: float, depth: float, gap_rate: float, slip: float
 ) -> tuple[float, float]:
     """Return normal force and friction (N) of a contact from its elastic force, in its mode (Eqs. 9-13)."""
     if mode.clipped:
         return 0.0, 0.0
-    normal = damped_force(law, elastic, depth, -gap_rate, mode.speed)
-    return normal, friction_force(law, normal, slip, mode.regime)
+    normal = damped_force(contact, elastic, depth, -gap_rate, mode.speed)
+    return normal, friction_force(contact, normal, slip, mode.regime)
 
 
 @inlined
 def slider_forces(
     contacts: Records, pose: Pose, modes: Records, touches: Records
 ) -> tuple[float, float, float, float, float]:
-    """Write the states of the corners; return what both sides of the slider do to it.
+    """Write the states of the corners; return the force of both sides on the slider and the lost power.
 
-    Fx, Fy (N), moment about the centre (N m), and power lost by damping and by friction (W).
+    These are Fx, Fy (N), the moment about the centre (N m), and the power lost by damping and friction (W).
     """
     c5, s5 = corner_motion(contacts, pose, touches)
     Fx = Fy = M = damping = friction = 0.0
     for lower in range(contacts.size):
-        law, upper = contacts[lower], contacts[lower].other
+        contact, upper = contacts[lower], contacts[lower].other
         if upper < lower:
             continue
         one, other = touches[lower], touches[upper]
         for k in (lower, upper):
             touches[k].normal = touches[k].friction = touches[k].stored = 0.0
-        touch1, touch2 = modes[lower].speed > 0.0, modes[upper].speed > 0.0
-        if not touch1 and not touch2:
+        closed1, closed2 = modes[lower].speed > 0.0, modes[upper].speed > 0.0
+        if not closed1 and not closed2:
             continue
         d1, d2 = -one.gap, -other.gap
-        if law.one_side:
-            f1, f2, one.stored = side_force(law, d1, d2, True)
-            share, gap_rate, slip = side_motion(law, one, other)
-            keeper = lower if touch1 else upper
-            normal, tangential = point_contact(law, modes[keeper], f1 + f2, max(d1, d2), gap_rate, slip)
+        if contact.one_side:
+            f1, f2, one.stored = side_force(contact, d1, d2, True)
+            share, gap_rate, slip = side_motion(contact, one, other)
+            keeper = lower if closed1 else upper
+            normal, tangential = point_contact(contact, modes[keeper], f1 + f2, max(d1, d2), gap_rate, slip)
             one.normal, one.friction = share * normal, share * tangential
             other.normal, other.friction = (1.0 - share) * normal, (1.0 - share) * tangential
             damping -= (normal - f1 - f2) * gap_rate
             friction -= tangential * slip
         else:
-            both = touch1 and touch2
-            f1, f2, one.stored = side_force(law, d1 if touch1 else 0.0, d2 if touch2 else 0.0, both)
+            both = closed1 and closed2
+            f1, f2, one.stored = side_force(contact, d1 if closed1 else 0.0, d2 if closed2 else 0.0, both)
             for k in (lower, upper):
                 touch, mode = touches[k], modes[k]
                 if mode.speed > 0.0:
                     elastic = f1 if k == lower else f2
-                    if both and law.law == PAPER_SWITCHING:
+                    if both and contact.law == PAPER_SWITCHING:
                         normal = elastic
-                        tangential = friction_force(law, elastic, touch.slip, mode.regime)
+                        tangential = friction_force(contact, elastic, touch.slip, mode.regime)
                     else:
                         normal, tangential = point_contact(
-                            law, mode, elastic, -touch.gap, touch.rate, touch.slip
+                            contact, mode, elastic, -touch.gap, touch.rate, touch.slip
                         )
                     touch.normal, touch.friction = normal, tangential
                     damping -= (normal - elastic) * touch.rate
@@ -119,7 +119,7 @@ def slider_forces(
 
 @inlined
 def normal_force(contacts: Records, touches: Records, k: int) -> float:
-    """Return the normal force (N) of a contact; of a side's that at both corners."""
+    """Return the normal force (N) of a contact; if a side is one contact, that of both its corners."""
     force: float = touches[k].normal
     if contacts[k].one_side:
         force += touches[contacts[k].other].normal
@@ -128,7 +128,7 @@ def normal_force(contacts: Records, touches: Records, k: int) -> float:
 
 @inlined
 def write_tail(dy: Array, touches: Records, power: float, damping: float, friction: float) -> None:
-    """Write the derivatives of impulses and works: normal forces (N), powers of drive and losses (W)."""
+    """Write the derivatives of impulses and works: normal forces (N), power of drive and losses (W)."""
     works = dy.size - WORKS
     for k in range(touches.size):
         dy[works - touches.size + k] = touches[k].normal

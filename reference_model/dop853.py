@@ -20,11 +20,11 @@ START, FIRST, END, FIRST_DENSE, LAST_DENSE, POINT = map(constant, (0, 1, 12, 13,
 needs, and any other point."""
 STAGES = 12
 ROWS = 16
-"""Stage derivatives that the dense output is made of."""
+"""Number of the stage derivatives in the dense output."""
 NOW = np.zeros(1)
-"""Share of the only time that a single state needs."""
+"""Shares of a step of no length: those of a single state."""
 VELOCITY_TIME = 1.0e-3
-"""s; the error of a rate counts as the error of position that it makes in this time."""
+"""Time in which the error of a rate counts as an error of position, s."""
 
 
 @inlined
@@ -39,12 +39,12 @@ def evaluate_nodes(
 ) -> None:
     """Evaluate the nodes `first` to `last` of a step of `h` (s) from `t` in frozen modes.
 
-    The states at START and POINT (there `t` is the time) are given, those of the others follow from the nodes
-    before them.
+    The states at START and POINT (there `t` is the time) are given; the others follow from the nodes before
+    them.
     """
     y, dy = nodes.y, nodes.dy
     size, free = y.shape[1], free_states(nodes)
-    if first != FIRST_DENSE:  # else the step's own stages were prepared before, and these with them
+    if first != FIRST_DENSE:  # the stages of the dense output were tabulated with the step's own
         tabulate(model, t, h, SHARES if first < last else NOW)
     for i in range(first, last + 1):
         if START < i < POINT:
@@ -53,7 +53,7 @@ def evaluate_nodes(
                 for j in range(i):
                     total += A[i, j] * dy[j, m]
                 y[i, m] = y[0, m] + h * total
-        node = i % POINT  # at POINT, which is as late as START, that one's
+        node = i % POINT  # POINT has the share of START: zero
         derivative(model, t + SHARES[node] * h, i, modes, nodes)
 
 
@@ -67,8 +67,8 @@ def evaluate(model: Model, t: float, node: int, modes: Records, nodes: Nodes) ->
 def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
-    Of the first `free` states, rates the second half of them. Infinite where a stage was so far off that its
-    square is: divided by that, any error would seem to be zero.
+    It is that of the first `free` states, of which the second half are rates. It is infinite if the square of
+    a stage overflows: divided by that, any error would seem to be zero.
     """
     e5 = e3 = 0.0
     for m in range(free):

@@ -14,10 +14,10 @@ from reference_model.contact import side_motion
 from reference_model.dop853 import END, NOW, POINT, dense, free_states
 from reference_model.equations import Model, motion, tabulate
 from reference_model.isolation import (
+    ABSCISSAE,
     BELOW,
     CROSSES,
     NARROWEST,
-    NODES,
     POINTS,
     UNCLEAR,
     classify,
@@ -29,28 +29,27 @@ from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, UPPER, m
 from reference_model.state import WORKS, Records, Run, Touch
 
 ROUNDING = 1.0e-15
-"""m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
+"""Rounding of a margin, m or m/s: that of coordinates near 0.55 m and of slips of some m/s."""
 DEEPEST = 2.0 * LOCATED
-"""m; twice what an open contact may begin with, where the one before was located a little too early."""
+"""Depth in its wall beyond which an open contact ends at once, m: twice the largest at its beginning."""
 MOST_INTERVALS = 1000
-"""A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
+"""Largest number of intervals (usual: 1 to 10); a margin unclear then is only rounding, and its mode ends."""
 
 
 @inlined
 def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
-    """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
+    """Return at which share of a step a margin first turns negative, and its place.
 
-    With place NONE and a share below 1 that is certain up to there only: the step should end there.
-
-    Of the margins that `run.unsettled` names, in the step from `t` (s) of length `h` whose dense output is
-    in `run`.
+    The place is NONE if no margin does; if the share is then below 1, this is certain only up to there, where
+    the step should end. The margins are those of `run.unsettled`, the step that from `t` of length `h` (s),
+    whose dense output is in `run`.
     """
     contacts, modes, nodes, values = model.contacts, run.modes, run.nodes, run.values
     lo, width = 0.0, 1.0
     for interval in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         for j in range(POINTS):
-            x = lo + (hi - lo) * NODES[j]
+            x = lo + (hi - lo) * ABSCISSAE[j]
             node = 0 if x == 0.0 else (END if x == 1.0 else POINT)
             if node == POINT:
                 dense(x, free_states(nodes), nodes.y, run.f)
@@ -64,10 +63,9 @@ def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
         for place in range(contacts.size * MARGINS):
             if run.unsettled[place]:
                 column = values[place]
-                # A mode that has just begun starts at zero but for rounding, and can turn right before it
-                # ends. Not so an open contact that goes deeper into its wall than it is located to, whether
-                # or not it comes out again within the step: it starts at its wall and approaches, and ends at
-                # once.
+                # A mode that has just begun starts at zero within rounding, and may turn positive before it
+                # ends. An open contact that goes deeper into its wall than it is located to ends at once,
+                # even if it comes out again within the step.
                 starting = lo == 0.0 and column[0] <= ROUNDING
                 outside = place % MARGINS == GATE and not modes[place // MARGINS].inside
                 if outside and dips(column, DEEPEST):
@@ -113,7 +111,7 @@ def impulse(contacts: Records, k: int, run: Run) -> float:
 @inner
 def start_contact(contacts: Records, k: int, t: float, rate: float, slip: float, run: Run) -> None:
     """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
-    contact, mode, touch, event = contacts[k], run.modes[k], run.nodes.touches[0, k], run.open_contacts[k]
+    contact, mode, touch, event = contacts[k], run.modes[k], run.nodes.touches[0, k], run.current_events[k]
     mode.inside, mode.speed = True, max(-rate, contact.speed_floor)
     mode.regime = friction_regime(contact, slip)
     mode.clipped = not contact.lossless and push(contact, -touch.gap, -rate, mode.speed) < 0.0
@@ -133,10 +131,10 @@ def begin(contacts: Records, run: Run) -> None:
     touches = run.nodes.touches[0]
     for k in range(contacts.size):
         contact, touch = contacts[k], touches[k]
-        # What starts on its wall, but for rounding, is not inside it: it touches like any other.
+        # A corner that starts on its wall within rounding is not inside it: it touches like any other.
         if touch.gap < -ROUNDING:
             run.modes[k].inside = True
-            # Of a side that is inside with both corners the deeper one, or the lower, stands for the first.
+            # If both corners of a side are inside, the deeper one, or the lower of equal ones, came first.
             ahead = touches[contact.other].gap - touch.gap if contact.one_side else 1.0
             if ahead > 0.0 or (ahead == 0.0 and k < contact.other):
                 rate, slip = touch.rate, touch.slip
@@ -147,7 +145,7 @@ def begin(contacts: Records, run: Run) -> None:
 
 @inner
 def enter(contacts: Records, k: int, t: float, run: Run) -> None:
-    """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
+    """Close contact `k`; if its side is in contact already, only note that this corner is inside, too."""
     run.modes[k].inside = True
     contact, touch = contacts[k], run.nodes.touches[0, k]
     rate = touch.rate
@@ -156,7 +154,7 @@ def enter(contacts: Records, k: int, t: float, run: Run) -> None:
         other = run.nodes.touches[0, m]
         if max(run.modes[k].speed, run.modes[m].speed) > 0.0:
             return
-        # Of two that touch at once the faster one is ahead from there on; which is located first is rounding.
+        # Of two corners that touch at once the faster one is ahead; rounding decides which is located.
         if touches_too(other, touch):
             rate = min(rate, other.rate)
     start_contact(contacts, k, t, rate, touch.slip, run)
@@ -164,10 +162,7 @@ def enter(contacts: Records, k: int, t: float, run: Run) -> None:
 
 @inner
 def leave(contacts: Records, k: int, t: float, run: Run) -> None:
-    """Let contact `k` open; of a side that still has the other corner inside only this one goes out.
-
-    The event's row is written, and its contact is free.
-    """
+    """Open contact `k` and write its event; if the other corner of its side is inside, only note the exit."""
     modes, counters = run.modes, run.counters[0]
     modes[k].inside = False
     if contacts[k].one_side:
@@ -178,7 +173,7 @@ def leave(contacts: Records, k: int, t: float, run: Run) -> None:
             return
         if modes[k].speed == 0.0:
             k = m
-    event = run.open_contacts[k]
+    event = run.current_events[k]
     event.end, event.impulse = t, impulse(contacts, k, run) - event.impulse
     run.events[counters.events] = event
     counters.events += 1

@@ -1,4 +1,4 @@
-"""The ideal mechanism: no freedom left, so every channel is a closed form of the crank angle."""
+"""Channels and extrema of the ideal mechanism: each is a closed form of the crank angle."""
 
 import math
 
@@ -10,11 +10,11 @@ from reference_model.results import ACCELERATIONS, MOTION, Extrema
 from reference_model.workpiece import Load, kinks, load_force
 
 MARKS = 1000
-"""Instants of a cycle at which channels are looked at for their extrema."""
+"""Instants of a cycle at which extrema are looked for."""
 _TORQUE = REACTIONS.index("crank_torque")
 _PIECE = 1 << 14
-"""Samples that are computed at once: of a long run only what is asked for is kept."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Number of samples that are computed at once, which bounds the memory of a long run."""
+_GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 def observe_ideal(
@@ -48,33 +48,33 @@ def _extrema(m: Mechanism, load: Load, names: list[str], end: float, cycles: int
 def _extrema_to(m: Mechanism, load: Load, names: list[str], end: float) -> Array:
     """Return the extrema of the channels up to `end` (s) within the first cycle, shape (names, 4).
 
-    Of the closed form at `MARKS` a cycle, at the kinks of the load, and between the marks.
+    The closed form is evaluated at `MARKS` a cycle, at the kinks of the load, and between the marks.
     """
     period = 2.0 * np.pi / abs(m.omega)
     extrema, interval = Extrema(len(names), 1, period), period / MARKS
     marks = np.arange(math.ceil(end / interval - 1e-9)) * np.float64(interval)
-    passed = _at_kinks(m, load, np.append(marks, end))
-    times = np.union1d(np.append(marks, end), passed)
+    crossings = _at_kinks(m, load, np.append(marks, end))
+    times = np.union1d(np.append(marks, end), crossings)
     values, _ = _observe(m, load, names, times, 0.0)
     extrema.widen(times, values)
     if marks.size > 2:
         for channel, row in enumerate(values[:, np.searchsorted(times, marks)]):
-            extrema.widen_between(channel, marks, row, passed)
+            extrema.widen_between(channel, marks, row, crossings)
     first: Array = extrema.values[0]
     return first
 
 
 def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
-    """Return when the slider passes a height at which its load is not smooth, ascending, s.
+    """Return the times (s), ascending, at which the slider passes a height where its load is not smooth.
 
-    Between such heights the slider turns at most once in an interval of the times.
+    The slider must turn at most once in an interval of `times`.
     """
     heights = kinks(load)
     if not heights.size:
         return heights
 
     def crossed(grid: Array, row: int, height: float) -> Array:
-        """Return where a row of the slider's motion passes a value, by halving."""
+        """Return the times (s) at which a row of the slider's motion passes a value, by bisection."""
         above = ideal_motion(m, grid)[4, row] > height
         i = np.flatnonzero(above[:-1] != above[1:])
         lo, hi, first = grid[i], grid[i + 1], above[i]
@@ -89,19 +89,19 @@ def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
 
 
 def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
-    """Return the times, and others between them, such that the torque is smooth from one to the next.
+    """Return the times (s), and others between them, such that the torque is smooth from one to the next.
 
-    The power law begins as a power of the time: towards that instant each interval is half as long.
+    A power law begins as a power of time, so the intervals halve towards the instant at which it begins.
     """
-    passed = _at_kinks(m, load, times)
-    if passed.size and not load.depths.size:
+    crossings = _at_kinks(m, load, times)
+    if crossings.size and not load.depths.size:
         interval = float(np.diff(times).max())
         near = interval * 0.5 ** np.arange(30)
-        passed = np.concatenate(
-            [passed, np.add.outer(passed, near).ravel(), np.subtract.outer(passed, near).ravel()]
+        crossings = np.concatenate(
+            [crossings, np.add.outer(crossings, near).ravel(), np.subtract.outer(crossings, near).ravel()]
         )
-        passed = passed[(passed > times[0]) & (passed < times[-1])]
-    return np.union1d(times, passed) if passed.size else times
+        crossings = crossings[(crossings > times[0]) & (crossings < times[-1])]
+    return np.union1d(times, crossings) if crossings.size else times
 
 
 def _reactions(m: Mechanism, load: Load, motion: Array) -> Array:
@@ -109,7 +109,7 @@ def _reactions(m: Mechanism, load: Load, motion: Array) -> Array:
 
 
 def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: float) -> tuple[Array, float]:
-    """Return the channels (names, n), and the drive's work, J; `work`: that up to the first time."""
+    """Return the channels, shape (names, n), and the drive's work (J), `work` up to the first time."""
     motion = ideal_motion(m, times)
     channels = dict(zip(MOTION + ACCELERATIONS, motion[4], strict=True))
     if REACTIONS[0] in names:
@@ -117,9 +117,9 @@ def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: flo
     if ENERGIES[0] in names:
         ends = _smooth_between(m, load, times)
         half = np.diff(ends) / 2.0
-        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _NODES
+        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _GAUSS_POINTS
         power = m.omega * _reactions(m, load, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
-        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
+        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _GAUSS_WEIGHTS))])
         drive = drive[np.searchsorted(ends, times)]
         none = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))

@@ -1,7 +1,7 @@
 """Adaptive integration with located contact events.
 
 Every step is taken in frozen modes, so the method sees a smooth right-hand side; a step in which a mode ends
-is taken again up to the located instant. The kernel works in stretches: it returns when it has passed
+is taken again up to the located instant. `advance` integrates one stretch: it returns when it has passed
 `t_stop`, when a buffer is full, or when it fails, and can be called again with the same `Run`.
 """
 
@@ -38,17 +38,17 @@ from reference_model.steps import (
 )
 
 REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
-"""Why the kernel returned."""
+"""Codes with which `advance` returns."""
 
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
-# Once on the step as tried, once on the step that ends there; seldom once more, after loose tolerances.
+# Usually two: on the step as tried, and on the step that ends there; rarely more, at loose tolerances.
 _LOCATIONS = 10
 SWITCHES_AT_ONCE = 100
-"""At one instant; each contact can open or close and change its friction once."""
+"""Largest number of switches at one instant; each contact can open or close and change its friction once."""
 
 
 class Settings(NamedTuple):
-    """What the steps of a run keep to."""
+    """Limits of the steps of a run."""
 
     tolerance: float
     """Absolute local error of the coordinates, m and rad."""
@@ -70,7 +70,7 @@ def nothing_touches(modes: Records) -> bool:
 
 
 @inlined
-def complete(model: Model, t: float, h: float, run: Run) -> None:
+def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     """Prepare the dense output of a step from `t` of length `h` (s)."""
     evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, run.modes, run.nodes)
     prepare_dense(h, run.nodes.y, run.nodes.dy, run.f)
@@ -83,9 +83,8 @@ def attempt(
 ) -> tuple[float, float, int, bool, float]:
     """Try a step of `h` (s) from `t`, and again up to the first instant in it at which a mode ends.
 
-    Returned are the step that was tried last (s), its error in units of the tolerance, the place of the
-    margin that ends with it, whether its dense output is prepared, and the step (s) that the first error
-    allows next.
+    Return the step (s) that was tried last, its error in units of the tolerance, the place of the margin that
+    ends with it, whether its dense output is prepared, and the step (s) that the first error allows next.
     """
     nodes, modes, place, next_h, error = run.nodes, run.modes, NONE, h, 0.0
     for again in range(_LOCATIONS + 1):
@@ -102,10 +101,10 @@ def attempt(
             place = NONE
             h *= to_kink
             continue
-        # Also a step that was taken again: it errs less, and could meet what the longer one stepped over.
+        # A step that was taken again errs less, and may meet an event that the longer one stepped over.
         if not unsettled(model.contacts, modes, nodes.touches, h, run.scales, run.unsettled):
             break
-        complete(model, t, h, run)
+        prepare_dense_output(model, t, h, run)
         share, first = first_end(model, t, h, run)
         if first == NONE and (share >= 1.0 or t + h * share == t):
             return h, error, place, True, next_h
@@ -125,8 +124,8 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     counters.steps += 1
     peak = find_peaks(model.contacts, run, run.peaks)
     if not is_dense and (peak or instants[0, counters.instant] < t + h):
-        complete(model, t, h, run)
-    # What is on a step's end belongs to the next step: the right limit at a jump.
+        prepare_dense_output(model, t, h, run)
+    # An instant at the end of a step belongs to the next step: the right limit counts at a jump.
     while instants[0, counters.instant] < t + h:
         now, purpose = instants[0, counters.instant], int(instants[1, counters.instant])
         dense((now - t) / h, nodes.y.shape[1], nodes.y, run.f)
@@ -144,7 +143,7 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
 
 
 @inlined
-def change(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
+def change_mode(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
     """Change the mode whose margin ended at `t` (s); return the step (s) to take then instead of `h`."""
     modes, clock, k = run.modes, run.clock[0], place // MARGINS
     was_free, had_touched = nothing_touches(modes), modes[k].speed > 0.0
@@ -162,8 +161,8 @@ def change(model: Model, run: Run, t: float, h: float, place: int, tolerance: fl
 
 
 @inlined
-def obstacle(run: Run, settings: Settings, switched: int) -> int:
-    """Return why no further step may be taken; REACHED: nothing is in the way."""
+def stop_code(run: Run, settings: Settings, switched: int) -> int:
+    """Return the code of what forbids a further step; REACHED if nothing does."""
     counters = run.counters[0]
     full = counters.events + run.modes.size > EVENT_BUFFER
     if full or counters.recorded + settings.room > run.rows.times.size:
@@ -175,9 +174,9 @@ def obstacle(run: Run, settings: Settings, switched: int) -> int:
 
 @kernel
 def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: float) -> int:
-    """Integrate until `t_stop` is passed, never beyond `t_end` (s, in the cycle): there is the last sample.
+    """Integrate until `t_stop` is passed, never beyond the last sample at `t_end` (s, in the cycle).
 
-    Returned is REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
+    Return REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
     contacts, nodes, modes = model.contacts, run.nodes, run.modes
     clock, counters = run.clock[0], run.counters[0]
@@ -189,7 +188,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
         counters.started = True
     t, h, status, switched = clock.time, clock.step, REACHED, counters.switches
     while t < t_stop:
-        status = obstacle(run, settings, switched)
+        status = stop_code(run, settings, switched)
         if status != REACHED:
             break
         h = step_before_separation(contacts, modes, nodes.touches[0], h, settings.tolerance)
@@ -210,7 +209,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
         if nothing_touches(modes):
             clock.flight_step = next_h
         if t + h > t:
-            # Taken again, a step that is coarse for what it meets may end short of it: it goes on from there.
+            # A step that was taken again may end short of the event if it is coarse: the run goes on there.
             if place != NONE and not has_ended(contacts, modes, nodes.touches[END], place, run.scales):
                 place, next_h = NONE, min(next_h, h)
             accept(model, run, t, h, is_dense)
@@ -218,7 +217,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
             switched = counters.switches
         h = next_h
         if place != NONE:
-            h = change(model, run, t, h, place, settings.tolerance)
+            h = change_mode(model, run, t, h, place, settings.tolerance)
     clock.time, clock.step = t, h
     if t >= t_end:
         record(contacts, run, START, t, SAMPLE)

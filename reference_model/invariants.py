@@ -1,9 +1,9 @@
-"""Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
+"""Check the invariants of a run, which every correct run keeps: their worst values and their bounds.
 
-The values are taken from the contacts' states at the ends of accepted steps (`reference_model.recording`),
-not from what located the events. How deep an open contact is inside its wall is taken from all that is
-recorded within a step, too: that shows a contact that was stepped over. A run in which one is outside its
-bound gets the status `invariant-violated`.
+The values come from the states of the contacts at the ends of accepted steps (`reference_model.recording`),
+independently of the location of events. The depth of an open contact in its wall comes from all rows within a
+step, too, which show a contact that was stepped over. A run with a value beyond its bound has the status
+`invariant-violated`.
 """
 
 import math
@@ -31,21 +31,21 @@ _WHAT = {
     "constraint-velocity": "the constraints' rates are violated",
 }
 USUAL_ACCELERATION = 2.5e5
-"""m/s^2, of a corner: what the hardest contact of 150 random scenes gives it. A touch so slow that its
-location is past the turning point of the gap may be met as late as it is located, by then leaving at sqrt(2 a
-d): 1e-3 m/s where it is located to LOCATED. A light part is accelerated more by the same force."""
+"""Acceleration of a corner in the hardest contact of 150 random scenes, m/s^2. A slow touch may be located as
+late as at the depth LOCATED on the way out, where the corner leaves at sqrt(2 a d), 1e-3 m/s. The same force
+accelerates a light part more."""
 ENERGY_BOUND = 1e-4
-"""At a usual tolerance, proportional to it beyond. There the worst of 400 random scenes of two cycles has
-2.3e-5."""
+"""Bound up to the usual tolerance, above which it grows in proportion. The worst of 400 random scenes of two
+cycles has 2.3e-5."""
 USUAL_TOLERANCE = 1e-8
 DRIFT = 1e-6
-"""m, with Baumgarte's terms and a controlled local error. The worst of 40 random scenes has 5e-12 m at the
-usual tolerance; more than this would show in the clearances themselves."""
+"""Bound of the drift, m, with Baumgarte's terms and a controlled local error. The worst of 40 random scenes
+has 5e-12 m at the usual tolerance; more than this would show in the clearances themselves."""
 UNCONTROLLED_DRIFT = 1e-3
-"""m, where the scene asks for no stabilization, for gains that are stiff themselves, or for scipy's solvers:
-then the drift is what its settings make of it, but still no more than the parts' clearances."""
+"""Bound of the drift, m, without stabilization, with stiff gains, or with scipy's solvers: then it depends on
+the settings, but does not exceed the clearances."""
 STIFF_GAIN = 1e3
-"""1/s."""
+"""Gain of Baumgarte's terms above which they are stiff, 1/s."""
 REMEDY = (
     "lower solver.reference.tolerance; if that does not help, this is a fault of the model: please report it"
 )
@@ -55,18 +55,18 @@ REMEDY_OF_SCIPY = (
 )
 
 Worst = tuple[float, float, int]
-"""Value, when (s), of which contact (-1: none)."""
+"""Value, time (s), number of the contact (-1: none)."""
 
 
 class Invariant(NamedTuple):
-    """The worst value of one invariant in a run, and what it may be."""
+    """The worst value of one invariant in a run, and its bound."""
 
     value: float
     bound: float
     unit: str
     time_s: float
     place: str = ""
-    """The contact; empty where it is none's."""
+    """Name of the contact; empty if it concerns none."""
 
 
 def check(
@@ -74,22 +74,22 @@ def check(
 ) -> dict[str, Invariant]:
     """Return all invariants that apply to a run, by name.
 
-    `worst` is by name, as `Observation.worst` returns it, what is missing is zero; `events` are the contacts,
-    `state.Event`; `drift` is the largest violation of the constraints, None where there are none.
+    `worst` is that of `Observation.worst`, where a missing name means zero; `events` are the `state.Event`
+    of all contacts; `drift` is the largest violation of the constraints, None if there are none.
     """
     scipy, none = p.method != "dop853", (0.0, 0.0, -1)
     # A step may hold the whole peak of a contact: its ends show less.
     force = max(worst.get("force", none)[0], float(events["peak_force"].max(initial=0.0)))
-    # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense
-    # output of LSODA is from the ends of its steps.
+    # A speed may exceed its limit at the end of a mode by the accuracy of the location, m/s, or by the
+    # distance of LSODA's dense output from the ends of its steps.
     excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
-    # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
+    # A contact is met too late by this depth, m: scipy's solvers locate it to their tolerance.
     depth = 10.0 * p.tolerance if scipy else LOCATED
-    # Of what the contacts have in common.
-    law = p.contacts[0] if p.contacts else p.journal
-    ramp = law.c_f * force * excess / (law.v1 - law.v0)
+    # All contacts have the same friction.
+    contact = p.contacts[0] if p.contacts else p.journal
+    ramp = contact.c_f * force * excess / (contact.v1 - contact.v0)
     pull = max((_pull(each, events, force, excess, depth) for each in p.contacts), default=0.0)
-    begun = events[events["start"] > 0.0]  # what is inside at t = 0 may leave
+    begun = events[events["start"] > 0.0]  # a contact that is closed at t = 0 may leave
     worst = worst | {
         "start-gap": _largest(np.abs(begun["gap"]), begun),
         "leaving-start": _largest(begun["rate"], begun),
@@ -97,8 +97,8 @@ def check(
     bounds = {
         "open-depth": (max(1e-11, depth), "m"),
         "pull": (pull, "N"),
-        # Friction rises from zero at v0; beyond it, it would drive with that much force.
-        "driving-friction": (ramp * (law.v0 + excess), "W"),
+        # Friction rises from zero at v0, so a slip beyond v0 gives this driving power.
+        "driving-friction": (ramp * (contact.v0 + excess), "W"),
         "start-gap": (max(1e-11, depth), "m"),
         "leaving-start": (np.sqrt(2.0 * _acceleration(p, force) * depth), "m/s"),
     }
@@ -107,8 +107,8 @@ def check(
         bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
-        value, time, contact = worst.get(name, none)
-        place = "" if value == 0.0 or contact < 0 or name == "energy" else p.places[contact]
+        value, time, k = worst.get(name, none)
+        place = "" if value == 0.0 or k < 0 or name == "energy" else p.contact_names[k]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
     invariants["overlap"] = _overlap(p, events)
     if drift is not None:
@@ -119,17 +119,17 @@ def check(
     return invariants
 
 
-def _pull(law: Contact, events: Records, force: float, excess: float, depth: float) -> float:
+def _pull(contact: Contact, events: Records, force: float, excess: float, depth: float) -> float:
     """Return by how much a contact's force may be below zero where its mode ends, N."""
-    if law.law == ADAMS_IMPACT:
-        # What the force changes by within that: its slopes are c, n K d^(n-1) and c' d', c' < 1.5 c / d_max.
+    if contact.law == ADAMS_IMPACT:
+        # The force changes within the located depth by its slopes: c, n K d^(n-1), c' d', c' < 1.5 c / d_max.
         deepest, fastest = (float(events[of].max(initial=0.0)) for of in ("largest_depth", "normal_speed"))
-        slope = law.n * law.K * math.pow(deepest, law.n - 1.0)
-        return excess * law.c_max + 10.0 * depth * (slope + 1.5 * law.c_max / law.d_max * fastest)
+        slope = contact.n * contact.K * math.pow(deepest, contact.n - 1.0)
+        return excess * contact.c_max + 10.0 * depth * (slope + 1.5 * contact.c_max / contact.d_max * fastest)
     # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
-    pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
+    pull = force * max(contact.C * excess, 10.0 * LOCATED_SPEED) / contact.speed_floor
     # The paper's surface contact lasts until a corner is located outside: Eq. 8.
-    return pull + (0.5 * law.Ks * depth if law.law == PAPER_SWITCHING else 0.0)
+    return pull + (0.5 * contact.Ks * depth if contact.law == PAPER_SWITCHING else 0.0)
 
 
 def _largest(values: Array, events: Records) -> Worst:
@@ -160,12 +160,12 @@ def _overlap(p: Parameters, events: Records) -> Invariant:
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
-    name = p.places[int(number[order][1:][worst])]
+    name = p.contact_names[int(number[order][1:][worst])]
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 
 def violation(invariants: dict[str, Invariant], method: str = "dop853") -> str:
-    """Return the remedy of a run in one line: what is violated, where, by how much; empty if nothing is."""
+    """Return one line with the violated invariant, its contact, time and size; empty if none is violated."""
     remedy = REMEDY if method == "dop853" else REMEDY_OF_SCIPY
     for name, it in invariants.items():
         if not it.value <= it.bound:

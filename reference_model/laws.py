@@ -1,8 +1,7 @@
-"""Contact laws and friction: each a formula of one contact, whose numbers are a `parameters.Contact`.
+"""Contact laws and friction, as formulas of one contact with the constants of a `parameters.Contact`.
 
-A contact law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the
-potential U that they derive from (`side_force`); how the force is damped (`damped_force`), and until when it
-pushes (`push`).
+A contact law gives the elastic forces f_1, f_2 at the two corners of a side and their potential U from the
+depths (`side_force`), the damped force (`damped_force`), and a speed with the sign of that force (`push`).
 
 HERTZ_CORNERS
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): each penetrating corner independently (Eqs. 9-11).
@@ -40,8 +39,8 @@ from reference_model.compiled import inlined
 from reference_model.parameters import ADAMS_IMPACT, FOUNDATION, PAPER_SWITCHING, Contact
 
 SHALLOWEST = 1.0e-11
-"""m, from which on `push` follows the depth: five times what a touch is located to. Nearer to the wall its
-slope would magnify the rounding of the depth without bound, and the force is nothing."""
+"""Smallest depth that `push` follows, m: five times the accuracy to which a touch is located. Nearer to the
+wall its slope would magnify the rounding of the depth without bound, and the force is negligible."""
 
 
 @inlined
@@ -53,81 +52,81 @@ def point_force(K: float, n: float, depth: float) -> float:
 
 
 @inlined
-def damped_force(law: Contact, elastic: float, depth: float, depth_rate: float, speed: float) -> float:
-    """Return the normal force (N) from the elastic one; negative where the wall would have to pull."""
-    if law.law == ADAMS_IMPACT:
-        s = min(max(depth / law.d_max, 0.0), 1.0)
-        return elastic + law.c_max * s * s * (3.0 - 2.0 * s) * depth_rate
-    return elastic * (1.0 + law.C * depth_rate / speed)
+def damped_force(contact: Contact, elastic: float, depth: float, depth_rate: float, speed: float) -> float:
+    """Return the damped normal force (N) from the elastic one; negative if the wall would have to pull."""
+    if contact.law == ADAMS_IMPACT:
+        s = min(max(depth / contact.d_max, 0.0), 1.0)
+        return elastic + contact.c_max * s * s * (3.0 - 2.0 * s) * depth_rate
+    return elastic * (1.0 + contact.C * depth_rate / speed)
 
 
 @inlined
-def push(law: Contact, depth: float, depth_rate: float, speed: float) -> float:
+def push(contact: Contact, depth: float, depth_rate: float, speed: float) -> float:
     """Return a speed (m/s) that has the sign of the damped force.
 
-    v (1 + C d'/v), or of adams-impact the force over c_max s^m, s = d / d_max, with m = n or 2, whichever is
-    less, and none where s > 1: then neither the elastic part nor the damped one grows without bound as s
-    vanishes, and one of them stays. Depth in m, its rate and the impact speed `speed` in m/s.
+    It is v (1 + C d'/v). Of adams-impact it is the force over c_max s^m, with s = d / d_max, m = min(n, 2),
+    and m = 0 if s > 1: as s vanishes neither the elastic nor the damped part grows without bound, and one of
+    them stays. The depth is in m, its rate and the impact speed `speed` in m/s.
     """
-    if law.law != ADAMS_IMPACT:
-        return speed + law.C * depth_rate
-    s, m = max(depth, SHALLOWEST) / law.d_max, min(law.n, 2.0)
-    elastic = law.K * math.pow(law.d_max, law.n) / law.c_max
+    if contact.law != ADAMS_IMPACT:
+        return speed + contact.C * depth_rate
+    s, m = max(depth, SHALLOWEST) / contact.d_max, min(contact.n, 2.0)
+    elastic = contact.K * math.pow(contact.d_max, contact.n) / contact.c_max
     if s > 1.0:
-        return elastic * math.pow(s, law.n) + depth_rate
-    return elastic * math.pow(s, law.n - m) + math.pow(s, 2.0 - m) * (3.0 - 2.0 * s) * depth_rate
+        return elastic * math.pow(s, contact.n) + depth_rate
+    return elastic * math.pow(s, contact.n - m) + math.pow(s, 2.0 - m) * (3.0 - 2.0 * s) * depth_rate
 
 
 @inlined
-def side_force(law: Contact, d1: float, d2: float, both: bool) -> tuple[float, float, float]:
+def side_force(contact: Contact, d1: float, d2: float, both: bool) -> tuple[float, float, float]:
     """Return the elastic forces (N) at the two corners of a side, and the potential U (J) of both.
 
     d1, d2 are their depths (m), negative outside the wall; `both`: each corner is in contact by itself.
     """
-    surface = both and law.law == PAPER_SWITCHING
-    if surface or (law.law == FOUNDATION and d1 > 0.0 and d2 > 0.0):
-        f1, f2 = law.Ks * (2.0 * d1 + d2) / 6.0, law.Ks * (d1 + 2.0 * d2) / 6.0
-        return f1, f2, law.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
-    if law.law == FOUNDATION:
+    surface = both and contact.law == PAPER_SWITCHING
+    if surface or (contact.law == FOUNDATION and d1 > 0.0 and d2 > 0.0):
+        f1, f2 = contact.Ks * (2.0 * d1 + d2) / 6.0, contact.Ks * (d1 + 2.0 * d2) / 6.0
+        return f1, f2, contact.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
+    if contact.law == FOUNDATION:
         deep, out = (d1, d2) if d1 > d2 else (d2, d1)
         if deep <= 0.0:
             return 0.0, 0.0, 0.0
         share = deep / (deep - out)
-        force = 0.5 * law.Ks * deep * share
+        force = 0.5 * contact.Ks * deep * share
         less, energy = force * share / 3.0, force * deep / 3.0
         return (force - less, less, energy) if d1 > d2 else (less, force - less, energy)
-    f1, f2 = point_force(law.K, law.n, d1), point_force(law.K, law.n, d2)
-    return f1, f2, (f1 * max(d1, 0.0) + f2 * max(d2, 0.0)) / (law.n + 1.0)
+    f1, f2 = point_force(contact.K, contact.n, d1), point_force(contact.K, contact.n, d2)
+    return f1, f2, (f1 * max(d1, 0.0) + f2 * max(d2, 0.0)) / (contact.n + 1.0)
 
 
 @inlined
-def friction_regime(law: Contact, v_t: float) -> int:
+def friction_regime(contact: Contact, v_t: float) -> int:
     """Return the regime of a tangential speed (m/s)."""
     speed = abs(v_t)
-    regime = 0 if speed < law.v0 else (1 if speed <= law.v1 else 2)
+    regime = 0 if speed < contact.v0 else (1 if speed <= contact.v1 else 2)
     return regime if v_t >= 0.0 else -regime
 
 
 @inlined
-def regime_bounds(law: Contact, regime: int) -> tuple[float, float]:
+def regime_bounds(contact: Contact, regime: int) -> tuple[float, float]:
     """Return the lower and upper tangential speed (m/s) of a regime."""
     if regime == 0:
-        return -law.v0, law.v0
+        return -contact.v0, contact.v0
     if abs(regime) == 1:
-        if law.v0 == 0.0:
-            return -law.v1, law.v1
-        return (law.v0, law.v1) if regime > 0 else (-law.v1, -law.v0)
-    return (law.v1, math.inf) if regime > 0 else (-math.inf, -law.v1)
+        if contact.v0 == 0.0:
+            return -contact.v1, contact.v1
+        return (contact.v0, contact.v1) if regime > 0 else (-contact.v1, -contact.v0)
+    return (contact.v1, math.inf) if regime > 0 else (-math.inf, -contact.v1)
 
 
 @inlined
-def friction_force(law: Contact, normal: float, v_t: float, regime: int) -> float:
+def friction_force(contact: Contact, normal: float, v_t: float, regime: int) -> float:
     """Return the friction force (N) along the direction of the slip `v_t` (m/s), Eq. 12.
 
-    c_d v_t / |v_t| of Eq. 13 stands there as the smooth function that it is within `regime`.
+    c_d v_t / |v_t| of Eq. 13 is replaced by the smooth function that equals it within `regime`.
     """
     if regime == 0:
         return 0.0
     sign = 1.0 if regime > 0 else -1.0
-    correction = sign if abs(regime) == 2 else (v_t - sign * law.v0) / (law.v1 - law.v0)
-    return -law.c_f * normal * correction
+    correction = sign if abs(regime) == 2 else (v_t - sign * contact.v0) / (contact.v1 - contact.v0)
+    return -contact.c_f * normal * correction

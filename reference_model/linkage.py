@@ -1,13 +1,12 @@
-"""The linkage in closed form: driven four-bar O-A-B-H, rod 4, and the motion of all five bodies.
+"""Closed form of the linkage: driven four-bar O-A-B-H, rod 4, and the motion of all five bodies.
 
 With a driven crank and ideal revolutes the rocker's tip C(t) is a known function of time, whatever the slider
 does. Unit vectors u_i = (cos theta_i, sin theta_i) and their normals n_i = (-sin, cos) are enough for it: no
-angle is ever computed. What is here works on numbers and on arrays of them alike, and needs no compiler:
-`four_bar` is compiled into the equations of motion (`reference_model.minimal`), the rest serves the ideal
-mechanism, starts, reactions and energies.
+angle is ever computed. The functions take numbers or arrays and need no compiler: `four_bar` and `ideal_rod4`
+are compiled into the equations of motion, the others serve the ideal mechanism, starts, reactions, energies.
 
-A motion of the bodies has one row a body: x, y, theta, their rates and their second derivatives, SI; shape
-(5, 9, n).
+The motion of the bodies is an array of shape (5, 9, n). Each body has x, y, theta, their rates and their
+second derivatives, SI.
 """
 
 from typing import Any, NamedTuple
@@ -26,7 +25,7 @@ class Mechanism(NamedTuple):
     theta0: float
     """Crank angle at t = 0, rad."""
     m1: float
-    """Masses, kg."""
+    """Masses of the five bodies, kg."""
     m2: float
     m3: float
     m4: float
@@ -38,40 +37,40 @@ class Mechanism(NamedTuple):
     J4: float
     J5: float
     Ls1: float
-    """Centroids from the first pin, m."""
+    """Distances of the centroids from the first pin, m."""
     Ls2: float
     Ls3: float
     """Also the distance from the rocker's pivot H to B, where rod 2 is pinned."""
     Ls4: float
     L1: float
-    """Lengths, m."""
+    """Lengths of the rods, m."""
     L2: float
     L3: float
     L4: float
     Hx: float
-    """Rocker pivot, m."""
+    """Position of the rocker's pivot, m."""
     Hy: float
     rocker_branch: float
     """+1: B lies left of the line from A to H; -1: right."""
     slider_branch: float
     """-1: the slider hangs below the rocker's tip; +1: it stands above."""
     line_x: float
-    """The ideal slider's line: guide_x + reference_offset, m."""
+    """x of the ideal slider's line, guide_x + reference_offset, m."""
     gravity: float
-    """Along -y, m/s^2."""
+    """Acceleration of gravity along -y, m/s^2."""
     S4: float
     """m4 Ls4 + m5 L4, first moment of rod 4 and slider about the tip C, kg m."""
     I4: float
-    """J4 + m4 Ls4^2 + m5 L4^2, the inertia that goes with it, kg m^2."""
+    """J4 + m4 Ls4^2 + m5 L4^2, inertia of rod 4 and slider about the tip C, kg m^2."""
 
     @property
     def masses(self) -> tuple[float, ...]:
-        """Of the five bodies, kg."""
+        """Masses of the five bodies, kg."""
         return self.m1, self.m2, self.m3, self.m4, self.m5
 
     @property
     def inertias(self) -> tuple[float, ...]:
-        """Of the five bodies, kg m^2."""
+        """Inertias of the five bodies, kg m^2."""
         return self.J1, self.J2, self.J3, self.J4, self.J5
 
 
@@ -80,7 +79,7 @@ def four_bar(m: Mechanism, c1: Any, s1: Any) -> tuple[Any, Any, Any, Any, Any, A
 
     Loop closure (rows 3-8 of Eq. 16): with A the crank tip, e the unit vector from A to H and
     n = (-e_y, e_x): B = A + a e + h n. Rates from L1 w1 n1 + L2 w2 n2 = Ls3 w3 n3 dotted with u2 and u3,
-    angular accelerations from its derivative in the same way. Returned are the direction cosines of rod 2 and
+    angular accelerations from its derivative in the same way. Results are the direction cosines of rod 2 and
     rocker, c2, s2, c3, s3, their rates (rad/s) and angular accelerations (rad/s^2).
     """
     ex, ey = m.Hx - m.L1 * c1, m.Hy - m.L1 * s1
@@ -103,10 +102,10 @@ def four_bar(m: Mechanism, c1: Any, s1: Any) -> tuple[Any, Any, Any, Any, Any, A
 
 
 def ideal_rod4(m: Mechanism, c3: Any, s3: Any, w3: Any) -> tuple[Any, Any, Any, Any]:
-    """Return what an ideal slider makes of rod 4, from the rocker's direction cosines and rate (rad/s).
+    """Return c4, s4 of rod 4, kappa = w4 / w3 and mu = theta_4'' - kappa theta_3'' with an ideal slider.
 
-    From L3 c3 + L4 c4 = x5 - H_x = const, differentiated twice; nan where rod 4 does not reach the line. That
-    is the direction cosines c4, s4 of rod 4, kappa = w4 / w3, and theta_4'' - kappa theta_3'' (rad/s^2).
+    They follow from the rocker's direction cosines and rate (rad/s) by L3 c3 + L4 c4 = x5 - H_x = const,
+    differentiated twice. mu is in rad/s^2; all are nan where rod 4 does not reach the line.
     """
     c4 = (m.line_x - m.Hx - m.L3 * c3) / m.L4
     s4 = m.slider_branch * np.sqrt(1.0 - c4 * c4)
@@ -118,7 +117,7 @@ def ideal_rod4(m: Mechanism, c3: Any, s3: Any, w3: Any) -> tuple[Any, Any, Any, 
 def rod4_from_slider(m: Mechanism, x5: float, vx5: float) -> tuple[float, float]:
     """Return angle (rad) and rate (rad/s) of rod 4 at t = 0 with the slider's centre at `x5` and speed `vx5`.
 
-    NaN where rod 4 does not reach that far.
+    Both are nan where rod 4 does not reach that far.
     """
     _, _, c3, s3, _, w3, _, _ = four_bar(m, np.cos(m.theta0), np.sin(m.theta0))
     c4 = (x5 - m.Hx - m.L3 * c3) / m.L4
@@ -128,7 +127,7 @@ def rod4_from_slider(m: Mechanism, x5: float, vx5: float) -> tuple[float, float]
 
 
 Turn = tuple[Any, Any, Any, Any, Any]
-"""Of a rod: direction cosines, angle (rad), rate, second derivative."""
+"""Motion of a rod: direction cosines, angle (rad), rate (rad/s), second derivative (rad/s^2)."""
 
 
 def turning(theta: Any, w: Any, a: Any) -> Turn:
@@ -154,7 +153,7 @@ def _along(start: tuple[Any, ...], arm: float, turn: Turn) -> tuple[Any, ...]:
 def bodies_from_rods(
     m: Mechanism, t: Array, rods: tuple[Turn, Turn, Turn], slider: tuple[Any, Any, Any]
 ) -> Array:
-    """Return the motion of all bodies; `slider`: theta_5 and its derivatives."""
+    """Return the motion of all bodies, shape (5, 9, n); `slider` is theta_5 and its derivatives."""
     out = np.zeros((5, 9, t.size))
     origin, pivot = (0.0,) * 6, (m.Hx, m.Hy, 0.0, 0.0, 0.0, 0.0)
     crank, (rod2, rocker, rod4) = turning(m.theta0 + m.omega * t, m.omega, 0.0), rods
@@ -184,8 +183,8 @@ def four_bar_rods(m: Mechanism, t: Any) -> tuple[Turn, Turn]:
 def rod4_of_ideal_slider(m: Mechanism, rocker: Turn) -> Turn:
     """Return the motion of rod 4 where the slider is ideal; nan where rod 4 does not reach its line."""
     c3, s3, _, w3, a3 = rocker
-    c4, s4, kappa, rest = ideal_rod4(m, c3, s3, w3)
-    return c4, s4, np.arctan2(s4, c4), kappa * w3, kappa * a3 + rest
+    c4, s4, kappa, mu = ideal_rod4(m, c3, s3, w3)
+    return c4, s4, np.arctan2(s4, c4), kappa * w3, kappa * a3 + mu
 
 
 def ideal_motion(m: Mechanism, t: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Margins: what stays positive while the mode of a contact lasts, and a cheap proof that it does.
+"""Margins: functions that stay positive while the mode of a contact lasts, and a cheap proof that they do.
 
 ======  ==========================  ==========================================  =======
 number  margin                      lasts while                                 unit
@@ -36,16 +36,16 @@ from reference_model.tableau import SHARES
 
 GATE, PULL, LOWER, UPPER = range(4)
 MARGINS = 4
-"""Of a contact."""
+"""Number of margins of a contact."""
 NONE = -1
-"""In place of a margin's place, MARGINS contact + number."""
+"""No margin, instead of the place MARGINS contact + number of one."""
 
 LOCATED = 2.0e-12
-"""m; a touch is located where the gap is no more negative: a fifth of what no corner may be in its wall."""
+"""Largest depth at which a touch is located, m: a fifth of the bound of the invariant open-depth."""
 LOCATED_SPEED = 1.0e-10
-"""m/s; what friction regimes and pulls are located to. There the force has kinks but no jumps."""
+"""Accuracy of located friction regimes and pulls, m/s. There the force has kinks but no jumps."""
 SECOND_CORNER = 1.0e-12
-"""m, by which the second corner of a side is past zero where it goes in or out: less than LOCATED."""
+"""Gap beyond zero at which the second corner of a side goes in or out, m: less than LOCATED."""
 
 _FIRST, _LAST = 4, 10
 """The interior stages whose states are accurate to the fourth order or better."""
@@ -69,13 +69,13 @@ def smooth_gap(contact: Contact, mode: Mode, touch: Touch) -> float:
 def margin(contacts: Records, modes: Records, touches: Records, k: int, number: int, scale: float) -> float:
     """Return a margin of contact `k`, m or m/s, the pull times `scale` (`pull_scale`).
 
-    It is infinite where the contact does not have that margin in its mode.
+    It is infinite if the contact does not have that margin in its mode.
     """
     contact, mode, touch = contacts[k], modes[k], touches[k]
     if number == GATE:
         gap = smooth_gap(contact, mode, touch)
-        # The second corner of a side changes no force at its zero, and of a side that fades away at rest both
-        # depths are rounding: without some room it would go in and out for ever.
+        # The second corner of a side changes no force at its zero. In a side that comes to rest both depths
+        # are rounding: without some room the corner would go in and out for ever.
         return gap + SECOND_CORNER if contact.one_side and modes[contact.other].inside else gap
     if mode.speed == 0.0:
         return math.inf
@@ -94,7 +94,7 @@ def margin(contacts: Records, modes: Records, touches: Records, k: int, number: 
 
 @inner
 def pull_scale(contacts: Records, touches: Records, k: int) -> float:
-    """Return a factor that makes the pull in a step round no more than other margins.
+    """Return a factor by which the pull in a step has no more rounding than other margins.
 
     A change of depth moves the resultant's point by up to a third of that over |d1| + |d2|, as a share of the
     side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where
@@ -118,7 +118,7 @@ def pull_scale(contacts: Records, touches: Records, k: int) -> float:
 
 @inlined
 def located_to(contact: Contact, number: int) -> float:
-    """Return what a margin is located to, m/s or m; the push of adams-impact, as scaled, like a gap."""
+    """Return the accuracy of a located margin, m/s or m; adams-impact's scaled push has that of a gap."""
     like_a_gap = number == GATE or (number == PULL and contact.law == ADAMS_IMPACT)
     return LOCATED if like_a_gap else LOCATED_SPEED
 
@@ -131,7 +131,7 @@ def gap_is_settled(contact: Contact, mode: Mode, k: int, h: float, touches: Reco
     ahead = -h if mode.inside else h
     d0 = ahead * (first.rate * (1.0 - first.gap / contact.clearance))
     d1 = ahead * (last.rate * (1.0 - last.gap / contact.clearance))
-    # The quartic's Bernstein coefficients but for the middle one, which the error lowers.
+    # Bernstein coefficients of the quartic except the middle one, which the error lowers.
     if p0 < -LOCATED or p1 < -LOCATED or p0 + 0.25 * d0 <= 0.0 or p1 - 0.25 * d1 <= 0.0:
         return False
     error = 0.0
@@ -163,31 +163,31 @@ def speed_is_settled(
 
 @inlined
 def unsettled(
-    contacts: Records, modes: Records, touches: Records, h: float, scales: Array, open_: NDArray[np.bool_]
+    contacts: Records, modes: Records, touches: Records, h: float, scales: Array, flags: NDArray[np.bool_]
 ) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 
-    From the contacts' states at its nodes. Written are `scales`, `pull_scale` of each contact, and `open_`,
-    shape (contacts MARGINS,): which margins are not settled.
+    `touches` are the states of the contacts at its nodes. Write `scales`, the `pull_scale` of each contact,
+    and `flags`, shape (contacts MARGINS,): whether a margin is not settled.
     """
-    any_open = False
+    any_unsettled = False
     for k in range(contacts.size):
         contact, mode = contacts[k], modes[k]
-        open_[MARGINS * k] = not gap_is_settled(contact, mode, k, h, touches)
-        any_open = any_open or open_[MARGINS * k]
+        flags[MARGINS * k] = not gap_is_settled(contact, mode, k, h, touches)
+        any_unsettled = any_unsettled or flags[MARGINS * k]
         touching = mode.speed > 0.0
         if touching:
             scales[k] = pull_scale(contacts, touches, k)
         for number in range(PULL, MARGINS):
-            open_[MARGINS * k + number] = touching and not speed_is_settled(
+            flags[MARGINS * k + number] = touching and not speed_is_settled(
                 contacts, modes, touches, k, number, scales[k]
             )
-            any_open = any_open or open_[MARGINS * k + number]
-    return any_open
+            any_unsettled = any_unsettled or flags[MARGINS * k + number]
+    return any_unsettled
 
 
 @inner
 def has_ended(contacts: Records, modes: Records, touches: Records, place: int, scales: Array) -> bool:
-    """Return whether the margin at a `place` is down to what it is located to."""
+    """Return whether the margin at a `place` has fallen to the accuracy of its location."""
     k, number = place // MARGINS, place % MARGINS
     return margin(contacts, modes, touches, k, number, scales[k]) <= located_to(contacts[k], number)

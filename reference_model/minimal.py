@@ -6,8 +6,8 @@ theta_5 are free:
     I4 theta4'' = -S4 n4 . (C'' - g) + L4 n4 . F,   n4 = (-s4, c4)
     J5 theta5'' = M
 
-F and M are force and moment of all corners, and of a workpiece, on the slider. It is the projection of Eqs.
-14-21 onto their constraints.
+F and M are the force and moment of all corners, and of a workpiece, on the slider. These equations are the
+projection of Eqs. 14-21 onto their constraints.
 """
 
 from typing import NamedTuple
@@ -29,13 +29,13 @@ Tip = tuple[float, float, float, float, float, float]
 
 
 class Minimal(NamedTuple):
-    """The formulation: a state holds theta_4, theta_5, their rates, and the integrals behind them."""
+    """The formulation in theta_4 and theta_5: a state holds these, their rates, and integrals."""
 
     mechanism: Mechanism
     contacts: Records
     load: Load
     table: Array
-    """(8, nodes): cosine and sine of the crank's angle, and the tip, at the nodes of a step (`tabulate`)."""
+    """Cosine, sine of the crank's angle and `Tip` at the nodes of a step (`tabulate`), shape (8, nodes)."""
 
 
 def minimal(m: Mechanism, contacts: Records, load: Load) -> Minimal:
@@ -54,8 +54,8 @@ def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
 def tabulate(model: Minimal, t: float, h: float, shares: Array) -> None:
     """Write the tip at all times t + shares h (s).
 
-    The processor takes four of them at once: without that a run takes 11 to 14 % longer. For it each row is
-    an array of its own, and the compiler does not know their length.
+    The loops are vectorized, four times at once; else a run takes 11 to 14 % longer. The compiler vectorizes
+    them only if each row is an array of its own, whose length it does not know.
     """
     m, table = model.mechanism, model.table
     cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]
@@ -77,7 +77,7 @@ def slider_pose(m: Mechanism, tip: Tip, y: Array) -> tuple[Pose, float, float]:
 
 @inlined
 def tip_at(table: Array, i: int) -> Tip:
-    """Return the motion of C at a node; any other point of the step has the place of its start."""
+    """Return the motion of C at a node; POINT has the column of the step's start."""
     n = i % (NODES - 1)
     return table[2, n], table[3, n], table[4, n], table[5, n], table[6, n], table[7, n]
 
@@ -91,7 +91,7 @@ def motion(model: Minimal, t: float, i: int, nodes: Nodes) -> None:
 def derivative(model: Minimal, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write the derivatives of coordinates and rates; see `equations.derivative`.
 
-    The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
+    The drive's power is that of the pin C on rod 4, as the motion of the bodies before C is prescribed.
     """
     y, dy, slider = nodes.y[i], nodes.dy[i], nodes.slider[i]
     m, tip = model.mechanism, tip_at(model.table, i)
@@ -107,7 +107,7 @@ def derivative(model: Minimal, t: float, i: int, modes: Records, nodes: Nodes) -
     turn_x, turn_y = -(a4 * s4 + w4 * w4 * c4), a4 * c4 - w4 * w4 * s4
     slider.x, slider.y, slider.angle, slider.vx, slider.vy, slider.omega = pose
     slider.ax, slider.ay, slider.alpha = aCx + m.L4 * turn_x, aCy + m.L4 * turn_y, dy[3]
-    # Force of the pin at C on rod 4: what moves the two bodies, less gravity, contact and load.
+    # The pin at C pushes rod 4 with the inertia of the two bodies less gravity, contact and load.
     Px = (m.m4 + m.m5) * bx + m.S4 * turn_x - Fx
     Py = (m.m4 + m.m5) * by + m.S4 * turn_y - Fy
     write_tail(dy, nodes.touches[i], Px * vCx + Py * vCy, damping, friction)

@@ -4,12 +4,11 @@ q_i = (x_i, y_i, theta_i). With Phi(q, t) = 0 the rows of Eq. 16,
 
     M q'' + Phi_q^T lambda = Q,    Phi_q q'' = gamma - 2 alpha Phi' - beta^2 Phi.
 
-A planar linkage is described by lists (`assemble`): bodies, pins, ideal guides, one drive; and the body whose
-four corners are in a guide with clearance. A pin between bodies i and j gives the rows
-r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (for the frame, j = -1, b is a fixed
+`assemble` describes a planar linkage by lists: bodies, pins, ideal guides, one drive, and the body whose four
+corners are in a guide with clearance. A pin between bodies i and j gives the rows
+r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (in the fixed frame, j = -1, b is a
 point), a guide x_i - line = 0 and theta_i = 0, the drive theta_i - omega t - theta0 = 0. `press` lists the
-press, its rows in the paper's order; the paper's print of rows 7-13 is corrected: as printed the rods would
-not close.
+press with its rows in the paper's order. Rows 7-13 are corrected: as printed the rods would not close.
 """
 
 import math
@@ -29,12 +28,12 @@ from reference_model.workpiece import NO_LOAD, Load
 load_force = inlined(workpiece.load_force)
 
 FRAME = -1
-"""In place of a body's number."""
+"""Number that stands for the fixed frame in the place of a body."""
 Point = tuple[float, float]
 
 
 class Linkage(NamedTuple):
-    """The formulation: a state holds x, y, theta of all bodies, their rates, and integrals."""
+    """The formulation with multipliers: a state holds x, y, theta of all bodies, their rates, integrals."""
 
     masses: Array
     """The diagonal of M, shape (3 n,), kg and kg m^2."""
@@ -47,33 +46,33 @@ class Linkage(NamedTuple):
     guided: NDArray[np.int64]
     """Bodies on an ideal guide, shape (guides,)."""
     lines: Array
-    """x of these guides, m."""
+    """x of each ideal guide, m."""
     driven: int
-    """The driven body."""
+    """Number of the driven body."""
     slider: int
-    """The body that the slider's channels are of."""
+    """Number of the slider."""
     contacts: Records
-    """Of its corners; none where it is on an ideal guide."""
+    """Contacts of the slider's corners; none if it is on an ideal guide."""
     load: Load
-    """Of the workpiece below it."""
+    """Load of the workpiece below the slider."""
     omega: float
-    """rad/s."""
+    """Rate of the driven body, rad/s."""
     theta0: float
-    """rad."""
+    """Angle of the driven body at t = 0, rad."""
     alpha: float
-    """Baumgarte's, 1/s."""
+    """Baumgarte's alpha and beta, 1/s."""
     beta: float
     phi: Array
-    """What a solution is computed in: (rows,), ..."""
+    """Work array: Phi, shape (rows,); so are Phi', gamma and lambda."""
     rate: Array
     gamma: Array
     lambdas: Array
     applied: Array
-    """... (3 n,), ..."""
+    """Work array: Q, shape (3 n,)."""
     jacobian: Array
-    """... (rows, 3 n), ..."""
+    """Work array: Phi_q, shape (rows, 3 n)."""
     matrix: Array
-    """... (rows, rows)."""
+    """Work array: Phi_q M^-1 Phi_q^T, shape (rows, rows)."""
 
     @property
     def rows(self) -> int:
@@ -97,21 +96,21 @@ def assemble(
     Parameters
     ----------
     bodies
-        Mass (kg) and inertia about the centroid (kg m^2) of each.
+        Mass (kg) and inertia about the centroid (kg m^2) of each body.
     pins
         Body i, its point (m, from the centroid, in its own frame), body j or FRAME, its point.
     guides
-        Body that is held upright on a vertical line, and that line's x, m.
+        Body that stays upright on a vertical line, and the x of that line, m.
     drive
         Body whose angle grows uniformly, its rate (rad/s), its angle at t = 0 (rad).
     slider
-        Body that the slider's channels are of, and the contacts of its corners, if it has clearance.
+        Number of the slider, and the contacts of its corners; none without clearance.
     gravity
-        Along -y, m/s^2.
+        Acceleration of gravity along -y, m/s^2.
     baumgarte
         alpha and beta, 1/s.
     load
-        Of the workpiece below the slider.
+        Load of the workpiece below the slider.
 
     Returns
     -------
@@ -146,7 +145,7 @@ def assemble(
 
 
 def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, float]) -> Linkage:
-    """Describe the press; its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide.
+    """Describe the press, its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide.
 
     Without contacts the slider is on an ideal guide.
     """
@@ -170,8 +169,8 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
 
 
 @inlined
-def end_of(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
-    """Add the end (0, 1) of a pin to the pin's two rows."""
+def add_pin_end(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
+    """Add one end (0 or 1) of a pin to the pin's rows of Phi, Phi_q and gamma."""
     body, ax, ay = model.joined[pin, end], model.arms[pin, 2 * end], model.arms[pin, 2 * end + 1]
     row, sign = 2 * pin, 1.0 - 2.0 * end
     if body == FRAME:
@@ -191,10 +190,9 @@ def end_of(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
 
 @inner
 def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
-    """Evaluate the rows of Eq. 16 and what derives from them.
+    """Write Phi of Eq. 16, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q.
 
-    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays, from
-    the time (s), coordinates and velocities, shape (3 n,).
+    They go to the model's arrays; `q` and `v` are coordinates and velocities at `t` (s), shape (3 n,).
     """
     phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
     for i in range(phi.size):
@@ -202,8 +200,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
         for k in range(q.size):
             jacobian[i, k] = 0.0
     for pin in range(model.joined.shape[0]):
-        end_of(model, pin, 0, q, v)
-        end_of(model, pin, 1, q, v)
+        add_pin_end(model, pin, 0, q, v)
+        add_pin_end(model, pin, 1, q, v)
     row = 2 * model.joined.shape[0]
     phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
     jacobian[row, 3 * model.driven + 2] = 1.0
@@ -221,10 +219,10 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
 
 @inner
 def solve_definite(matrix: Array, right: Array) -> None:
-    """Solve a symmetric positive definite system by Cholesky's factorization; not a number where it is not.
+    """Solve a symmetric positive definite system by Cholesky's factorization; an indefinite one gives nan.
 
-    With numba's call of LAPACK in its place a first run takes 5 s longer, and each run 1.8 times as long. Of
-    the matrix, (n, n), the lower triangle counts; the factor overwrites it, and the solution `right`, (n,).
+    The factor overwrites the lower triangle of the matrix, (n, n), which alone is read, and the solution
+    overwrites `right`, (n,). With numba's call of LAPACK a run takes 1.8 times as long, the first 5 s more.
     """
     n = right.size
     for i in range(n):
@@ -246,8 +244,8 @@ def solve_definite(matrix: Array, right: Array) -> None:
 def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
 
-    The forces `model.applied` (Q: weights, contacts, load; N and N m) are given; written are q'', (3 n,), and
-    `model.lambdas` (N and N m): -lambda is what a joint exerts on the body named first.
+    `model.applied` holds the forces Q (weights, contacts, load; N and N m). Results are `acceleration`, q'',
+    shape (3 n,), and `model.lambdas` (N and N m): a joint exerts -lambda on the first body of its pin.
     """
     lambdas, matrix, jacobian = model.lambdas, model.matrix, model.jacobian
     applied, mass = model.applied, model.masses
@@ -280,7 +278,7 @@ def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:
 
 
 def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:
-    """Prepare nothing: of this motion nothing is a function of time alone."""
+    """Do nothing: no part of this motion is a function of time alone."""
 
 
 def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -> None:
@@ -311,7 +309,7 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
 def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
     """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state into `out`, shape (2, n).
 
-    Of states with coordinates and velocities first, shape (n, size), at times (s), (n,).
+    A state at one of the times (s), (n,), is a row of `states`, (n, size), that begins with q and v.
     """
     size = model.masses.size
     for i in range(times.size):

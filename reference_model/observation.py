@@ -1,6 +1,6 @@
-"""From recorded rows to channels: the whole press from a state, samples, extrema, pulses, worst values.
+"""Compute from recorded rows the motion of all bodies, samples, extrema, pulses and worst values.
 
-Rows (`reference_model.recording`) are taken as often as their buffer is full, and many at a time.
+`Observation` takes many rows (`reference_model.recording`) at a time, whenever their buffer is full.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ from reference_model.state import WORKS, WORST, Records, Rows, Run
 from reference_model.workpiece import load_force
 
 _NOTES = 200_000
-"""Forces that are noted of each contact, about; later ones have no pulse: a run of many cycles must fit."""
+"""Approximate number of forces kept per contact, which bounds the memory; later contacts have no pulse."""
 
 
 def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) -> Array:
@@ -66,20 +66,20 @@ def motions(slider: Records) -> Array:
 
 
 class Observation:
-    """Samples of the channels `names`, extrema, pulses and worst values, made of a run's rows.
+    """Samples of the channels `names`, extrema, pulses and worst values, from the rows of a run.
 
-    `run` is the run before its first step, `samples` their number.
+    `run` is the run before its first step, `samples` the number of samples.
     """
 
     def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
         self._model, self._p, self._m, self._load = model, p, p.mechanism, p.load
         self._names, self._run, self._contacts = names, run, p.contacts
         self.samples = np.zeros((len(names), samples))
-        """(names, n)."""
+        """Shape (names, samples); the first `sampled` of them are filled."""
         self.sampled = 0
         self.extrema = Extrema(len(names), begun_cycles(p), p.period)
         self.drift: dict[str, float] | None = None
-        """Largest violation of the constraints and when, m and m/s; None where there are none."""
+        """Largest violation of the constraints (m, m/s) and its time (s); None without constraints."""
         if isinstance(model, Linkage):
             self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
         self._forces: list[list[Array]] = [[] for _ in self._contacts]
@@ -90,7 +90,7 @@ class Observation:
         self._imbalance = (0.0, 0.0, -1)
 
     def take(self, rows: Rows) -> None:
-        """Take account of rows."""
+        """Add rows to samples, extrema, pulses and worst values."""
         if not rows.times.size:
             return
         if self._stored < 0.0:
@@ -101,7 +101,7 @@ class Observation:
             rows = Rows._make(each[~parts] for each in rows)
         purpose, times = rows.purposes, rows.times + rows.cycles
         values = self._channels(rows)
-        # The run's end is a sample of its own, also where rounding puts the last one just before it.
+        # The end of the run is recorded as a sample, even if rounding puts another one just before it.
         kept = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.sampled]
         self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
         self.sampled += kept.shape[1]
@@ -122,7 +122,7 @@ class Observation:
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
         """Return the normal forces of the contacts at ends of steps and at peaks, by row of the event table.
 
-        `numbers` are those of the contacts in its rows.
+        `numbers` holds the number of the contact in each row.
         """
         row, time, force = [], [], []
         for k in range(len(self._contacts)):
@@ -130,7 +130,7 @@ class Observation:
             if self._forces[k] and mine.size:
                 t, f = np.concatenate(self._forces[k], axis=1)
                 at = np.maximum(np.searchsorted(events["start"][mine], t, side="left") - 1, 0)
-                # The contact at which the room for notes ended has only a part of its forces.
+                # The last contact has only a part of its forces if the limit was reached in it.
                 whole = at < at[-1] if self._noted[k] >= _NOTES else np.ones(at.shape, np.bool_)
                 row.append(mine[at[whole]])
                 time.append(t[whole])
@@ -144,7 +144,7 @@ class Observation:
         return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
     def worst(self) -> dict[str, tuple[float, float, int]]:
-        """Return what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
+        """Return by name the worst violations: the largest value, its time (s), its contact (-1: none)."""
         return dict(zip(WORST, self._run.worst.tolist(), strict=True)) | {"energy": self._imbalance}
 
     def _bodies(self, times: Array, y: Array, dy: Array | None = None) -> Array:
@@ -155,7 +155,7 @@ class Observation:
         return energies(self._m, self._load, bodies, self._start, (stored, self._stored), works, driven)
 
     def _channels(self, rows: Rows) -> Array:
-        """Return the wanted channels, shape (names, n)."""
+        """Return the channels, shape (names, n)."""
         names, touches = set(self._names), rows.touches
         channels = dict(zip(MOTION + ACCELERATIONS, motions(rows.slider), strict=True))
         if CORNER_CHANNELS[0] in names:
@@ -186,7 +186,7 @@ class Observation:
         return reactions(self._m, bodies, Fx, Fy, ideal_slider=self._p.ideal_slider, journal=journal)
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
-        """Widen the extrema by all rows that are for them, and by what lies between them."""
+        """Widen the extrema by all rows with that purpose, and by the turning points between them."""
         chosen = (purpose & EXTREMUM) > 0
         if not chosen.all():
             times, values = times[chosen], values[:, chosen]
@@ -206,20 +206,20 @@ class Observation:
             self.extrema.widen_between(first + i, times, values)
 
     def _note_energy(self) -> None:
-        """Note the balance of energies now."""
+        """Update the largest imbalance of energies from the present state."""
         nodes, clock = self._run.nodes, self._run.clock
         y = nodes.y[:1].T
         balance = self._energies(self._bodies(clock["time"], y), nodes.touches[:1], y[-WORKS:])[:, 0]
-        # Where nothing is lost the balance is no more accurate than what flows through it.
+        # Without losses the accuracy of the balance is that of the energies that flow through it.
         _, gravity, kinetic, _, pressed, damping, friction, residual = balance.tolist()
         self._flow = max(self._flow, damping + friction, kinetic, abs(gravity), pressed)
         share = abs(residual) / self._flow
         if not share <= self._imbalance[0]:
             self._imbalance = share, float((clock["time"] + clock["cycle"])[0]), -1
 
-    def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Rows, times: Array) -> None:
+    def _note_drift(self, model: Linkage, largest: dict[str, float], rows: Rows, times: Array) -> None:
         violations = np.empty((2, times.size))
         drift(model, rows.times, rows.y, violations)
         for row, name in zip(violations, ("position", "velocity"), strict=True):
-            if row.max() > drifted[name]:
-                drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])
+            if row.max() > largest[name]:
+                largest[name], largest[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

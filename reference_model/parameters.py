@@ -1,4 +1,4 @@
-"""The scene's numbers in the paper's symbols, read from a plain mapping and checked once."""
+"""Numbers of a scene in the paper's symbols, read from a plain mapping and checked once."""
 
 import math
 import tomllib
@@ -13,11 +13,11 @@ from reference_model.linkage import Mechanism
 from reference_model.workpiece import NO_LOAD, Load, tabulated
 
 CORNERS = ("ll", "lr", "ul", "ur")
-"""Lower/upper in the slider's y, left/right in its x."""
+"""Names of the corners: lower or upper in the slider's y, left or right in its x."""
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
-"""Contact laws of the slider, by their number in `Contact.law` (`reference_model.laws`)."""
+"""Names of the contact laws (`reference_model.laws`), ..."""
 HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION, ADAMS_IMPACT = range(len(LAWS))
-"""Their numbers."""
+"""... and the numbers by which `Contact.law` refers to them."""
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", *tomllib.loads((files("reference_model") / "formulations.toml").read_text("utf-8")))
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
@@ -25,24 +25,24 @@ SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
 METHODS = ("dop853", *SCIPY_METHODS)
 
 NARROWEST_RANGE = 1.0e-10
-"""m/s, what slips are located to: a range without friction below a smaller speed counts as none."""
+"""m/s, the accuracy to which slips are located: a frictionless range narrower than this is ignored."""
 SMALLEST_TOLERANCE = 1e-14
-"""Of solver.reference.tolerance, rad."""
+"""Smallest solver.reference.tolerance, rad."""
 _LARGEST_SHARE = 0.01
-"""Of the largest tolerance in the angle that crosses a clearance; with some more, forces reach 1e18 N."""
+"""Largest tolerance as a share of the angle that crosses a clearance; above it forces reach 1e18 N."""
 
 
 class Contact(NamedTuple):
-    """A contact: its law, its friction, its place. In a list of contacts the journal is the last."""
+    """Constants of one contact. The journal is the last in a list of contacts."""
 
     law: int
-    """One of the numbers above."""
+    """Number of the contact law, such as HERTZ_CORNERS."""
     one_side: bool
     """Whether the two corners of a side are one contact."""
     lossless: bool
-    """Whether nothing is damped."""
+    """Whether the contact has no damping."""
     other: int
-    """Place in the list of the other corner of the same side; -1: the contact is a journal in its bearing."""
+    """Index of the other corner of the same side; -1: the contact is the journal in its bearing."""
     K: float
     """Stiffness as a point, Eq. 10 or of adams-impact, N/m^n."""
     Ks: float
@@ -52,9 +52,9 @@ class Contact(NamedTuple):
     C: float
     """3 (1 - c_e^2) / 4 of Eq. 11."""
     c_max: float
-    """Largest damping coefficient of adams-impact, N s/m, ..."""
+    """Largest damping coefficient of adams-impact, N s/m."""
     d_max: float
-    """... and the depth from which on it is that, m."""
+    """Depth from which on the damping coefficient is `c_max`, m."""
     speed_floor: float
     """Smallest impact speed in the damping term, m/s."""
     c_f: float
@@ -64,20 +64,20 @@ class Contact(NamedTuple):
     v1: float
     """Speed above which friction is full, Eq. 13, m/s."""
     mass: float
-    """The lightest that it can hit with, kg: only for the choice of steps."""
+    """Lightest mass that can hit there, kg: only for the choice of steps."""
     arm: float
-    """Of an angle whose error moves the contact, m: for that choice, too."""
+    """Lever arm of the angle whose error moves the contact, m: only for the choice of steps."""
     x: float = 0.0
-    """Of a corner, in the slider's frame from its centre, m."""
+    """Position of a corner from the slider's centre, in the slider's frame, m."""
     y: float = 0.0
     inward: float = 0.0
     """x component of the wall's normal into the guide: +1 at the left wall, -1 at the right."""
     wall: float = 0.0
     """x of the wall, m."""
     clearance: float = math.inf
-    """Radial, of a journal, m; infinite of a corner, whose wall is flat."""
+    """Radial clearance of the journal, m; infinite for a corner, whose wall is flat."""
     radius: float = 0.0
-    """R_b of its bearing, m."""
+    """Radius R_b of the journal's bearing, m."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,8 @@ class Parameters:
     journal: Contact
     """Contact at the crank pin, if that has clearance."""
     load: Load
-    reach: tuple[float, float]
-    """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
+    slider_start: tuple[float, float]
+    """x (m) and its rate (m/s) of the slider's centre at t = 0."""
     guide_x: float
     """Centre line of the guide, m."""
     slider_offset: float
@@ -99,7 +99,7 @@ class Parameters:
     slider_angle: float
     """theta_5 at t = 0, rad."""
     slider_omega: float
-    """rad/s at t = 0."""
+    """Rate of theta_5 at t = 0, rad/s."""
     period: float
     """T = 60 / |speed in rpm|, s."""
     cycles: float
@@ -109,7 +109,7 @@ class Parameters:
     groups: frozenset[str]
     samples_per_cycle: int
     multipliers: bool
-    """Whether the paper's own form is asked for, not the smallest that the scene allows."""
+    """Whether the scene asks for the paper's formulation with multipliers instead of the smallest one."""
     method: str
     """Integrator: "dop853", compiled, or one of `SCIPY_METHODS`."""
     tolerance: float
@@ -120,12 +120,12 @@ class Parameters:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """List of the contacts that the scene has."""
+        """Contacts of the scene."""
         return (() if self.ideal_slider else self.corners) + (() if self.ideal_pin else (self.journal,))
 
     @property
-    def places(self) -> tuple[str, ...]:
-        """Their names."""
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of `contacts`."""
         return (() if self.ideal_slider else CORNERS) + (() if self.ideal_pin else ("pin",))
 
 
@@ -145,7 +145,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     Raises
     ------
     ValueError
-        One line naming the key, where the scene asks for what this model does not simulate.
+        One line that names the key, if this model does not simulate the scene.
     """
     mechanism, initial = scene["mechanism"], scene["initial"]
     joints, solver = scene["joints"], scene["solver"]["reference"]
@@ -172,7 +172,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         corners=_read_corners(scene, guide),
         journal=_read_journal(scene),
         load=_read_load(scene["load"]),
-        reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
+        slider_start=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
         guide_x=guide,
         slider_offset=float(initial["slider_offset"]),
         slider_angle=0.0 if ideal_slider else float(initial["slider_angle"]),
@@ -194,7 +194,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
 
 
 def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation: str) -> None:
-    """Raise where a choice is none of this model's."""
+    """Raise if a key has a value that this model does not know."""
     joints, contact = scene["joints"], scene["contact"]
     if contact["law"] == "strip":
         raise ValueError(
@@ -239,7 +239,7 @@ def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) 
 def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]:
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
     half_width, half_length = 0.5 * float(slider["width"]), 0.5 * float(slider["length"])
-    half_gap = half_width + float(scene["clearance"]["slider"])
+    half_guide = half_width + float(scene["clearance"]["slider"])
     compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
     corner = _contact(
         scene,
@@ -252,7 +252,7 @@ def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]
     return tuple(
         corner._replace(
             Ks=Ks, other=(k + 2) % 4, one_side=corner.law == FOUNDATION, x=-inward * half_width,
-            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_gap,
+            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_guide,
         )
         for k, inward in enumerate((1.0, -1.0, 1.0, -1.0))
     )  # fmt: skip
@@ -274,7 +274,7 @@ def _read_journal(scene: Mapping[str, Any]) -> Contact:
 
 
 def _contact(scene: Mapping[str, Any], law: int, stiffness: float, mass: float, arm: float) -> Contact:
-    """Return a contact of no side; adams-impact has the stiffness that the scene gives, if any."""
+    """Return a contact without its geometry; adams-impact has the stiffness that the scene gives, if any."""
     contact, friction = scene["contact"], scene["friction"]
     C, c_max = _damping(contact["damping_model"], float(contact["restitution"])), float(contact["damping"])
     static = float(friction["static_speed"])
@@ -347,7 +347,7 @@ def point_stiffness(compliance: float, radius: float) -> float:
 
 
 def _require_tolerance(p: Parameters, slider_clearance: float) -> None:
-    """Raise where an error as large as the tolerance would be no longer small beside a clearance."""
+    """Raise if an error as large as the tolerance is not small compared with a clearance."""
     for ideal, key, clearance, length in (
         (p.ideal_slider, "clearance.slider", slider_clearance, p.mechanism.L4),
         (p.ideal_pin, "clearance.crank_pin", p.journal.clearance, p.mechanism.L2),

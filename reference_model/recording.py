@@ -1,8 +1,8 @@
-"""Rows: what is recorded of a run at its samples, at marks, at the ends of steps, and where contacts peak.
+"""Record rows of a run: at its samples, at marks, at the ends of steps, and where contacts peak.
 
-A row holds a state with the balance of forces in it; named channels, extrema, energies and pulses are made of
-rows, many at a time (`reference_model.observation`). Peaks of depth and force within a step are searched on
-the dense output.
+A row holds a state with the balance of forces in it; `reference_model.observation` computes channels,
+extrema, energies and pulses from many rows at a time. Peaks of depth and force in a step are found on its
+dense output.
 """
 
 import numpy as np
@@ -17,31 +17,30 @@ from reference_model.state import Records, Run
 from reference_model.tableau import SHARES
 
 MARKS = 1000
-"""Instants of a cycle at which channels are looked at for their extrema, beside the steps' ends: steps in
-flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at
-most."""
+"""Instants of a cycle at which extrema are looked for, besides the ends of steps: steps in flight are longer.
+A channel that swings k times a cycle exceeds the largest of them by at most 5e-6 k^2 of its amplitude."""
 
 SAMPLE, EXTREMUM, STEP, PART = map(constant, (1, 2, 4, 8))
-"""What a row is for, added up: a sample; extrema; the end of a step; one of its PARTS, for accelerations."""
+"""Purposes of a row, which add up: a sample; extrema; the end of a step; accelerations at PARTS of a step."""
 CLOSED = 16
-"""CLOSED 2^k is added where contact k has a force."""
+"""Purpose CLOSED 2^k marks that contact k is closed."""
 
-_EARLY, _LATER, _LATE, _SOONER = 6, 5, 10, 9
-"""Stages from which it is looked how a force begins and ends in a step, the nearer first, ..."""
-_SQUARES = np.append(SHARES[[_EARLY, _LATER]], 1.0 - SHARES[[_LATE, _SOONER]]) ** 2
-"""... and the squares of their shares of it, from its start or its end."""
+_START_NEAR, _START_FAR, _END_NEAR, _END_FAR = 6, 5, 10, 9
+"""Stages whose forces show whether a force rises at the start of a step and falls at its end."""
+_SQUARES = np.append(SHARES[[_START_NEAR, _START_FAR]], 1.0 - SHARES[[_END_NEAR, _END_FAR]]) ** 2
+"""Squares of the distances of these stages from the start or the end, as shares of the step."""
 _FLAT = 2.0e-3
-"""Of what a force changes in the step, by which it may seem to fall at the start or rise at the end, times
-such a square: a share of 0.1 to 0.3 in the parabola's slope. What is missed all the same is 3e-5 of it."""
+"""Slope against the rise or fall that still counts as flat, as a share of the change of the force in the step
+times such a square: 0.1 to 0.3 of the parabola's slope. Peaks that are missed exceed an end by 3e-5 of it."""
 PARTS = 5
-"""Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
+"""Number of evenly spaced points of a step, ends included, from which a peak is interpolated."""
 
 
-def instants(samples: int, cycles: float, period: float) -> Array:
-    """Return samples and marks of three cycles, as `Run.instants` holds them, from the samples in a cycle.
+def schedule(samples: int, cycles: float, period: float) -> Array:
+    """Return times and purposes of samples and marks for `Run.instants`, from the samples in a cycle.
 
-    Three: where a run goes on to its next cycle, its last step may have ended well inside that. Of a shorter
-    run so many `cycles`.
+    They cover three cycles, or `cycles` if the run is shorter: the last step before a run goes on to its next
+    cycle may end well inside that.
     """
     ticks = np.union1d(
         *(each * np.arange(min(3.0, cycles) * n) for n, each in ((samples, MARKS), (MARKS, samples)))
@@ -52,7 +51,7 @@ def instants(samples: int, cycles: float, period: float) -> Array:
 
 @inlined
 def note_worst(contacts: Records, run: Run, i: int, now: float, at_end: bool) -> None:
-    """Note what no correct run shows at node `i`; within a step of the depths of open contacts alone."""
+    """Update the worst violations from node `i`: all `at_end` of a step, else the depth of open contacts."""
     touches, worst = run.nodes.touches[i], run.worst
     for k in range(contacts.size):
         touch = touches[k]
@@ -63,7 +62,7 @@ def note_worst(contacts: Records, run: Run, i: int, now: float, at_end: bool) ->
         if contacts[k].one_side:
             other = touches[contacts[k].other]
             power += other.friction * other.slip
-        # Where the wall pulls its friction drives, too: that is the same violation.
+        # If the wall pulls, its friction drives, too; then only the pull is a violation.
         driving = power if normal >= 0.0 else 0.0
         depth = -touch.gap if not run.modes[k].inside else 0.0
         values = (depth, normal, -normal, driving)  # in the order of `state.WORST`
@@ -78,7 +77,7 @@ def note_forces(contacts: Records, run: Run, i: int) -> None:
     touches = run.nodes.touches[i]
     for k in range(contacts.size):
         if run.modes[k].speed > 0.0:
-            event = run.open_contacts[k]
+            event = run.current_events[k]
             event.peak_force = max(event.peak_force, normal_force(contacts, touches, k))
             event.largest_depth = max(event.largest_depth, -touches[k].gap)
             if contacts[k].one_side:
@@ -102,7 +101,7 @@ def record(contacts: Records, run: Run, i: int, t: float, purpose: int) -> None:
     counters.recorded += 1
     if why != PART:
         note_worst(contacts, run, i, cycle + t, why & STEP > 0)
-        if why != SAMPLE:  # peaks must not depend on what is asked for
+        if why != SAMPLE:  # peaks must not depend on the samples
             note_forces(contacts, run, i)
 
 
@@ -110,8 +109,8 @@ def record(contacts: Records, run: Run, i: int, t: float, purpose: int) -> None:
 def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
     """Write which depths and forces are largest within a step, and return whether any is.
 
-    Those that rise at its start and fall at its end: a depth by its rates there, a force by the parabola
-    through it and two stages, for which almost flat is enough.
+    They rise at its start and fall at its end. The rates there show this for a depth; for a force the
+    parabolas through an end and two stages do, which may be almost flat.
     """
     touches, some = run.nodes.touches, False
     for k in range(contacts.size):
@@ -119,10 +118,10 @@ def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
         peaks[k, 0], peaks[k, 1] = run.modes[k].inside and turns, False
         if run.modes[k].speed > 0.0:
             first = normal_force(contacts, touches[0], k)
-            early = normal_force(contacts, touches[_EARLY], k)
-            later = normal_force(contacts, touches[_LATER], k)
-            sooner = normal_force(contacts, touches[_SOONER], k)
-            late = normal_force(contacts, touches[_LATE], k)
+            early = normal_force(contacts, touches[_START_NEAR], k)
+            later = normal_force(contacts, touches[_START_FAR], k)
+            sooner = normal_force(contacts, touches[_END_FAR], k)
+            late = normal_force(contacts, touches[_END_NEAR], k)
             last = normal_force(contacts, touches[END], k)
             flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
             rises = (early - first) * _SQUARES[1] - (later - first) * _SQUARES[0] > flat
@@ -134,7 +133,7 @@ def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
 
 @inlined
 def top(values: Array) -> float:
-    """Return where the polynomial through the values at j / 4 is largest, next to the largest of them."""
+    """Return at which share the polynomial through the values at j / 4 peaks next to the largest of them."""
     v0, v1, v2, v3, v4 = values[0], values[1], values[2], values[3], values[4]
     # Newton's divided differences, at s = 0 .. 4.
     a1, a2 = v1 - v0, (v2 - 2.0 * v1 + v0) / 2.0
@@ -156,8 +155,8 @@ def top(values: Array) -> float:
 def record_peaks(model: Model, run: Run, t: float, h: float) -> None:
     """Record the step from `t` to t + h (s, in the cycle) where a depth or a force is largest within it.
 
-    Of each, first its parts are looked at. Accelerations do not peak together with any one force, as two
-    corners push and the slider turns: of all parts of the step they are recorded, too.
+    Each peak is interpolated from the parts of the step. The parts are recorded, too: accelerations do not
+    peak together with any one force, as two corners push and the slider turns.
     """
     contacts, nodes, values, parted, share = model.contacts, run.nodes, run.parts, False, 0.0
     touches = nodes.touches[POINT]

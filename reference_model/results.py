@@ -1,7 +1,7 @@
-"""What a simulation gives: named channels, which of them a scene asks for, and their extrema by crank cycle.
+"""Result of a simulation: named channels, the choice of them by a scene, their extrema by crank cycle.
 
-Extrema are found between rows of values at ascending times: a coordinate turns where its velocity changes
-sign, there the motion is the cubic polynomial of both; an instant between two cycles belongs to both.
+Extrema are found between values at ascending times: a coordinate turns where its velocity changes sign, and
+is there the cubic polynomial through both. An instant between two cycles belongs to both.
 """
 
 import math
@@ -26,8 +26,8 @@ _NONE = np.empty(0)
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
-def requested(p: Parameters) -> list[str]:
-    """Return the channels that the scene asks for; an ideal slider has no corners to speak of."""
+def channel_names(p: Parameters) -> list[str]:
+    """Return the names of the channels in the scene's groups; an ideal slider has no corners."""
     names = [*MOTION]
     if "accelerations" in p.groups:
         names += ACCELERATIONS
@@ -42,18 +42,18 @@ def requested(p: Parameters) -> list[str]:
 
 
 class Extrema:
-    """Minimum, its time, maximum, its time of each channel in each begun crank cycle, of a `period` (s).
+    """Minimum and maximum of each channel, with their times, in each begun crank cycle of a `period` (s).
 
-    What is later than the last cycle counts as part of it.
+    The last cycle also contains what is later.
     """
 
     def __init__(self, channels: int, cycles: int, period: float) -> None:
         self.values: Array = np.tile([np.inf, 0.0, -np.inf, 0.0], (cycles, channels, 1))
-        """(cycles, channels, 4)."""
+        """Minimum, its time (s), maximum, its time (s); shape (cycles, channels, 4)."""
         self._period = period
 
     def widen(self, times: Array, values: Array, channel: int | None = None) -> None:
-        """Take account of values at any times (n,), s: of one channel (n,), or of all, (channels, n)."""
+        """Include values at any times (s), (n,): of one channel, (n,), or of all, (channels, n)."""
         if not times.size:
             return
         channels, values = (
@@ -76,10 +76,10 @@ class Extrema:
                 extrema[higher, 2], extrema[higher, 3] = most[higher], when[highest[higher]]
 
     def widen_between(self, channel: int, times: Array, values: Array, kinks: Array = _NONE) -> None:
-        """Take account of where a channel peaks between evenly spaced values, at times of the same shape.
+        """Include the peaks of a channel between evenly spaced values, at times (s) of the same shape.
 
-        By the parabola through the largest, or least, along the last axis and its neighbours, unless one of
-        the `kinks` (s, ascending) is there.
+        The parabola through the largest or least value along the last axis and its neighbours has the peak,
+        unless one of the `kinks` (s, ascending) lies there.
         """
         interval = (times[..., -1] - times[..., 0]) / (times.shape[-1] - 1)
         for sign in (1.0, -1.0):
@@ -94,7 +94,7 @@ class Extrema:
             self.widen(when[inside], (top + 0.5 * rise * by)[inside], channel)
 
     def turn(self, times: Array, motion: Array) -> None:
-        """Take account of where the slider's coordinates turn; `motion`, shape (6, n), at ascending times."""
+        """Include the turning points of the slider's `motion`, shape (6, n), at ascending times (s)."""
         length = np.diff(times)
         for i in range(3):
             rate, x = motion[3 + i], motion[i]
@@ -105,7 +105,7 @@ class Extrema:
             # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
             root = np.sqrt(np.maximum(0.0, curved**2 - 3.0 * cubic * r0))
             below = curved + np.where(r1 > r0, root, -root)
-            # Where the rates round to nothing `below` is zero.
+            # `below` is zero if the rates underflow.
             s = np.divide(-r0, below, out=np.zeros_like(r0), where=below != 0.0)
             self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), i)
 
@@ -115,7 +115,7 @@ class Extrema:
 
 @dataclass(frozen=True)
 class Result:
-    """What a simulation gives."""
+    """Result of a simulation."""
 
     columns: dict[str, Array]
     """Channel -> values at the sample times, all of one length; "time" (s) first."""
@@ -127,24 +127,24 @@ class Result:
     extrema: dict[str, dict[str, float]]
     """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
     cycle_extrema: dict[str, Array]
-    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between
-    two cycles belongs to both."""
+    """The same by crank cycle, under names such as "slider_ay_time_of_min": arrays of one length. An instant
+    between two cycles belongs to both."""
     provenance: dict[str, Any] = field(default_factory=dict)
-    """What produced it: integrator, settings, versions, counters, wall time."""
+    """Formulation, integrator, settings, versions, counters, wall time, invariants."""
     status: str = "success"
     remedy: str = ""
-    """What to try where the status is not "success"."""
+    """What to try if the status is not "success"; may be empty."""
 
 
 def begun_cycles(p: Parameters) -> int:
-    """Return how many crank cycles a run begins."""
+    """Return the number of crank cycles that a run begins."""
     return max(1, math.ceil(p.cycles - 1e-9))
 
 
 def name_results(
     names: list[str], times: Array, values: Array, events: dict[str, NDArray[Any]], extrema: Extrema
 ) -> Result:
-    """Name what was recorded: samples (names, n) at the times (n,), contacts, extrema."""
+    """Return a result, without pulses, from samples (names, n) at times (n,), contacts and extrema."""
     keys = ("min", "time_of_min", "max", "time_of_max")
     each, at = extrema.values, np.arange(len(names))
     begun = each[np.isfinite(each[:, 0, 0])].reshape(-1, 4 * len(names))

@@ -1,4 +1,4 @@
-"""A run: which formulation a scene gets, its start, stretch after stretch, how it ended."""
+"""Run a scene: choose its formulation, start it, integrate it in stretches, collect the result."""
 
 import math
 from collections.abc import Callable
@@ -19,8 +19,8 @@ from reference_model.minimal import Minimal, minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation, needs_bodies
 from reference_model.parameters import SCIPY_METHODS, Parameters
-from reference_model.recording import PARTS, instants
-from reference_model.results import EVENT_COLUMNS, Result, name_results, requested
+from reference_model.recording import PARTS, schedule
+from reference_model.results import EVENT_COLUMNS, Result, channel_names, name_results
 from reference_model.state import (
     EVENT_BUFFER,
     WORKS,
@@ -42,12 +42,12 @@ from reference_model.state import (
 )
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
-"""At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
-on it."""
+"""At loose tolerances the error in flight would allow longer steps, which hardly sample the motion's
+harmonics. No event depends on this limit."""
 ROWS_AT_ONCE = 4096
-"""That are recorded before channels are made of them; more where one step holds so many samples."""
+"""Rows that are recorded before channels are computed from them; more if one step holds so many samples."""
 JAMMING = 1.0
-"""Coefficient of friction up to which runs were seen to end."""
+"""Largest coefficient of friction at which all observed runs reached their end."""
 _FAILURES = {
     integrate.STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
     integrate.NOT_FINITE: (
@@ -63,7 +63,7 @@ _FAILURES = {
 
 
 def formulation(p: Parameters) -> tuple[Model, str]:
-    """Return the smallest formulation for a scene, or the paper's where asked for, and its name."""
+    """Return the smallest formulation for a scene, or the paper's if the scene asks for it, and its name."""
     m, contacts, load = p.mechanism, contact_list(p.contacts), p.load
     if p.multipliers:
         model = press(m, contacts, load, baumgarte=(p.alpha, p.beta))
@@ -75,13 +75,13 @@ def formulation(p: Parameters) -> tuple[Model, str]:
 
 
 def start(p: Parameters, model: Model) -> Array:
-    """Return coordinates and rates at t = 0.
+    """Return coordinates and rates at t = 0, as a state of the model begins with them.
 
-    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says;
-    y and vy follow from rod 4. With clearance at A the pin is centred.
+    The crank, rod 2 and the rocker start as in the ideal mechanism, so a pin with clearance is centred. The
+    slider starts where the scene puts it; rod 4 connects them, and the slider's y and vy follow.
     """
     m = p.mechanism
-    theta4, w4 = rod4_from_slider(m, *p.reach)
+    theta4, w4 = rod4_from_slider(m, *p.slider_start)
     rod2, rocker = four_bar_rods(m, np.zeros(1))
     if isinstance(model, Minimal):
         return np.array([theta4, p.slider_angle, w4, p.slider_omega])
@@ -98,10 +98,10 @@ def start(p: Parameters, model: Model) -> Array:
 def new_run(
     y0: Array, contacts: int, first_step: float, instants: Array, capacity: int, *, states: bool = True
 ) -> Run:
-    """Return a run at t = 0 from coordinates and rates `y0`, with so many contacts and a first step (s).
+    """Return a run at t = 0 from coordinates and rates `y0`, with a number of contacts and a first step (s).
 
-    It records rows at `instants` (`recording.instants`), in a buffer of a `capacity` that the caller empties;
-    with `states` they hold the state, too.
+    The run records rows at `instants` (`recording.schedule`) in a buffer of `capacity` rows, which the caller
+    empties. With `states` the rows hold the state, too.
     """
     nodes = new_nodes(y0, contacts)
     size = nodes.y.shape[1]
@@ -111,7 +111,7 @@ def new_run(
         counters=records(Counters, 1),
         nodes=nodes,
         modes=records(Mode, contacts),
-        open_contacts=records(Event, contacts),
+        current_events=records(Event, contacts),
         events=records(Event, EVENT_BUFFER),
         rows=Rows(
             times=np.empty(capacity),
@@ -134,7 +134,7 @@ def new_run(
 
 
 class Compiled:
-    """The compiled integrator of one run, up to `t_end` (s), or to `limit` attempted steps and switches."""
+    """The compiled integrator of one run, up to `t_end` (s) or `limit` attempted steps and switches."""
 
     name = "DOP853 with located events"
 
@@ -142,15 +142,15 @@ class Compiled:
         self._p, self._model, self._state, self._t_end = p, model, state, t_end
         self._settings = Settings(p.tolerance, p.period * LARGEST_STEP_PER_CYCLE, _room(p), limit)
         self.settings = {"tolerance": p.tolerance, "largest_step_s": self._settings.largest}
-        self._in_cycle = int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9)))
+        self._instants_per_cycle = int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9)))
 
     def advance(self, t_stop: float) -> int:
-        """Integrate until `t_stop` (s) is passed."""
+        """Integrate until `t_stop` (s) is passed; return a code of `integrate`."""
         clock, state = self._state.clock[0], self._state
         cycles = math.floor(clock["time"] / self._p.period)
         clock["time"] -= cycles * self._p.period
         clock["cycle"] += cycles * self._p.period
-        state.counters["instant"] -= cycles * self._in_cycle
+        state.counters["instant"] -= cycles * self._instants_per_cycle
         if isinstance(self._model, Linkage):
             turned = math.copysign(2.0 * math.pi * cycles, self._p.mechanism.omega)
             state.nodes.y[0, 3 * self._model.driven + 2] -= turned
@@ -161,25 +161,25 @@ class Compiled:
     def counters(self) -> dict[str, int]:
         """Work so far."""
         counters = self._state.counters[0]
-        names = {"steps": "steps", "rejected": "rejected", "rhs": "evaluations", "switches": "switches"}
-        return {name: int(counters[of]) for name, of in (names | {"contacts": "contacts"}).items()}
+        fields = {name: name for name in ("steps", "rejected", "rhs", "switches", "contacts")}
+        return {name: int(counters[of]) for name, of in (fields | {"rhs": "evaluations"}).items()}
 
 
 def _room(p: Parameters) -> int:
-    """Return how many rows one step may need: samples and marks in it, its parts and peaks."""
+    """Return how many rows one step may need for samples, marks, parts and peaks."""
     return math.ceil(p.samples_per_cycle * min(LARGEST_STEP_PER_CYCLE, p.cycles)) + 100
 
 
 def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, limit: int) -> Result:
-    """Run a scene, with samples at the times (s) and at most so many attempted steps and switches."""
+    """Run a scene, with samples at the times (s), until at most `limit` attempted steps and switches."""
     model, name = formulation(p)
-    y0, names = start(p, model), requested(p)
-    schedule = instants(p.samples_per_cycle, p.cycles, p.period)
+    y0, names = start(p, model), channel_names(p)
+    instants = schedule(p.samples_per_cycle, p.cycles, p.period)
     state = new_run(
         y0,
         len(p.contacts),
         1e-3 * LARGEST_STEP_PER_CYCLE * p.period,
-        schedule,
+        instants,
         ROWS_AT_ONCE + _room(p),
         states=needs_bodies(names) or isinstance(model, Linkage),
     )
@@ -187,7 +187,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     events = [records(Event, 0)]
 
     def drain() -> None:
-        """Take what is in the buffers, and empty them."""
+        """Hand the buffered rows and events over, and empty the buffers."""
         counters = state.counters[0]
         observation.take(Rows._make(each[: counters["recorded"]] for each in state.rows))
         events.append(state.events[: counters["events"]].copy())
@@ -196,11 +196,11 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     reported, t_end = 0, float(times[-1])
 
     def report(t: float) -> None:
-        """Tell who listens that a time (s) is reached, at most once per 1/50 of the run."""
+        """Call `progress` when the run reaches a time (s), at most 50 times."""
         nonlocal reported
         if progress is not None and reported < math.floor(50.0 * t / t_end) < 50:
             if not reported:
-                compiled.seal()  # others wait until then for what this process compiles
+                compiled.seal()  # other processes wait for the code that this one compiles
             reported = math.floor(50.0 * t / t_end)
             progress(t / t_end)
 
@@ -213,10 +213,10 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         integrator = ScipySolver(p, model, state, times, largest, limit, drain, report)
     else:
         integrator = Compiled(p, model, state, t_end, limit)
-    # Stretch after stretch, one or more a cycle: a call of compiled code takes as long as a hundred steps.
+    # A call of compiled code takes as long as a hundred steps, so a stretch is long: a cycle, or 1/10 of it.
     stretch = p.period / (1 if progress is None else min(10, math.ceil(50.0 / p.cycles)))
     stop, now, code = 0, 0.0, integrate.REACHED
-    while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
+    while code in (integrate.REACHED, integrate.BUFFER_FULL) and t_end - now > 1e-12 * t_end:
         while stop * stretch <= now:
             stop += 1
         code = integrator.advance(min(t_end, stop * stretch))
@@ -224,13 +224,13 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
             drain()
         report(now)
-    events.append(_not_ended(p, state))
-    rows = np.concatenate(events)
-    rows = rows[np.argsort(rows["start"], kind="stable")]
+    events.append(_unfinished_events(p, state))
+    contacts = np.concatenate(events)
+    contacts = contacts[np.argsort(contacts["start"], kind="stable")]
     compiled.seal()
-    numbers = rows["contact"]
-    table = {"corner": np.array(p.places, dtype=np.str_)[numbers]}
-    table |= {column: rows[column].copy() for column in EVENT_COLUMNS}
+    numbers = contacts["contact"]
+    table = {"corner": np.array(p.contact_names, dtype=np.str_)[numbers]}
+    table |= {column: contacts[column].copy() for column in EVENT_COLUMNS}
     provenance: dict[str, Any] = {
         "formulation": name,
         "integrator": integrator.name,
@@ -239,21 +239,21 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     }
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
-    invariants = check(p, observation.worst(), rows, observation.drift)
+    invariants = check(p, observation.worst(), contacts, observation.drift)
     provenance["invariants"] = as_mapping(invariants)
-    status, remedy = ending(code, p)
-    if status == "success" and (broken := violation(invariants, p.method)):
-        status, remedy = VIOLATED, broken
+    status, remedy = status_and_remedy(code, p)
+    if status == "success" and (message := violation(invariants, p.method)):
+        status, remedy = VIOLATED, message
     sampled, extrema = observation.sampled, observation.extrema
     result = name_results(names, times[:sampled], observation.samples[:, :sampled], table, extrema)
     pulses = observation.pulses(table, numbers)
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
 
-def _not_ended(p: Parameters, state: Run) -> Records:
-    """Return the rows of the contacts that are closed when the run ends."""
+def _unfinished_events(p: Parameters, state: Run) -> Records:
+    """Return the events of the contacts that are still closed when the run ends."""
     closed = np.flatnonzero(state.modes["speed"] > 0.0)
-    rows, contacts = state.open_contacts[closed].copy(), p.contacts
+    rows, contacts = state.current_events[closed].copy(), p.contacts
     impulses = state.nodes.y[0, -WORKS - len(contacts) : -WORKS]
     for row, k in zip(rows, closed.tolist(), strict=True):
         side = impulses[contacts[k].other] if contacts[k].one_side else 0.0
@@ -263,18 +263,18 @@ def _not_ended(p: Parameters, state: Run) -> Records:
     return rows
 
 
-def ending(code: int, p: Parameters) -> tuple[str, str]:
-    """Return the status of a run and what to try where that is not "success".
+def status_and_remedy(code: int, p: Parameters) -> tuple[str, str]:
+    """Return the status of a run, and its remedy if that is not "success".
 
-    What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.
+    Each remedy was observed to help (tests/contract/test_remedies.py, the study extremes).
     """
     status, remedy = _FAILURES.get(code, ("success", ""))
     if status != "success" and p.journal.c_f > JAMMING:
-        # Where such a run ends, and with which status, rounding decides.
+        # Rounding decides when such a run ends, and with which status.
         return status, "lower friction.coefficient to 1 or less: above it a slider can jam in its guide"
     if status == "work-limit" and p.method in SCIPY_METHODS:
         remedy += "; or take solver.reference.method = 'dop853'"
     elif status == "work-limit":
-        # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
+        # The damping K d^n C d'/v is stiff at depths that an impact at the frozen speed v does not reach.
         remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
     return status, remedy

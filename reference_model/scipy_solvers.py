@@ -2,14 +2,13 @@
 
 The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's
 ode15s), which is BDF here. Every margin of `reference_model.margins` is a terminal event of `solve_ivp`, so
-the modes change as in `reference_model.integrate`; after every event the solver starts anew. So it does at
-each kink of the load of a workpiece.
+the modes change as in `reference_model.integrate`. The solver starts anew after every event, and at each kink
+of the load of a workpiece.
 
-What that misses: scipy looks for an event only where a margin has opposite signs at the two ends of a step. A
-contact that begins and ends within one step is stepped over (`reference_model.integrate` isolates it for
-certain), and so is whatever else turns twice. Steps of at most a fiftieth of a cycle make that rare, not
-impossible. Of two events in one step the first is taken. A mode that is still past its end where the solver
-starts has ended once more.
+Scipy looks for an event only if a margin has opposite signs at the two ends of a step. It steps over a
+contact that begins and ends within one step (`reference_model.integrate` isolates it for certain), and over
+all else that turns twice. Steps of at most a fiftieth of a cycle make that rare, not impossible. Of two
+events in one step the first is taken. A mode that is still past its end at a new start ends again.
 """
 
 import math
@@ -34,8 +33,8 @@ from reference_model.steps import first_step_in_contact
 from reference_model.workpiece import kinks
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
-"""The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
-no larger error of it harmless, as a contact is only some 1e-6 m deep."""
+"""Smallest relative tolerance that scipy accepts. The tolerance of a scene is absolute: a coordinate of
+0.55 m may have no larger error, as a contact is only some 1e-6 m deep."""
 _UNCONTROLLED = 1e30
 """Tolerance of the impulses and works: as in `integrate` they are quadratures, whose errors do not act back.
 Not infinite, as LSODA divides by its inverse."""
@@ -75,7 +74,7 @@ def record_states(model: Model, run: Run, times: Array, purposes: Array, states:
 
 @kernel
 def change_mode(contacts: Records, t: float, place: int, run: Run, tolerance: float) -> float:
-    """Change the mode whose margin ended; return the first step (s) that the force allows then."""
+    """Change the mode whose margin ended; return the longest first step (s) in a contact that begins then."""
     k = place // MARGINS
     had_touched = run.modes[k].speed > 0.0
     events.switch(contacts, t, place, run)
@@ -182,7 +181,7 @@ class ScipySolver:
                     switched = run.counters[0]["switches"]
                     self._record(solution)
                     run.clock[0]["time"], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
-                    last = solution.sol.interpolants[-1]  # all of the step, beyond the event too
+                    last = solution.sol.interpolants[-1]  # covers the whole step, also beyond the event
                     self._last_step = float(last.t - last.t_old)
                 at_margins = solution.t_events[1 : 1 + len(self._places)]
                 hits = [place for place, at in zip(self._places, at_margins, strict=True) if at.size]
@@ -192,10 +191,10 @@ class ScipySolver:
             if ended is not None:
                 t = float(run.clock[0]["time"])
                 self._evaluate(t, run.nodes.y[0], START)
-                touch = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
+                first_step = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
-                self._first_step = min(0.5 * self._last_step, touch)
+                self._first_step = min(0.5 * self._last_step, first_step)
             elif run.clock[0]["time"] < self._t_end:  # at a kink
                 self._first_step = 0.5 * self._last_step
         return integrate.REACHED
@@ -205,21 +204,21 @@ class ScipySolver:
         return self._margins
 
     def _already_ended(self, t: float) -> int | None:
-        """Return the place of a margin that is further below zero than the tolerance, if any."""
+        """Return the place of a margin that is below zero by more than the tolerance, if any."""
         margins, tolerance = self._all_margins(t, self._run.nodes.y[0]), self._p.tolerance
         limits = np.where(np.arange(margins.size) % MARGINS == GATE, tolerance, tolerance / VELOCITY_TIME)
         below = np.flatnonzero(margins < -limits)
         return int(below[0]) if below.size else None
 
     def _solve(self, t: float) -> Any:
-        """Solve from `t` (s) to the end or to the first event, in the modes of now."""
+        """Solve from `t` (s) to the end or to the first event, in the present modes."""
         run = self._run
         self._places = [
             int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.nodes.y[0])))
         ]
         steps, limit, latest = int(run.counters[0]["steps"]), math.inf, t
-        # By time, at both ends of a step, from the states there: LSODA's dense output, on which scipy looks
-        # for the zero, meets them only to within the tolerance.
+        # Margins by time at both ends of a step, from the states there: LSODA's dense output, on which scipy
+        # looks for the zero, differs from these by up to the tolerance.
         ends = {t: self._margins.copy()}
 
         def derivative(t: float, y: Array) -> Array:
@@ -227,10 +226,10 @@ class ScipySolver:
             dy: Array = run.nodes.dy[POINT].copy()
             return dy
 
-        def left(t: float, y: Array) -> float:
-            """Note the end of each step, evaluated first by solve_ivp; zero at the step beyond the limit."""
+        def steps_left(t: float, y: Array) -> float:
+            """Note the end of each step, as solve_ivp evaluates it first; turn negative beyond the limit."""
             nonlocal steps, limit, latest
-            if t > latest:  # not where the zero is searched for
+            if t > latest:  # otherwise scipy is searching for the zero
                 kept = {latest: ends[latest], t: self._all_margins(t, y).copy()}
                 ends.clear()
                 ends.update(kept)
@@ -253,14 +252,14 @@ class ScipySolver:
                 self._evaluate(t, y)
                 return float(run.nodes.slider[POINT]["y"]) - kink
 
-            # From where it is, or is about to be.
+            # The event is a crossing from the side on which the slider is, or to which it is about to move.
             self._evaluate(t, run.nodes.y[0])
             above, speed = float(run.nodes.slider[POINT]["y"]) - kink, float(run.nodes.slider[POINT]["vy"])
             falls = above > 0.0 if abs(above) > self._p.tolerance else speed > 0.0
             value.terminal, value.direction = True, -1.0 if falls else 1.0  # type: ignore[attr-defined]
             return value
 
-        left.terminal = True  # type: ignore[attr-defined]
+        steps_left.terminal = True  # type: ignore[attr-defined]
         options: dict[str, Any] = {}
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
@@ -269,7 +268,7 @@ class ScipySolver:
             )
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, self._t_end - t)
-        events = [left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
+        events = [steps_left, *map(margin_at, self._places), *map(height_over, kinks(self._p.load))]
         return solve_ivp(  # type: ignore[call-overload]
             derivative, (t, self._t_end), run.nodes.y[0].copy(), self._method, dense_output=True, rtol=RTOL,
             atol=self._atol, max_step=self._largest, events=events, **options,
@@ -279,7 +278,7 @@ class ScipySolver:
         """Record samples, marks, steps and the peaks of the contacts of one solution."""
         run, first, last = self._run, float(solution.t[0]), float(solution.t[-1])
         interval, count = self._p.period / MARKS, self._sampled
-        # A sample on a solution's end belongs to the next one: the right limit at a jump.
+        # A sample at the end of a solution belongs to the next one: the right limit counts at a jump.
         samples = self._times[count : count + int(np.searchsorted(self._times[count:], last))]
         marks = interval * np.arange(math.ceil(first / interval), math.ceil(last / interval))
         peaks, ends = self._peaks(solution), solution.t[1:]
@@ -303,7 +302,7 @@ class ScipySolver:
                 self._drain()
 
     def _peaks(self, solution: Any) -> Array:
-        """Return when force or depth of a closed contact is largest in a solution, s."""
+        """Return the times (s) at which force or depth of a closed contact is largest in a solution."""
         peaks = []
 
         def depth_or_force(t: float, k: int, of: str) -> float:

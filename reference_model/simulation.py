@@ -1,4 +1,4 @@
-"""One scene in, one result out; before the first step, whether the linkage can be assembled."""
+"""Simulate a scene, or refuse it before the first step if its linkage cannot be assembled."""
 
 import math
 import platform
@@ -14,19 +14,19 @@ import numpy as np
 from reference_model.ideal import observe_ideal
 from reference_model.linkage import Array, four_bar_rods
 from reference_model.parameters import Parameters, read_parameters
-from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results, requested
+from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, channel_names, name_results
 from reference_model.workpiece import exists, load_force
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
-"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
-cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
+"""Attempted steps and switches after which a run is stopped, some 20 s. The shipped scenes need some 2e3 a
+cycle at tolerance 1e-9, scenes with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
-"""The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
+"""The same for scipy's solvers: a step takes 0.1 (LSODA) to 0.5 ms (scipy-DOP853), so 3 to 17 minutes."""
 BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 
 
-_MARKS = 1000
-"""Instants of a cycle at which the rocker's tip is looked at, and again about the outermost two."""
+_ANGLES = 1000
+"""Crank angles at which `check_assembly` tests rod 4's reach, and again about each extreme of it."""
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
@@ -37,7 +37,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     scene
         Complete nested mapping in the scene format.
     progress
-        Called with the finished share, 0 to 1, at most once per 1/50 of the run.
+        Called with the finished share, 0 to 1, at most 50 times.
 
     Returns
     -------
@@ -46,14 +46,14 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     Raises
     ------
     ValueError
-        One line, where the scene cannot be simulated by this model.
+        One line, if this model cannot simulate the scene.
     """
     started = time.perf_counter()
     p = read_parameters(scene)
-    assemble(p)
+    check_assembly(p)
     count = round(p.cycles * p.samples_per_cycle)
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    if _closed(p):
+    if _is_prescribed(p):
         result = _ideal(p, times)
     else:
         # Imported only where it is used: it brings the compiler, which takes longer than a short run.
@@ -76,21 +76,22 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the `ValueError` with which `simulate` refuses a scene; else return the forces of its workpiece.
 
-    ``load_at_start`` and ``largest_load``, N: that on an ideal slider over a cycle.
+    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle.
     """
-    return assemble(read_parameters(scene))
+    return check_assembly(read_parameters(scene))
 
 
 simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what `simulate` integrates of a scene: ``formulation``, as in the provenance, and ``bodies``.
+    """Return which formulation `simulate` integrates for a scene; raise as `check` does.
 
-    With the numbers of their ``coordinates`` and of the ``constraints`` between these; raises as `check`.
+    Keys: ``formulation``, as in the provenance; ``bodies``, their names; ``coordinates`` and ``constraints``,
+    the numbers of these.
     """
     p = read_parameters(scene)
-    if _closed(p):
+    if _is_prescribed(p):
         return {"formulation": "closed form", "bodies": [], "coordinates": 0, "constraints": 0}
     from reference_model.multiplier import Linkage
     from reference_model.running import formulation
@@ -105,19 +106,20 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
 simulate.plan = plan  # type: ignore[attr-defined]
 
 
-def _closed(p: Parameters) -> bool:
-    """Return whether a scene leaves nothing to integrate."""
+def _is_prescribed(p: Parameters) -> bool:
+    """Return whether the drive prescribes the whole motion: nothing is to be integrated."""
     return p.ideal_slider and p.ideal_pin and not p.multipliers
 
 
 @cache
 def _versions() -> dict[str, str]:
-    """Return the versions of what computes a run; looking them up takes longer than a short run."""
+    """Return the versions of the packages that compute a run, cached: the look-up outlasts a short run."""
     return {name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")}
 
 
 def _ideal(p: Parameters, times: Array) -> Result:
-    names, cycles = requested(p), begun_cycles(p)
+    """Return the result at the times (s) of a scene whose motion is prescribed."""
+    names, cycles = channel_names(p), begun_cycles(p)
     values, extrema = observe_ideal(p.mechanism, p.load, names, times, cycles)
     provenance = {
         "formulation": "closed form",
@@ -125,31 +127,31 @@ def _ideal(p: Parameters, times: Array) -> Result:
         "settings": {},
         "counters": {"evaluations": times.size},
     }
-    nothing = {name: np.empty(0) for name in EVENT_COLUMNS}
-    result = name_results(names, times, values, {"corner": np.empty(0, dtype=str)} | nothing, extrema)
+    events = {"corner": np.empty(0, dtype=str)} | {name: np.empty(0) for name in EVENT_COLUMNS}
+    result = name_results(names, times, values, events, extrema)
     return replace(result, provenance=provenance)
 
 
-def assemble(p: Parameters) -> dict[str, float]:
+def check_assembly(p: Parameters) -> dict[str, float]:
     """Close the linkage at the start and over a whole cycle; return the forces of `check`.
 
     Raises
     ------
     ValueError
-        One line, where it does not close, or the force of the workpiece is not finite.
+        One line, if the linkage does not close or the force of the workpiece is not finite.
     """
     _require_four_bar(p)
     m = p.mechanism
-    tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _MARKS + 1))
+    tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _ANGLES + 1))
     for outermost in (tip_x.argmin(), tip_x.argmax()):
-        near = p.period / _MARKS * (outermost + np.linspace(-1.0, 1.0, _MARKS + 1))
+        near = p.period / _ANGLES * (outermost + np.linspace(-1.0, 1.0, _ANGLES + 1))
         tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, near), strict=True))
-    # With clearance the slider is about the centre line; reliabilities refer to the ideal slider's.
+    # A slider with clearance moves about the centre line; reliabilities refer to the ideal slider's line.
     lines = [m.line_x] if p.ideal_slider else [m.line_x, p.guide_x]
     if any(np.abs(x - tip_x).max() >= m.L4 for x in lines):
         raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
     first_x, first_y = _tip(p, np.zeros(1))
-    rest = m.L4**2 - (p.reach[0] - first_x) ** 2
+    rest = m.L4**2 - (p.slider_start[0] - first_x) ** 2
     if not rest > 0.0:
         raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
     if not exists(p.load):

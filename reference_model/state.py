@@ -1,7 +1,6 @@
-"""The data of a run: arrays of records with named fields, which kernels take as they are.
+"""The data of a run: arrays of records with named fields, which compiled functions take directly.
 
-A function that gets a record gets one address; a NamedTuple would be passed field by field, an array as seven
-numbers.
+A record is passed as one address; a NamedTuple would be passed field by field, an array as seven numbers.
 """
 
 from dataclasses import dataclass
@@ -17,53 +16,53 @@ Records = Any
 """Array of records; their fields are those of the class that the docstring names."""
 
 WORKS = 3
-"""Integrals of a state behind the impulses: work of the drive, loss by damping, loss by friction, J."""
+"""Integrals after the impulses in a state, J: work of the drive, loss by damping, loss by friction."""
 NODES = 17
-"""Of a step: its start, the stages up to its end, those that only its dense output needs, any other point."""
+"""Nodes of a step: its start, the stages up to its end, the stages of its dense output, any other point."""
 EVENT_BUFFER = 4096
 
 
 def record(fields: type) -> np.dtype[np.void]:
-    """Return the type of records with the annotated fields of a class."""
+    """Return the type of a record with the annotated fields of a class."""
     return np.dtype(list(get_type_hints(fields).items()), align=True)
 
 
 def records(fields: type, *shape: int) -> Records:
-    """Return an array of such records, all zero."""
+    """Return an array of zero records with the annotated fields of a class."""
     return np.zeros(shape, record(fields))
 
 
 @dataclass
 class Mode:
-    """What a contact does between two events; its force is smooth as long as this lasts."""
+    """State of a contact that is constant between two events, so that its force is smooth there."""
 
     speed: float
-    """Impact speed, frozen at the touch, m/s; 0: no contact."""
+    """Impact speed, frozen at the touch, m/s; 0: the contact is open."""
     regime: int
-    """Of the friction (`laws.friction_regime`)."""
+    """Regime of the friction (`laws.friction_regime`)."""
     clipped: bool
-    """Whether the wall would have to pull."""
+    """Whether the force is zero because the contact law would make the wall pull."""
     inside: bool
-    """Whether the gap is closed. That is `speed` > 0 except where a side is one contact: the corner that
-    touched first keeps it."""
+    """Whether the gap is closed: the same as `speed` > 0, except if a side is one contact, whose speed only
+    the corner that touched first holds."""
 
 
 @dataclass
 class Touch:
-    """State of a contact."""
+    """Motion and force of a contact in one state."""
 
     gap: float
     """m; positive when open."""
     rate: float
-    """Of the gap, m/s."""
+    """Rate of the gap, m/s."""
     slip: float
-    """m/s."""
+    """Tangential velocity, m/s."""
     normal: float
-    """N."""
+    """Normal force, N."""
     friction: float
-    """N."""
+    """Friction force along the slip's positive direction, N."""
     stored: float
-    """J; of a side, with its lower corner."""
+    """Stored energy, J; that of both corners of a side is with the lower one."""
 
 
 @dataclass
@@ -83,10 +82,10 @@ class Motion:
 
 @dataclass
 class Clock:
-    """Where a run is.
+    """Time and steps of a run.
 
-    Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
-    just left its wall back into it.
+    The compiled solver counts time from the start of a cycle: far from zero its rounding, times the
+    speed of the mechanism, would move a corner that has just left its wall back into it.
     """
 
     time: float
@@ -101,26 +100,26 @@ class Clock:
 
 @dataclass
 class Counters:
-    """What is counted since t = 0, and rows in the buffers."""
+    """Counts since t = 0, and numbers of rows in the buffers."""
 
     steps: int
     rejected: int
     evaluations: int
     switches: int
     contacts: int
-    """That have ended."""
+    """Contacts that have ended."""
     events: int
-    """Rows in the buffer."""
+    """Rows of `Run.events` that are filled."""
     recorded: int
-    """Rows in the buffer."""
+    """Rows of `Run.rows` that are filled."""
     instant: int
-    """Which of `Run.instants` is next."""
+    """Index of the next of `Run.instants`."""
     started: bool
 
 
 @dataclass
 class Event:
-    """A contact, open or ended."""
+    """One contact from its touch to its separation: a row of the event table."""
 
     contact: int
     start: float
@@ -130,20 +129,20 @@ class Event:
     normal_speed: float
     """m/s."""
     impulse: float
-    """N s; of an open contact that before the touch."""
+    """N s; until the contact ends, the integral before its touch."""
     peak_force: float
     """N."""
     largest_depth: float
     """m."""
     gap: float
-    """At the start, m."""
+    """Gap at the start, m."""
     rate: float
-    """Of the gap at the start, m/s."""
+    """Rate of the gap at the start, m/s."""
 
 
 @dataclass
 class Worst:
-    """A largest value, when it was, and of which contact; -1: there is none."""
+    """The largest value of a quantity, its time (s), and its contact; -1: none."""
 
     value: float
     time: float
@@ -151,7 +150,7 @@ class Worst:
 
 
 WORST = ("open-depth", "force", "pull", "driving-friction")
-"""What no correct run shows (`reference_model.invariants`), and the largest force; m, N, N, W."""
+"""Violations that no correct run shows (`reference_model.invariants`), and the largest force; m, N, N, W."""
 
 
 class Nodes(NamedTuple):
@@ -160,7 +159,7 @@ class Nodes(NamedTuple):
     y: Array
     """State: coordinates, rates, impulses of the contacts (N s), works (J); shape (NODES, size)."""
     dy: Array
-    """Its derivative."""
+    """Derivative of `y`."""
     touches: Records
     """`Touch`, shape (NODES, contacts)."""
     slider: Records
@@ -168,22 +167,22 @@ class Nodes(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What is recorded (`reference_model.recording`), one entry a row."""
+    """Recorded rows (`reference_model.recording`)."""
 
     times: Array
     """s since the start of the cycle."""
     cycles: Array
     """Start of the cycle, s."""
     purposes: NDArray[np.int64]
-    """Sum of `recording`'s purposes."""
+    """Sum of the purposes of each row: SAMPLE, EXTREMUM, ... of `recording`."""
     touches: Records
     """`Touch`, shape (n, contacts)."""
     slider: Records
     """`Motion`."""
     y: Array
-    """The state, shape (n, size), or (n, 0) where no channel needs it."""
+    """States, shape (n, size), or (n, 0) if no channel needs them."""
     dy: Array
-    """Its derivative."""
+    """Derivatives of `y`."""
 
 
 class Run(NamedTuple):
@@ -194,32 +193,32 @@ class Run(NamedTuple):
     counters: Records
     """`Counters`, shape (1,)."""
     nodes: Nodes
-    """The state now is the first of them."""
+    """Nodes of the present step; the first is the present state."""
     modes: Records
     """`Mode` of each contact."""
-    open_contacts: Records
-    """`Event` of each contact, as long as it has not ended."""
+    current_events: Records
+    """`Event` of each contact that is closed now."""
     events: Records
-    """`Event` of those that have, shape (EVENT_BUFFER,); emptied by the caller."""
+    """`Event` of the contacts that have ended, shape (EVENT_BUFFER,); emptied by the caller."""
     rows: Rows
     """Emptied by the caller."""
     instants: Array
-    """(2, n): when to record a row, s since the start of the present cycle, ascending up to infinity; and
-    what for."""
+    """Times at which to record a row, s since the start of the present cycle, ascending up to infinity, and
+    the purposes of these rows; shape (2, n)."""
     worst: Records
     """`Worst` of each of WORST."""
     f: Array
-    """What a step is computed in: coefficients of its dense output, shape (7, size), ..."""
+    """Work array: coefficients of the dense output, shape (7, size)."""
     values: Array
-    """... margins along the step, shape (margins, points), ..."""
+    """Work array: margins along the step, shape (margins, isolation.POINTS)."""
     scales: Array
-    """... `margins.pull_scale` of each contact, ..."""
+    """Work array: `margins.pull_scale` of each contact."""
     unsettled: NDArray[np.bool_]
-    """... which margins the stages leave open, ..."""
+    """Work array: whether the stages leave a margin undecided, shape (margins,)."""
     parts: Array
-    """... a depth or a force at parts of the step, ..."""
+    """Work array: a depth or a force at the `recording.PARTS` of the step."""
     peaks: NDArray[np.bool_]
-    """... and whether depth and force of each contact peak within it, (contacts, 2)."""
+    """Work array: whether depth and force of each contact peak within the step, shape (contacts, 2)."""
 
 
 def contact_list(contacts: tuple[Contact, ...]) -> Records:

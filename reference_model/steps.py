@@ -1,4 +1,4 @@
-"""How long a step may be where something ends in it that is not smooth: a contact's force, or a load.
+"""Limit a step where a force is not smooth: at the start and end of a contact, at the kinks of a load.
 
 No error control knows of the kinks of a load where the slider's motion is prescribed: there the load moves
 nothing, and is integrated for the drive's work alone. So steps end at the kinks, and shorten towards where a
@@ -13,24 +13,24 @@ from reference_model.parameters import Contact
 from reference_model.state import Motion, Records
 from reference_model.workpiece import Load
 
-# A 32nd of an elastic contact; rules at loose tolerances: at 1e-7 0.05 costs 14 % more evaluations.
+# A 32nd of an elastic contact, which limits at loose tolerances: at 1e-7 0.05 costs 14 % more evaluations.
 _FIRST_SHARE = 0.1
 # All that the force moves in the first step is 2^3.5 / (2.5 * 3.5) = 1.3 tolerances; 4.0 fails more often.
 _FIRST_ERROR = 2.0
-# Short of the opening, where the force is not smooth; 0.5 costs 4 to 16 % more evaluations (1e-10 to 1e-7).
+# Steps end before the opening, where the force has a kink; 0.5 costs 4 to 16 % evaluations (1e-10 to 1e-7).
 _EXIT_SHARE = 0.8
-# While the wall does not pull nothing moves the state by the depth, so no error controls the steps over which
-# the loss of what is stored, K d^1.5 d', is integrated: of that, 2e-4 is missing with 0.8, 3e-9 with 0.3.
+# A clipped force does not move the state, so no error controls the steps over which the loss of the stored
+# energy, K d^1.5 d', is integrated: 2e-4 of it is missing with 0.8, 3e-9 with 0.3.
 _CLIPPED_SHARE = 0.3
 
 ON_IT = 2.0e-12
-"""m; nearer to the surface of a power law than that a step begins or ends on it."""
+"""Distance from the surface of a power law within which a step begins or ends on it, m."""
 BEYOND = 1.0e-13
-"""m; so far beyond a kink of a table a step ends and the next one begins, give or take as much."""
+"""Distance beyond a kink of a table at which a step ends and the next one begins, m, with as much error."""
 _INTO = 1.0e-6
-"""m by which a step goes into the workpiece, at first: of the energy at a depth of 1 mm 3e-8."""
+"""Depth of the first step in the workpiece, m; there the energy is 3e-8 of that at 1 mm."""
 _DEPTH_SHARE = 0.25
-"""Of the depth, for any further step: of a power 1.5 of the time the method then misses 1e-9."""
+"""Share of the depth for any further step: then the method misses 1e-9 of a power 1.5 of the time."""
 
 
 @inner
@@ -61,7 +61,7 @@ def first_step_in_contact(
 def step_before_separation(
     contacts: Records, modes: Records, touches: Records, h: float, tolerance: float
 ) -> float:
-    """Return the step to take instead of `h` (s) where a contact will open within it.
+    """Return the step to take instead of `h` (s) if a contact will open within it.
 
     The force K d^1.5 is not smooth where it ends either; a step across that instant fails, and again when it
     is shortened. The instant is foreseen from depth and rate: the steps towards it shorten in proportion to
@@ -92,8 +92,8 @@ def _height(share: float, y0: float, d0: float, y1: float, d1: float) -> float:
 def share_to_kink(load: Load, start: Motion, end: Motion, h: float) -> float:
     """Return the share of a step of `h` (s) at which the slider has first passed a kink of its load; 1: none.
 
-    A table's by `BEYOND`: it may be so steep that its force jumps there, and the next step begins behind it.
-    `start` and `end` are the slider's motion at both ends.
+    A kink of a table is passed by `BEYOND`: the force may be so steep that it jumps there, and the next step
+    begins behind it. `start` and `end` are the slider's motion at both ends.
     """
     if load.surface == -math.inf:
         return 1.0
@@ -127,13 +127,12 @@ def share_to_kink(load: Load, start: Motion, end: Motion, h: float) -> float:
 def step_in_workpiece(load: Load, slider: Motion, h: float) -> float:
     """Return the step to take instead of `h` (s) in a workpiece whose force is a broken power of the depth.
 
-    `slider` is its motion now. Near the surface such a power is smooth only over a share of the
-    depth.
+    `slider` is its motion now. Near the surface such a power is smooth only over a share of the depth.
     """
     depth, speed = load.surface - slider.y, abs(slider.vy)
     if depth < -ON_IT or load.depths.size > 0 or load.exponent == math.floor(load.exponent):
         return h
-    # The time that the slider takes from the surface, or to it, also where it is about to turn.
+    # The slider takes the time depth / speed from the surface, or to it, also if it is about to turn.
     speed += math.sqrt(0.5 * abs(slider.ay) * max(depth, 0.0))
     longest: float = max(_DEPTH_SHARE * depth, _INTO) / speed
     return min(h, longest)

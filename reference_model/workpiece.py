@@ -1,7 +1,6 @@
 """The load of a workpiece on the slider's centre: its force and its energy, of the height y5 alone.
 
-The force is a power law, or linear between the rows of a table. What is here works on numbers and on
-arrays of them alike.
+The force is a power law, or linear between the rows of a table. The functions take numbers or arrays.
 """
 
 from typing import Any, NamedTuple
@@ -12,19 +11,19 @@ from reference_model.linkage import Array
 
 
 class Load(NamedTuple):
-    """P(h) for h = surface - y5 > 0: force (h / depth)^exponent, or that of the rows."""
+    """Force P(h) at h = surface - y5 > 0: force (h / depth)^exponent, or the table's if it has rows."""
 
     surface: float
     """y5 at which the slider meets the workpiece, m; -inf: there is none."""
     force: float
-    """N, of the power law at ..."""
+    """Force of the power law at `depth`, N."""
     depth: float
-    """... this depth, m."""
+    """Reference depth of the power law, m."""
     exponent: float
     depths: Array
-    """Of a table's rows, m, from 0; empty: a power law, ..."""
+    """Depths of the table's rows, ascending from 0, m; empty: a power law."""
     forces: Array
-    """... and the forces there, N; beyond the last row its own."""
+    """Forces of the table's rows, N; the last one also acts beyond its depth."""
 
 
 NO_LOAD = Load(-np.inf, 0.0, 1.0, 1.0, np.empty(0), np.empty(0))
@@ -42,7 +41,7 @@ def exists(load: Load) -> bool:
 
 
 def kinks(load: Load) -> Array:
-    """Return the heights at which the force is not smooth, m."""
+    """Return the heights of the slider at which the force is not smooth, m."""
     if not exists(load):
         return np.empty(0)
     return load.surface - (load.depths if load.depths.size else np.zeros(1))
@@ -52,8 +51,8 @@ def load_force(load: Load, y: Any) -> Any:
     """Return the force (N) along +y on a slider whose centre is at the height `y` (m)."""
     h = np.maximum(load.surface - y, 0.0)
     force = load.force * (h / load.depth) ** load.exponent
-    # Each row's force times its weight, which is exactly 0 outside the two segments beside it: however steep
-    # these are, nothing is left of a row that has been passed.
+    # The weight of a row is exactly 0 outside the two segments beside it, so that nothing is left of a
+    # row that lies behind, however steep these are.
     after = 0.0 * h
     for i in range(load.depths.size - 1, 0, -1):
         width = load.depths[i] - load.depths[i - 1]

@@ -234,6 +234,6 @@ def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene):
     # An elastic hit returns twice the momentum of the effective mass. The slider turns by 4e-4 rad in it,
     # which moves r_y by 4e-4 * 25 mm, 3e-4 of it.
     assert events["impulse"][0] == pytest.approx(2.0 * effective(1.0, ry) * SPEED, rel=1e-3)
-    theta4 = math.acos((p.reach[0] - tip_x(scene())) / m.L4)
+    theta4 = math.acos((p.slider_start[0] - tip_x(scene())) / m.L4)
     # The digits printed
     assert effective(math.sin(theta4), abs(law.y)) == pytest.approx(0.0195, abs=5e-5)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from reference_model import dop853, isolation
 from reference_model.compiled import kernel
 from reference_model.dop853 import END, START
-from reference_model.isolation import BELOW, CROSSES, NODES, RESOLUTION, SETTLED, UNCLEAR
+from reference_model.isolation import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
 from reference_model.parameters import read_parameters
 from reference_model.running import formulation, start
 from reference_model.state import Mode, new_nodes, records
@@ -62,7 +62,7 @@ def turned(angles, computed):
     ],
 )
 def test_classes(function, starting, expected):
-    assert classified(function(NODES), starting) in expected
+    assert classified(function(ABSCISSAE), starting) in expected
 
 
 @settings(max_examples=60)
@@ -71,7 +71,7 @@ def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, sc
     def gap(x):
         return scale * np.sin(frequency * (root - x)) * (1.0 + x)
 
-    computed = gap(NODES)
+    computed = gap(ABSCISSAE)
     assume(classified(computed, False) == CROSSES)  # else not resolved by nine points, or too flat
     assert abs(gap(crossed(computed))) <= 2.0 * RESOLUTION
 
