@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.models import OWN, declared, declared_formulations, formulations, planned, smallest
+from comparison.models import OWN, declared_formulations, declared_settings, formulations, plan_of, smallest
 from comparison.scene import Scene, digest, load_scene
 from comparison.tables.channels import Array, BoolArray
 
@@ -161,7 +161,7 @@ def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
     values = {
         f"solver.{model}.{key}": value
         for model in models
-        for key, value in declared(model).items()
+        for key, value in declared_settings(model).items()
         if key not in scene.data["solver"].get(model, {})
     }
     return scene.variant(values) if values else scene
@@ -291,13 +291,13 @@ class Plan:
 
 def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
-    own, known = planned(model, scene.data), expected(scene, model)
+    own, known = plan_of(model, scene.data), expected(scene, model)
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation
         with suppress(ValueError):  # it has not the channels, or another method
             if name != formulation(scene, model):
-                title = planned(model, other.data)["formulation"]
+                title = plan_of(model, other.data)["formulation"]
                 ratio = expected(other, model).seconds / known.seconds
                 instead.append((f"{key} = {name!r}", title, ratio))
     return Plan(

@@ -253,12 +253,12 @@ def validate(asked: Validation) -> int:
     """
     from comparison.cli.results import Request, validate_pair, validate_pairs
     from comparison.execution.pool import kept_workers
-    from comparison.models import named
+    from comparison.models import distinct_models
     from comparison.scene import name_with
 
     request = Request.of(asked)
     with kept_workers():
-        first, second, *others = several = named(asked.models)
+        first, second, *others = several = distinct_models(asked.models)
         if others:
             folder = asked.out or console.REPORTS / name_with("pairwise", request.changes)
             code, summary = validate_pairs(request, several, folder)

@@ -12,7 +12,7 @@ from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
 from comparison.accuracy.refine import chosen_settings, families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
-from comparison.models import MODELS, EngineError, named
+from comparison.models import MODELS, EngineError, distinct_models
 from comparison.reliability.assessment import (
     ReliabilityComparison,
     at_own_samples,
@@ -117,7 +117,7 @@ def validate(
     checked = [as_scene(scene) for scene in several]
     if not checked:
         raise SceneError("scenes names none")
-    first, second, *more = named(models)
+    first, second, *more = distinct_models(models)
     if more:
         raise EngineError(f"models {models!r} must be two; sixbar validate takes more, in pairs")
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
