@@ -17,7 +17,7 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
-from comparison.metrics.contacts import noted
+from comparison.metrics.contacts import pulses_of
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, expected
@@ -147,7 +147,7 @@ def compare(
         **({"period": period} if scene is None else described(scene)),
         warnings=(() if scene is None else scene.warnings) + warnings,
         events=(a.base.events, b.base.events),
-        pulses=(noted(a.base), noted(b.base)),
+        pulses=(pulses_of(a.base), pulses_of(b.base)),
         provenance={label: table.provenance for label, table in tables.items()},
         tier=tier,
         shift=aligned.shift,

@@ -86,10 +86,10 @@ def gravity(results: Channels, tables: Tables) -> list[Cause]:
         return []
     steady = fit(np.zeros(difference.size), difference, moved=True)
     along = follows * (difference @ follows) / (follows @ follows)
-    left = float(np.sqrt(np.mean((difference - along) ** 2) / np.mean(difference**2)))
-    if steady.left > min(_STEADY, left / _RIVAL):
+    rest = float(np.sqrt(np.mean((difference - along) ** 2) / np.mean(difference**2)))
+    if steady.rest > min(_STEADY, rest / _RIVAL):
         return []
-    return [Cause("gravity", ("slider_ax",), steady.offset, steady.offset_error, left=steady.left)]
+    return [Cause("gravity", ("slider_ax",), steady.offset, steady.offset_error, rest=steady.rest)]
 
 
 def impact(results: Channels, tables: Tables, period: float | None) -> list[Cause]:

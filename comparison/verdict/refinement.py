@@ -62,8 +62,8 @@ def settle(
 ) -> Settled:
     """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
 
-    ``run_families`` is called once a level, and once for the third opinion; ``level`` says by how much the
-    runs are finer than the scene's own already; the rest as of `comparison.verdict.confirmation.confirm`.
+    ``run_families`` is called once a level, and once for the third opinion; ``level`` counts by how many
+    levels the runs are already finer than the scene; the rest is as in `confirm`.
     """
 
     def confirmed(last: Settled) -> Settled:

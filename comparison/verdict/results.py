@@ -16,7 +16,7 @@ from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.signals import Between, information, maximum, rms, scaled, tube_distance
+from comparison.metrics.signals import Between, maximum, measures, rms, scaled, tube_distance
 from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
@@ -53,7 +53,7 @@ METRICS = {
 }
 """Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
 
-Scaled ones are shares of the channel's scale; `comparison.metrics.signals.information` has the others.
+Scaled ones are shares of the channel's scale; `comparison.metrics.signals.measures` has the others.
 """
 
 
@@ -251,11 +251,11 @@ class ChannelComparison:
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
-        """`comparison.metrics.signals.information` of b against a; none of unexcited channels."""
+        """`comparison.metrics.signals.measures` of b against a; none of unexcited channels."""
         if self.verdict == "unexcited":
             return {}
         position = self.definition.rate is not None
-        return information(self.time, self.a, self.b, position=position, between=self.between)
+        return measures(self.time, self.a, self.b, position=position, between=self.between)
 
 
 @dataclass(frozen=True)
@@ -305,7 +305,7 @@ class Cause:
     channels: tuple[str, ...] = ()
     value: float = nan
     uncertainty: float = nan  # of the value, two standard errors
-    left: float = nan  # RMS of the difference without this cause over that with it
+    rest: float = nan  # RMS of the difference without this cause over that with it
     offset: float = 0.0  # beside a ratio, in the channel's unit
     values: tuple[float, float] = (nan, nan)  # the coefficient of each run
     time: float = nan  # start of a contact, s, and where it is

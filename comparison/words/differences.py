@@ -74,7 +74,7 @@ def lead(scenes: Sequence[SceneComparison]) -> list[str]:
 
 def cause(one: Cause, scene: SceneComparison) -> str:
     """Return a cause as a sentence without full stop, with the share of the difference that it leaves."""
-    rest = f"; without it {one.left:.0%} of the difference is left" if one.left >= _SHOWN else ""
+    rest = f"; without it {one.rest:.0%} of the difference is left" if one.rest >= _SHOWN else ""
     return _cause_of(one, scene) + rest
 
 
@@ -142,7 +142,7 @@ def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str])
         assert units[1] is not None
         times = float(units[0].factor / units[1].factor)
         for label, factor in ((labels[1], times), (labels[0], 1.0 / times)):
-            if abs(size / factor - 1.0) <= max(_NEAR if one.left > 1e-6 else 1e-6, one.uncertainty / size):
+            if abs(size / factor - 1.0) <= max(_NEAR if one.rest > 1e-6 else 1e-6, one.uncertainty / size):
                 rest = labels[0] if label == labels[1] else labels[1]
                 return f"{text}: perhaps {other} in {label} and {unit} in {rest}"
     return text
