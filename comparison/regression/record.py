@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
-from comparison.accuracy.refine import family, table_of_family
+from comparison.accuracy.refine import family, usable_table
 from comparison.accuracy.uncertainty import (
     Runs,
     model_uncertainty,
@@ -342,7 +342,7 @@ def renewed(
         tables = {}
         for kind, job in relatives:
             outcome = next(outcomes)
-            table = table_of_family(kind, outcome)
+            table = usable_table(kind, outcome)
             tables[kind] = successful(outcome, job) if table is None else table
         nearby = [successful(next(outcomes), job) for job in others]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from comparison.accuracy.levels import coarser
-from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
+from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, uncertainty
 from comparison.execution.run import RunError
 from comparison.reliability.errors import (
     QUANTITIES,
@@ -349,5 +349,5 @@ def _uncertainty(name: str, runs: dict[str, dict[str, Assessment]], refinement: 
     if not values:
         return np.full(base.shape, np.nan)
     finer = values.pop("finer", base)  # without one the coarser run decides alone
-    levels = Levels(base, finer, values.pop("coarser", None), tuple(values.values()), *refinement)
+    levels = RunValues(base, finer, values.pop("coarser", None), tuple(values.values()), *refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)

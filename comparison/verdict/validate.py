@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
-from comparison.accuracy.refine import chosen_settings, families, sorted_runs, table_of_family
+from comparison.accuracy.refine import chosen_settings, families, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
 from comparison.models import MODELS, EngineError, distinct_models
@@ -198,7 +198,7 @@ class _Case:
                 return self.failure(failed)
             scene, pair, warnings = finer
         else:
-            pair = sorted_runs(scene, models, outcomes)
+            pair = runs_by_model(scene, models, outcomes)
         try:
             comparison = compare(
                 *pair,
@@ -231,7 +231,7 @@ class _Case:
         """Run the families of both models at other settings; None if a run did not succeed."""
         jobs = families(scene, self.models)
         outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
-        return None if _failed(outcomes) else sorted_runs(scene, self.models, outcomes)
+        return None if _failed(outcomes) else runs_by_model(scene, self.models, outcomes)
 
     def failure(self, failed: Outcomes) -> Validation:
         """Report a run that did not succeed: of several the first that crashed, if one did."""
@@ -258,7 +258,7 @@ class _Case:
         for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
             for which, outcome in _failed(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
-        runs, ideals = (sorted_runs(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
+        runs, ideals = (runs_by_model(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
         try:
             quantities = compare_reliability(
                 runs, ideals, self.scene.period, settings, thresholds(self.tier).k
@@ -299,6 +299,4 @@ def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
 
 def _failed(outcomes: Outcomes) -> Outcomes:
     """Return the outcomes without a table that a family can use."""
-    return {
-        which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
-    }
+    return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
