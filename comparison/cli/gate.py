@@ -104,7 +104,7 @@ def gate(
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.record import read, renewed, scenes_of, write
+    from comparison.regression.record import new_baseline, read, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
@@ -116,7 +116,7 @@ def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> in
     scenes = {scene.name: scene for scene in (*held, *asked)}
     with progress("baseline", quiet=quiet) as report:
         ordered = [scenes[name] for name in sorted(scenes)]
-        made = renewed(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
+        made = new_baseline(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
     for name, scene in made.scenes.items():
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
         say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
