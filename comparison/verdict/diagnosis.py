@@ -1,4 +1,4 @@
-"""Diagnosis: causes of a difference that its shape tells, before anything is said of its size.
+"""Diagnosis: the causes of a difference that its shape shows, whatever its size.
 
 The keys in which the scenes differ; a channel of b that is a multiple of a's, moved by a constant, or late,
 named where undoing it leaves a tenth of the difference; and causes in the physics of the press.
@@ -57,14 +57,14 @@ def diagnose(
 def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
     """Return the keys in which the recorded scenes differ, with both values; None where one lacks the key.
 
-    None of settings and of what is written of a run; nor where a table records no scene.
+    Keys of settings and output do not count; without a recorded scene there are none.
     """
     sides = []
     for table in (a, b):
         record = table.provenance.get("scene")
         if not isinstance(record, dict):
             return ()
-        # With the keys that an earlier version did not write.
+        # `Table.scene` has the keys that an earlier version did not write.
         data = record if (scene := table.scene) is None else scene.data
         sides.append(flat({key: data[key] for key in data if key not in ("scene", "solver", "output")}))
     first, second = sides
@@ -76,7 +76,7 @@ def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
 
 
 def _relations(results: Channels, shift: Shift) -> list[Cause]:
-    """Name the simplest relation of each channel that differs, and what several channels share once."""
+    """Name the simplest relation of each channel that differs; one that several share is named once."""
     causes: list[Cause] = []
     for name, channel in results.items():
         differs = channel.verdict == "differ"

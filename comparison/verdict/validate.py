@@ -92,7 +92,7 @@ def validate(
     Raises
     ------
     AccuracyError
-        If the accuracy is none, or a model is not built in.
+        If the accuracy is not valid, or a model is not built in.
     EngineError
         If a model is not known, or there are not two.
     SceneError
@@ -127,18 +127,18 @@ def validate(
     results: list[Validation] = []
     for case in cases:
         dense, ideal, others = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        result = case.judged(dense, others)
+        result = case.judge(dense, others)
         if result.runs:
             reliability = case.reliability(dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
         if case.tier == "tight":
-            usual = results.pop()
+            standard = results.pop()
             result = Validation(
-                replace(usual.comparison, tight=result.comparison),
-                usual.runs,
-                usual.crashed or result.crashed,
-                usual.partial | result.partial,
-                usual.tracebacks | result.tracebacks,
+                replace(standard.comparison, tight=result.comparison),
+                standard.runs,
+                standard.crashed or result.crashed,
+                standard.partial | result.partial,
+                standard.tracebacks | result.tracebacks,
             )
         results.append(result)
     return results
@@ -166,7 +166,7 @@ class _Case:
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """Runs with the samples of the reliability, those of the ideal mechanism, other models' own.
+        """Runs with the samples of the reliability, of the ideal mechanism, and other models' own.
 
         Our models run once: the verdict takes its samples from the first. Another package's model may lack
         accelerations that the scene does not ask for, and chooses its times.
@@ -184,7 +184,7 @@ class _Case:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
 
-    def judged(self, dense: Outcomes, others: Outcomes) -> Validation:
+    def judge(self, dense: Outcomes, others: Outcomes) -> Validation:
         """Compare the runs, and settle what is open with further ones."""
         outcomes = others | {
             which: _sampled(dense[which], job.scene) for which, job in self.own.items() if which[0] in MODELS
@@ -245,7 +245,7 @@ class _Case:
         )
 
     def refused(self, error: str, failed: Job | None = None) -> SceneComparison:
-        """Return a comparison that says why there is none."""
+        """Return a comparison without channels that has the reason."""
         return no_comparison(
             self.scene, error, labels=self.models, command=self.command, tier=self.tier, failed=failed
         )
@@ -275,19 +275,19 @@ def _cases(
     tiers: Sequence[str],
     start: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[_Case]:
-    """Return what is to be compared of a scene, by tier."""
-    usual = with_declared(scene, models)
-    strict = tight(usual, models) if "tight" in tiers else None
+    """Return the cases to compare of a scene, by tier."""
+    standard = with_declared(scene, models)
+    strict = tight(standard, models) if "tight" in tiers else None
     if accuracy is not None:
         values: dict[str, object] = {}
         for model in models:
-            values |= chosen_settings(model, accuracy, usual, start)
-        usual = usual.variant(values)
+            values |= chosen_settings(model, accuracy, standard, start)
+        standard = standard.variant(values)
     command, closer = (
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
-    cases = [_Case(usual, "standard", models, start, command, closer if refinable else "")]
+    cases = [_Case(standard, "standard", models, start, command, closer if refinable else "")]
     return cases if strict is None else [*cases, _Case(strict, "tight", models, start, command)]
 
 

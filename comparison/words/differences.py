@@ -10,7 +10,7 @@ import pandas as pd
 from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
-from comparison.verdict.confirmation import ENOUGH
+from comparison.verdict.confirmation import ENOUGH_MEMBERS
 from comparison.verdict.results import (
     SUSPICIOUS,
     Cause,
@@ -24,7 +24,7 @@ _DOUBTS = {
     Doubt.RIGID: "no joint has clearance, so no start can be moved",
     Doubt.SLOW: "both models are too slow for an ensemble",
     Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
-    Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
+    Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",
@@ -252,7 +252,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         left = [f"{share} with {what}" for share, what in zip(shares, refined, strict=True)]
         lines.append(f"left of the difference: {', '.join(left)}")
     if result.outside_in:
-        what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
+        what, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")
     if result.unpredictable:
         whose = (
