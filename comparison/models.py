@@ -32,8 +32,8 @@ ROOT = Path(__file__).parents[1]
 _LIBRARIES = ("numpy", "scipy", "numba", "exudyn")
 # The C mathematical library and numba's compiler select code paths with different rounding by these features.
 _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
-# Variables that make them select others. Where glibc's say something else, stored results are computed again.
-_CHOSEN = {
+# Variables that override this selection. A tunable of glibc that does not only recomputes stored results.
+_OVERRIDES = {
     "OPENBLAS_CORETYPE": "OpenBLAS for",
     "GLIBC_TUNABLES": "glibc with",
     "NUMBA_CPU_NAME": "numba for",
@@ -74,7 +74,7 @@ def formulations(model: str, scene: Mapping[str, Any]) -> list[str]:
 
 
 def smallest(model: str, scene: Mapping[str, Any]) -> str:
-    """Return the first of these with a scene's channels and method, else the last; "auto" where none is."""
+    """Return the first formulation that has a scene's channels and method, else the last; "auto" if none."""
     declared, groups = declared_formulations(model), set(scene["output"]["groups"])
     method = scene["solver"].get(model, {}).get("method", "auto")
     possible = formulations(model, scene)
@@ -85,11 +85,11 @@ def smallest(model: str, scene: Mapping[str, Any]) -> str:
     return possible[-1] if possible else "auto"
 
 
-def planned(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a model integrates of a scene, by its function's ``plan``; raises as `check`.
+def plan_of(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a model's plan of a scene, by its function's ``plan``; raises as `check`.
 
-    ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and ``constraints``,
-    and possibly a ``note``.
+    It has ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and
+    ``constraints``, and possibly a ``note``.
     """
     own = getattr(load(model), "plan", None)
     if own is None:
@@ -115,8 +115,8 @@ def find(name: str) -> EntryPoint:
     return points[0]
 
 
-def named(names: str | Sequence[str]) -> list[str]:
-    """Return two or more different models, also of ``"reference,exudyn"``; else an `EngineError`."""
+def distinct_models(names: str | Sequence[str]) -> list[str]:
+    """Return two or more different models, also from ``"reference,exudyn"``; else an `EngineError`."""
     every = names.split(",") if isinstance(names, str) else names
     models = [find(name).name for name in (every if isinstance(every, Sequence) else [every])]
     if len(set(models)) < max(2, len(models)):
@@ -126,9 +126,9 @@ def named(names: str | Sequence[str]) -> list[str]:
 
 def load(name: str) -> Callable[..., Any]:
     """Import a model and return its ``simulate``; an `EngineError` if it cannot be imported or called."""
-    point = OWN.get(name) or find(name)  # searching all packages takes a sixth of a short run
+    point = OWN.get(name) or find(name)  # a search of all packages takes a sixth of a short run
     try:
-        with redirect_stdout(sys.stderr):  # what it prints must not stand among results
+        with redirect_stdout(sys.stderr):  # its output must not mix with results
             simulate = point.load()
     except (Exception, SystemExit) as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())
@@ -145,7 +145,7 @@ def check(name: str, scene: Mapping[str, Any]) -> dict[str, float]:
     Returns
     -------
     dict
-        Forces of the workpiece, N: ``load_at_start`` and ``largest_load``; empty where the model tells none.
+        Forces of the workpiece, N: ``load_at_start`` and ``largest_load``; empty where the model states none.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def check(name: str, scene: Mapping[str, Any]) -> dict[str, float]:
     return dict(own(deepcopy(scene)) or {}) if own is not None else {}
 
 
-def declared(name: str) -> dict[str, Any]:
+def declared_settings(name: str) -> dict[str, Any]:
     """Return the default settings that an installed model declares: its function's ``settings``, if any."""
     settings: Any = {}
     with suppress(EngineError):  # if it cannot be imported its run says why
@@ -219,9 +219,9 @@ def code_hash(*modules: str, root: Path = ROOT) -> str:
 
 @cache
 def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
-    """Return the files of a module and of all that it imports of its package, which is below the root.
+    """Return the files of a module, of all that it imports of its package, and of the data that these read.
 
-    With the data that one of these reads by ``importlib.resources.files("a.package")``.
+    The package is below the root; data are read by ``importlib.resources.files("a.package")``.
     """
     package = module.partition(".")[0]
     paths: set[Path] = set()
@@ -255,7 +255,7 @@ def file_hash(path: Path) -> str:
 
 @cache
 def _code_hash(source: bytes) -> str:
-    with suppress(SyntaxError, ValueError):  # why it cannot be run its import says
+    with suppress(SyntaxError, ValueError):  # the import reports the fault
         source = ast.dump(_WithoutTexts().visit(ast.parse(source))).encode()
     return hashlib.sha256(source).hexdigest()
 
@@ -275,12 +275,12 @@ def _version(package: str) -> str:
 
 @cache
 def platform_name() -> str:
-    """Return system, C library, processor, and what the environment makes libraries take it for."""
+    """Return system, C library, processor, and the processor that the environment makes libraries assume."""
     parts = (
         f"{platform.system()} {platform.machine()}",
         " ".join(platform.libc_ver()).strip(),
         _processor(Path("/proc/cpuinfo")),
-        *(f"{words} {chosen}" for name, words in _CHOSEN.items() if (chosen := os.environ.get(name))),
+        *(f"{words} {chosen}" for name, words in _OVERRIDES.items() if (chosen := os.environ.get(name))),
     )
     return ", ".join(part for part in parts if part)
 
@@ -290,7 +290,7 @@ def _processor(cpuinfo: Path) -> str:
         lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return platform.processor()
-    pairs = [line.partition(":") for line in reversed(lines)]  # of a key the first counts
+    pairs = [line.partition(":") for line in reversed(lines)]  # the first value of a key counts
     first = {key.strip(): value.strip() for key, _, value in pairs}
     flags = first.get("flags", first.get("Features", "")).split()
     numbers = "/".join(first[key] for key in ("cpu family", "model") if key in first)
@@ -303,6 +303,6 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: _version(name) for name in _LIBRARIES}
 
 
-def made_on() -> str:
-    """Return machine and versions in one line, for display below numbers that depend on them."""
+def machine_and_versions() -> str:
+    """Return machine and versions in one line, to print below numbers that depend on them."""
     return f"{platform_name()}; {', '.join(f'{name} {number}' for name, number in versions().items())}"

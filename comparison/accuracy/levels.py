@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.models import OWN, declared, declared_formulations, formulations, planned, smallest
+from comparison.models import OWN, declared_formulations, declared_settings, formulations, plan_of, smallest
 from comparison.scene import Scene, digest, load_scene
 from comparison.tables.channels import Array, BoolArray
 
@@ -32,7 +32,7 @@ MOST_LIKE = {
 START = {"reference": 0.007, "exudyn": 0.02}
 """Processor time of a run before its first step, s."""
 _METHODS = ("auto", "dop853", "dopri5", "generalized-alpha")
-"""Integrators by which they were measured."""
+"""Integrators of the runs in ``measured.toml``."""
 _PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "load", "environment")
 
 
@@ -69,7 +69,7 @@ def expected(scene: Scene, model: str) -> Expected:
     settings = scene.data["solver"][model]
     declaration = declared_formulations(model)[name]
     named, own = _read("accuracy.toml")["names"][name].values(), settings[declaration["setting"]]
-    # Settings come as 1e-10 or 1e-9 * 0.1.
+    # The margin is for a setting of 1e-9 * 0.1.
     error = min((e for s, e in zip(named, row["error"], strict=True) if s >= own * (1 - 1e-9)), default=nan)
     nearest, seconds = min(zip(named, row["seconds"], strict=True), key=lambda each: abs(log(each[0] / own)))
     of_steps = nearest / own if declaration["setting"] == "step" else 1.0
@@ -84,14 +84,14 @@ def expected(scene: Scene, model: str) -> Expected:
 
 
 def measured_record(scene: Scene, model: str, accuracy: str) -> dict[str, object]:
-    """Return what is recorded of a named accuracy beside a table: the measured error of its setting."""
+    """Return the record of a named accuracy beside a table: the measured error of its setting."""
     known = expected(scene, model)
     source = f"measured on {known.scene}" if known.own else "not measured on this scene"
     bound = known.error if known.own else nan
     return {"wanted": accuracy, "from": source, "bound_m": bound, "over_cycles": known.cycles}
 
 
-def at(scene: Scene, model: str, formulation: str, setting: float) -> Scene:
+def scene_at(scene: Scene, model: str, formulation: str, setting: float) -> Scene:
     """Return a scene as a formulation of a model runs it at a setting."""
     named = scene.variant({f"solver.{model}.formulation": formulation})
     return named.variant({f"solver.{model}.{declared_formulations(model)[formulation]['setting']}": setting})
@@ -138,7 +138,7 @@ def metres(accuracy: str | float) -> float:
 
 
 def check_accuracy(model: str, accuracy: str | float) -> None:
-    """Raise `AccuracyError` for what is neither a name nor a number of metres, or another model."""
+    """Raise `AccuracyError` where the model is not built in, or the accuracy neither a name nor metres."""
     if model not in OWN:
         raise AccuracyError(
             f"accuracy {accuracy!r}: that of the model {model!r} is not recorded; "
@@ -152,7 +152,7 @@ def solver_values(model: str, accuracy: str, scene: Scene) -> dict[str, object]:
     """Return a built-in model's solver settings for one of `NAMES`, by dotted keys; else `AccuracyError`."""
     check_accuracy(model, accuracy)
     settings = {"formulation": formulation(scene, model)}
-    names = _read("accuracy.toml")["names"][_known(model, settings)]
+    names = _read("accuracy.toml")["names"][_named_formulation(model, settings)]
     return {f"solver.{model}.{setting_key(model, settings)}": names[accuracy]}
 
 
@@ -161,7 +161,7 @@ def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
     values = {
         f"solver.{model}.{key}": value
         for model in models
-        for key, value in declared(model).items()
+        for key, value in declared_settings(model).items()
         if key not in scene.data["solver"].get(model, {})
     }
     return scene.variant(values) if values else scene
@@ -184,7 +184,7 @@ def coarser(model: str, scene: Scene) -> Scene | None:
 def _level(model: str, scene: Scene, direction: str) -> Scene | None:
     settings = scene.data["solver"].get(model, {})
     values = {
-        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any path: one cached run
+        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # equal by any path: one cached run
         for key, factor in _read("accuracy.toml")[setting_key(model, settings)][direction].items()
         if isinstance(settings.get(key), float)
     }
@@ -197,7 +197,7 @@ def refinement(model: str, scene: Scene) -> tuple[float, float]:
 
 
 def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the same for a run of which only the settings are known."""
+    """Return factor and order, as `refinement`, from a run's recorded settings."""
     record, key = _read("accuracy.toml"), setting_key(model, settings)
     of_formulation = record["order"].get(settings.get("formulation")) if model in OWN else None
     return record[key]["factor"], of_formulation or record[key]["order"]
@@ -251,11 +251,11 @@ def thresholds(tier: str = "standard") -> Thresholds:
 def setting_key(model: str, settings: Mapping[str, Any]) -> str:
     """Return the key of a model's settings that controls its error: "tolerance" or "step"."""
     if model in OWN:
-        return str(declared_formulations(model)[_known(model, settings)]["setting"])
+        return str(declared_formulations(model)[_named_formulation(model, settings)]["setting"])
     return "step" if "step" in settings else "tolerance"
 
 
-def _known(model: str, settings: Mapping[str, Any]) -> str:
+def _named_formulation(model: str, settings: Mapping[str, Any]) -> str:
     """Return the formulation in a built-in model's settings, its largest where they name none."""
     names = [*declared_formulations(model)]
     return settings["formulation"] if settings.get("formulation") in names else names[-1]
@@ -282,7 +282,7 @@ class Plan:
     coordinates: int
     constraints: int
     note: str  # on the equations, empty without one
-    contacts: tuple[str, ...]  # possible ones
+    contacts: tuple[str, ...]  # those that are possible
     load: str  # empty without one
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
     expected: Expected
@@ -291,13 +291,13 @@ class Plan:
 
 def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
-    own, known = planned(model, scene.data), expected(scene, model)
+    own, known = plan_of(model, scene.data), expected(scene, model)
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation
-        with suppress(ValueError):  # it has not the channels, or another method
+        with suppress(ValueError):  # it lacks a channel or the method
             if name != formulation(scene, model):
-                title = planned(model, other.data)["formulation"]
+                title = plan_of(model, other.data)["formulation"]
                 ratio = expected(other, model).seconds / known.seconds
                 instead.append((f"{key} = {name!r}", title, ratio))
     return Plan(

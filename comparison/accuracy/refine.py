@@ -24,10 +24,10 @@ from comparison.accuracy.levels import (
 )
 from comparison.accuracy.uncertainty import (
     Runs,
-    covered,
-    held,
+    error_on,
     model_uncertainty,
     perturbed_scenes,
+    share_within,
     spread,
     window_samples,
 )
@@ -39,8 +39,8 @@ from comparison.tables.table import Table
 
 CHANNEL = "slider_x"  # whose error an accuracy means
 FLOOR = thresholds("tight").coverage  # share of the samples on which an error must be known to count
-ENOUGH = 0.9  # share of the samples that suffices; less has grown if it was less than this share of it before
-MOST_LEVELS = 4  # tried of a model whose finest useful setting is not known, and coarser than the first
+ENOUGH_COVERAGE = 0.9  # share of the samples that suffices; also the ratio of shares that hardly differ
+MOST_LEVELS = 4  # at most: levels of another package's model, and levels coarser than the first
 
 Run = Callable[[Sequence[Scene]], list[Outcome]]
 
@@ -53,16 +53,16 @@ def levels(scene: Scene, model: str) -> dict[str, Scene]:
 
 
 def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
-    """Return the runs that give a model's uncertainty, by their names in `Runs`."""
+    """Return the jobs of a model's family, the runs of `levels`, by their names in `Runs`."""
     return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
 
 
 def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
-    """Return the runs of both models by model and name."""
+    """Return the jobs of both families by model and name."""
     return {(model, kind): job for model in models for kind, job in family(scene, model)}
 
 
-def table_of_family(kind: str, outcome: Outcome) -> Table | None:
+def usable_table(kind: str, outcome: Outcome) -> Table | None:
     """Return the table of a run by its name in a family; None if there is none to use.
 
     A coarser run may violate an invariant of its model (measured: the rate of a constraint in one impact at
@@ -72,11 +72,11 @@ def table_of_family(kind: str, outcome: Outcome) -> Table | None:
     return outcome.partial if coarse and outcome.status == VIOLATED else outcome.table
 
 
-def sorted_runs(
+def runs_by_model(
     scene: Scene, models: tuple[str, str], outcomes: dict[tuple[str, str], Outcome]
 ) -> tuple[Runs, Runs]:
     """Return the runs of both models from the outcomes of their families."""
-    tables = {which: table_of_family(which[1], outcome) for which, outcome in outcomes.items()}
+    tables = {which: usable_table(which[1], outcome) for which, outcome in outcomes.items()}
 
     def runs(model: str) -> Runs:
         own = {kind: table for (name, kind), table in tables.items() if name == model and table is not None}
@@ -95,15 +95,15 @@ class Estimate:
 
     def coverage(self, error: float) -> float:
         """Return the share of samples whose u is at most an error, m: the predictable part."""
-        return covered(self.u, error)
+        return share_within(self.u, error)
 
     def until(self, error: float) -> float:
         """Return the time at which u first exceeds an error, m, in s; inf if it never does."""
         return float(self.time[self.u > error].min(initial=inf))
 
-    def held(self, share: float) -> float:
+    def error_on(self, share: float) -> float:
         """Return the smallest error that holds on a share of the samples, m."""
-        return held(self.u, share)
+        return error_on(self.u, share)
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,8 @@ class Level:
         return self.outcomes["base"].table
 
 
-def tried_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -> Level:
-    """Run the family of a setting but for the ``known`` runs, by the scene's hash, and estimate its error."""
+def try_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -> Level:
+    """Run what of a setting's family is not ``known`` by its scene's hash, and estimate the error."""
 
     def ran(scenes: dict[str, Scene]) -> dict[str, Outcome]:
         new = {level.hash: level for level in scenes.values() if level.hash not in known}
@@ -147,9 +147,9 @@ def tried_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -
 
 
 def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
-    """Yield the scene at the settings to try, from what should do on the scene most like it to ``strict``.
+    """Yield the scene at the settings to try, from the coarsest that is expected to suffice to ``strict``.
 
-    Another package's model begins with the scene's own. `AccuracyError` for what is no accuracy of it.
+    Another package's model begins with the scene's own. Raises `AccuracyError` for an unknown accuracy.
     """
     if accuracy is None:
         yield scene
@@ -164,7 +164,7 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
         while setting > named[-1] * (1 + 1e-9):
             # Between the names the error goes with a power of the setting.
             if np.interp(log(setting), np.log(named[::-1]), np.log(bounds[::-1])) <= log(wanted):
-                wanted = inf
+                wanted = inf  # all finer ones follow
                 yield scene.variant({key: setting})
             setting = float(f"{setting / factor:.12g}")
         yield scene.variant({key: named[-1]})
@@ -188,7 +188,7 @@ class Cost(NamedTuple):
 
 
 def expected_cost(scene: Scene, model: str, accuracy: str | float | None) -> Cost:
-    """Return what `accurate_run` is expected to cost at first; raises as `settings`."""
+    """Return the expected cost of the first setting of `accurate_run`; raises as `settings`."""
     first = next(settings(scene, model, accuracy))
     scenes = levels(first, model).values()
     seconds = sum(expected(level, model).seconds for level in scenes)
@@ -196,7 +196,7 @@ def expected_cost(scene: Scene, model: str, accuracy: str | float | None) -> Cos
 
 
 class Limit(StrEnum):
-    """What keeps a wanted error from being reached."""
+    """Reason why a wanted error is not reached."""
 
     DIVERGENCE = "neighbouring trajectories diverge"
     STOPPED = "finer settings have no result"
@@ -213,8 +213,8 @@ class AccurateRun:
     level: Level  # the setting that was taken
     table: Table  # with the outcome in its provenance under "accuracy"
     tried: tuple[Level, ...]  # all settings in the order in which they were tried
-    stopped: Outcome | None  # of a run at the finest one, if it did not succeed
-    runs: int  # cached ones among them
+    stopped: Outcome | None  # of a run at the finest setting tried, if it did not succeed
+    runs: int  # number of them, with cached ones
     seconds: float  # wall time
 
     @property
@@ -236,12 +236,12 @@ class AccurateRun:
 
     @property
     def limit(self) -> Limit | None:
-        """What keeps the wanted error from being reached; None if it is kept."""
+        """Reason why the wanted error is not reached; None if it is kept."""
         if self.kept:
             return None
         if self.estimate is None or self.wanted is None:
             return Limit.UNKNOWN
-        if covered(self.estimate.spread, self.wanted) < FLOOR:
+        if share_within(self.estimate.spread, self.wanted) < FLOOR:
             return Limit.DIVERGENCE
         return Limit.FINEST if self.stopped is None else Limit.STOPPED
 
@@ -268,7 +268,7 @@ def accurate_run(
     ----------
     accuracy
         Wanted error of slider_x on the predictable part, m, also as text; or ``"draft"``, ``"standard"``,
-        ``"strict"``: that setting with its estimate, without refinement; None: the scene's own.
+        ``"strict"``: that setting with its estimate, without refinement; None: the scene's own setting.
     run
         Runs scenes by the model; default: `comparison.execution.run.run_all`, which caches them.
     n_jobs
@@ -280,7 +280,7 @@ def accurate_run(
     Raises
     ------
     AccuracyError
-        If the accuracy is neither a name nor a positive number, or a name for a model that has none.
+        If the accuracy is neither a name nor a positive number, or a name for a model without names.
     SceneError
         If the model refuses the scene.
     RunError
@@ -302,16 +302,16 @@ def accurate_run(
         return 1.0 if wanted is None else level.estimate.coverage(wanted)
 
     def attempt(level: Scene) -> float:
-        tried.append(tried_level(level, model, run or by_default, known))
+        tried.append(try_level(level, model, run or by_default, known))
         return coverage(tried[-1])
 
     steps, before = list(settings(scene, model, accuracy)), -1.0
     while steps:
         now = attempt(steps.pop(0))
         # Without an estimate though the run has a result, it is the finer one that has none.
-        if now >= ENOUGH or (now < 0.0 and tried[-1].table is not None):
+        if now >= ENOUGH_COVERAGE or (now < 0.0 and tried[-1].table is not None):
             break
-        if before >= FLOOR and 0.0 <= ENOUGH * now <= before:  # hardly more than before
+        if before >= FLOOR and 0.0 <= ENOUGH_COVERAGE * now <= before:  # hardly more than before
             steps = steps[-1:]
         before = now
     ended = [tried[-1].outcomes[kind] for kind in ("base", "finer") if kind in tried[-1].outcomes]
@@ -324,7 +324,7 @@ def accurate_run(
 
     def merit(level: Level) -> tuple[float, float]:
         """Return the predictable part, then how small the error is, or whether there is a result at all."""
-        small = float(level.table is not None) if level.estimate is None else -level.estimate.held(FLOOR)
+        small = float(level.table is not None) if level.estimate is None else -level.estimate.error_on(FLOOR)
         return coverage(level), small
 
     best = max(tried, key=merit)
@@ -340,7 +340,7 @@ def accurate_run(
         "runs": result.runs,
     }
     if (error := best.estimate) is not None:
-        record["estimated_m"] = {f"{share:g}": error.held(share) for share in (FLOOR, 0.5, 0.9, 1.0)}
+        record["estimated_m"] = {f"{share:g}": error.error_on(share) for share in (FLOOR, 0.5, 0.9, 1.0)}
         if wanted is not None:
             until = error.until(wanted)
             record |= {"coverage": result.coverage, "until_s": None if until == inf else until}
@@ -350,9 +350,9 @@ def accurate_run(
 def chosen_settings(
     model: str, accuracy: str | float, scene: Scene, start: Callable[[Sequence[Job]], list[Outcome]]
 ) -> dict[str, object]:
-    """Return a built-in model's solver settings for an accuracy, by dotted keys: in metres those refined to.
+    """Return a built-in model's solver settings for an accuracy, by dotted keys; metres are refined to.
 
-    Where no setting has a result, those of ``strict``, whose run says why. Raises as `check_accuracy`.
+    Where no setting has a result it is ``strict``, whose run reports why. Raises as `check_accuracy`.
     """
     check_accuracy(model, accuracy)
     if accuracy in NAMES:

@@ -48,8 +48,8 @@ TIME_ROUND_OFF = 1e-11
 class Runs:
     """One model's runs of a scene; without a finer run it has no uncertainty.
 
-    The perturbed runs are those of the coarser one, without one of the base. ``refinement`` is the factor
-    between two levels and the order of the error.
+    The perturbed runs have the coarser setting, or the base's where there is no coarser run. ``refinement``
+    is the factor between two levels and the order of the error.
     """
 
     base: Table
@@ -77,12 +77,12 @@ class Runs:
 
     @property
     def original(self) -> Table:
-        """The unperturbed run of the perturbed ones."""
+        """The unperturbed run at the setting of the perturbed ones."""
         return self.base if self.coarser is None else self.coarser
 
 
 @dataclass(frozen=True)
-class Levels:
+class RunValues:
     """One quantity in the runs of one model, each of shape (n,); see `Runs`."""
 
     base: Array
@@ -114,7 +114,7 @@ def perturbation(scene: Scene) -> float:
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:
-    """Return a scene with slider, else crank pin, moved across, m, and turned: angle times length, m."""
+    """Return a scene whose slider, else crank pin, starts ``across`` (m) and ``turned`` / length off."""
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
     if "slider" not in scene.loose:
         angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
@@ -124,13 +124,13 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
 
 
-def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
+def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
     """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples."""
-    distance = _widened(np.abs(levels.base - levels.finer), half_width)
+    distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
         original, gain = levels.coarser, levels.factor**levels.order
-        coarse = _widened(np.abs(levels.coarser - levels.base), half_width)
+        coarse = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.log(coarse / distance) / np.log(levels.factor)
@@ -141,7 +141,7 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
     if not levels.ensemble:
         return u
     farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
-    return np.maximum(u, ENSEMBLE_FACTOR * _widened(farthest, half_width))
+    return np.maximum(u, ENSEMBLE_FACTOR * _window_maximum(farthest, half_width))
 
 
 def model_uncertainty(
@@ -149,8 +149,8 @@ def model_uncertainty(
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
-    From the period of a crank cycle, s, further runs at the base's setting and times from moved starts, and
-    of ``every`` so many samples the first.
+    ``period`` is that of a crank cycle, s; the ensemble has further runs at the base's setting and times from
+    moved starts; of ``every`` so many samples the first counts.
     """
     if runs.finer is None:
         return None
@@ -161,7 +161,7 @@ def model_uncertainty(
     time, base = runs.base.time[::every], values(runs.base)
     interval = float(time[-1] - time[0]) / (time.size - 1)
     ahead = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
-    levels = Levels(
+    levels = RunValues(
         base,
         values(runs.finer),
         None if runs.coarser is None else values(runs.coarser),
@@ -176,10 +176,10 @@ def model_uncertainty(
 def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
     """Return the part of u due to neighbouring starts, 3 d_t, which no setting removes; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
-    return SAFETY_FACTOR * _widened(np.broadcast_to(farthest, original.shape), half_width)
+    return SAFETY_FACTOR * _window_maximum(np.broadcast_to(farthest, original.shape), half_width)
 
 
-def _widened(distance: Array, half_width: int) -> Array:
+def _window_maximum(distance: Array, half_width: int) -> Array:
     """Return the largest distance within the window, shape (n,)."""
     return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
 
@@ -189,13 +189,13 @@ def combined(u_a: Array, u_b: Array) -> Array:
     return np.hypot(u_a, u_b)
 
 
-def covered(u: Array, error: float) -> float:
-    """Return the share of the samples at which u is at most an error; 0 of no samples."""
+def share_within(u: Array, error: float) -> float:
+    """Return the share of the samples at which u is at most an error; 0 without samples."""
     return float(np.mean(u <= error)) if u.size else 0.0
 
 
-def held(u: Array, share: float) -> float:
-    """Return the smallest error that u does not exceed on a share of the samples."""
+def error_on(u: Array, share: float) -> float:
+    """Return the smallest error that u keeps on a share of the samples."""
     return float(np.quantile(u, share, method="higher"))
 
 

@@ -15,13 +15,13 @@ from math import nan
 
 import numpy as np
 
-from comparison.accuracy.levels import TIERS, at, thresholds
+from comparison.accuracy.levels import TIERS, scene_at, thresholds
 from comparison.accuracy.refine import CHANNEL, FLOOR
 from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
-    covered,
-    held,
+    error_on,
     perturbed_scenes,
+    share_within,
     spread,
     window_samples,
 )
@@ -38,11 +38,11 @@ SETTINGS = {
     "tree": _TOLERANCES[:-1],
     "full": (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7),
 }
-"""Formulation -> its tolerances, or steps in s, coarsest first; of each model the smallest first."""
+"""Formulation -> its tolerances, or steps in s, coarsest first; a model's smallest formulation first."""
 EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
-"""Formulation -> its most accurate setting that a minute allows: what the others are held against."""
+"""Formulation -> its most accurate setting that a minute allows; the others are compared with its run."""
 DECADES = tuple(10.0**-n for n in range(5, 13))  # m, for which the cheapest setting is looked for
-WARM = 0.02  # cycles of the run before, in which code is compiled: its time does not count
+WARM = 0.02  # cycles of a first run that compiles code; its time does not count
 SHORT = 0.1  # s of processor time within which a run is repeated up to twice: the least counts
 LATE, WAITING = "time limit", "not begun"
 _warm: set[str] = set()
@@ -60,7 +60,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Timed:
+class TimedRun:
     """One run of a candidate: processor time, s, and if it has a result slider_x, m, shape (n,), and work."""
 
     candidate: Candidate
@@ -75,46 +75,46 @@ class WorkPrecision:
     """Settings of both models on a scene."""
 
     scene: Scene
-    rows: tuple[Timed, ...]  # a run for each setting, in the order of `candidates`
-    exact: Timed | None  # most accurate run: of the reference where it has one
-    confirming: Timed | None  # that of the other model, or the second one of the same where that has none
-    known: Array  # how well the motion is known, m, shape (n,); empty where there are no two runs
+    rows: tuple[TimedRun, ...]  # a run for each setting, in the order of `candidates`
+    exact: TimedRun | None  # most accurate run: of the reference where it has one
+    confirming: TimedRun | None  # that of the other model, or the second one of the same where that has none
+    u: Array  # uncertainty of the motion itself, m, shape (n,); empty without two runs
     neighbours: int = 0  # runs from neighbouring starts that count in it
     interrupted: bool = False
 
     @property
     def confirmed(self) -> bool:
-        """Whether the most accurate run is held against the other model's."""
+        """Whether the most accurate run is compared with the other model's."""
         pair = self.exact, self.confirming
         return len({row.candidate.model for row in pair if row is not None}) == 2
 
     def coverage(self, error: float) -> float:
-        """Return the share of the samples at which the motion is known to an error, m."""
-        return covered(self.known, error)
+        """Return the share of the samples at which u is at most an error, m."""
+        return share_within(self.u, error)
 
     @cached_property
     def resolution(self) -> float:
-        """How well the motion must be known where errors are compared, m: so that it is on enough of it."""
+        """Largest u at which errors are compared, m: the least that enough samples keep."""
         scale = channels()[CHANNEL].scale_value(self.scene.data, nan)
         wanted = [thresholds(tier).alpha * scale for tier in reversed(TIERS)]
         enough = [error for error in wanted if self.coverage(error) >= FLOOR]
-        return enough[0] if enough else held(self.known, FLOOR)
+        return enough[0] if enough else error_on(self.u, FLOOR)
 
-    def error(self, row: Timed, known: float | None = None) -> float:
-        """Return the largest error of a run, m, where the motion is known so well, or to `resolution`."""
-        if row.x is None or self.exact is None or self.exact.x is None or not self.known.size:
+    def error(self, row: TimedRun, known: float | None = None) -> float:
+        """Return the largest error of a run, m, where u is at most ``known``, else at most `resolution`."""
+        if row.x is None or self.exact is None or self.exact.x is None or not self.u.size:
             return nan
-        counts = self.known <= (self.resolution if known is None else known)
-        return float(np.max((np.abs(row.x - self.exact.x) + self.known / SAFETY_FACTOR)[counts], initial=0.0))
+        counts = self.u <= (self.resolution if known is None else known)
+        return float(np.max((np.abs(row.x - self.exact.x) + self.u / SAFETY_FACTOR)[counts], initial=0.0))
 
     @cached_property
-    def front(self) -> tuple[Timed, ...]:
+    def front(self) -> tuple[TimedRun, ...]:
         """Settings that no other one beats in error and processor time, the cheapest first."""
         rows = sorted((row for row in self.rows if self.error(row) >= 0.0), key=lambda row: row.seconds)
         best = pareto(np.array([self.error(row) for row in rows]), np.array([row.seconds for row in rows]))
         return tuple(row for row, kept in zip(rows, best, strict=True) if kept)
 
-    def cheapest(self, error: float) -> Timed | None:
+    def cheapest(self, error: float) -> TimedRun | None:
         """Return the setting with the least processor time that keeps an error, m, if it can be seen."""
         if self.coverage(error) < FLOOR:
             return None
@@ -123,10 +123,10 @@ class WorkPrecision:
 
 
 def candidates(scene: Scene) -> list[Candidate]:
-    """Return what can run a scene: first what the others are held against, then the coarsest settings first.
+    """Return the settings that can run a scene: each model's most accurate, then all from coarse to fine.
 
-    Not Exudyn's tree where forces are asked for that only all five bodies have. Multipliers, which take as
-    many steps of more work, only where the scene names them.
+    Exudyn's tree is left out where a scene asks for forces that only its five bodies have; multipliers,
+    which take as many steps of more work, where the scene does not name them.
     """
     least = smallest("exudyn", scene.data)
     wanted = {"minimal", least, "full", scene.data["solver"]["reference"]["formulation"]}
@@ -135,7 +135,7 @@ def candidates(scene: Scene) -> list[Candidate]:
     def candidate(name: str, setting: float) -> Candidate:
         model = models[name]
         key = declared_formulations(model)[name]["setting"]
-        return Candidate(at(scene, model, name, setting), model, name, key, setting)
+        return Candidate(scene_at(scene, model, name, setting), model, name, key, setting)
 
     exact = {(name, EXACT[name]): None for name in ("minimal", least)}
     rest = [(place, name, each) for name in models for place, each in enumerate(SETTINGS[name])]
@@ -143,8 +143,8 @@ def candidates(scene: Scene) -> list[Candidate]:
     return [candidate(*each) for each in exact | others]
 
 
-def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
-    """Run a candidate and take its time, after a short run that compiles."""
+def time_run(candidate: Candidate, progress: Callable[[float], None]) -> TimedRun:
+    """Run a candidate and measure its time, after a short run that compiles."""
     del progress
     try:
         if candidate.formulation not in _warm:
@@ -158,12 +158,12 @@ def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
             table = run_one(candidate.scene, candidate.model)
             times.append(time.process_time() - begun)
     except RunError as error:
-        return Timed(candidate, error.outcome.status)
+        return TimedRun(candidate, error.outcome.status)
     except SceneError as error:
-        return Timed(candidate, " ".join(str(error).split()))
+        return TimedRun(candidate, " ".join(str(error).split()))
     counters = table.provenance["counters"]
     evaluations = counters.get("rhs", counters.get("newton_iterations"))
-    return Timed(candidate, "success", min(times), table.values(CHANNEL), evaluations)
+    return TimedRun(candidate, "success", min(times), table.values(CHANNEL), evaluations)
 
 
 def work_precision(
@@ -171,7 +171,7 @@ def work_precision(
     seconds: float,
     *,
     n_jobs: int = 1,
-    on_finished: Callable[[float, Timed], None] | None = None,
+    on_finished: Callable[[float, TimedRun], None] | None = None,
 ) -> WorkPrecision:
     """Run the settings of both models that could matter, as many as the time allows, or until Ctrl-C.
 
@@ -186,30 +186,30 @@ def work_precision(
     """
     begun = time.monotonic()
     planned = {str(number): candidate for number, candidate in enumerate(candidates(scene))}
-    rows = {name: Timed(candidate, WAITING) for name, candidate in planned.items()}
+    rows = {name: TimedRun(candidate, WAITING) for name, candidate in planned.items()}
     first = planned["0"]
     moved = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
     tasks = {name: planned[name] for name in ("0", "1")} | moved | planned
     interrupted = False
     try:
-        with closing(work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)) as events:
+        with closing(work(time_run, list(tasks.items()), n_jobs, until=begun + seconds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue
                 ended = event.words if isinstance(event, Died) else LATE
-                rows[name] = event if isinstance(event, Timed) else Timed(tasks[name], ended)
+                rows[name] = event if isinstance(event, TimedRun) else TimedRun(tasks[name], ended)
                 if on_finished and name not in moved:
                     on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
     except KeyboardInterrupt:
         interrupted = True
     neighbours = [rows.pop(name) for name in moved if name in rows]
-    return held_against_each_other(scene, tuple(rows.values()), neighbours, interrupted=interrupted)
+    return evaluate_runs(scene, tuple(rows.values()), neighbours, interrupted=interrupted)
 
 
-def held_against_each_other(
-    scene: Scene, rows: Sequence[Timed], neighbours: Sequence[Timed] = (), *, interrupted: bool = False
+def evaluate_runs(
+    scene: Scene, rows: Sequence[TimedRun], neighbours: Sequence[TimedRun] = (), *, interrupted: bool = False
 ) -> WorkPrecision:
-    """Choose the most accurate runs, which with neighbouring ones tell how well the motion is known."""
+    """Choose the most accurate runs, which with neighbouring ones show how well the motion is known."""
     order = list(SETTINGS)  # of each model the smallest first
     finished = sorted(
         (row for row in rows if row.x is not None),

@@ -189,7 +189,7 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
     from comparison.verdict.recorded import compare_files
-    from comparison.verdict.results import not_compared
+    from comparison.verdict.results import no_comparison_of_tables
 
     (first, *left_a), (second, *left_b) = tables_in(a), tables_in(b)
     for folder, left in ((a, left_a[0]), (b, left_b[0])):
@@ -201,12 +201,12 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
     comparisons = []
     for name, path in first.items():
         if name not in second:
-            comparisons.append(not_compared(name, f"{b} has no table of this name", labels))
+            comparisons.append(no_comparison_of_tables(name, f"{b} has no table of this name", labels))
             continue
         try:
             comparison = compare_files([("base", path)], [("base", second[name])], labels=labels, **criteria)
         except TableError as error:
-            comparison = not_compared(name, str(error), labels)
+            comparison = no_comparison_of_tables(name, str(error), labels)
         comparisons.append(replace(comparison, name=name))
     if alone := [path.name for name, path in second.items() if name not in first]:
         warn([f"not compared, since {a} has none of their names: {', '.join(alone)}"])
@@ -253,12 +253,12 @@ def validate(options: Validation) -> int:
     """
     from comparison.cli.results import Request, validate_pair, validate_pairs
     from comparison.execution.pool import kept_workers
-    from comparison.models import named
+    from comparison.models import distinct_models
     from comparison.scene import name_with
 
     request = Request.of(options)
     with kept_workers():
-        first, second, *others = several = named(options.models)
+        first, second, *others = several = distinct_models(options.models)
         if others:
             folder = options.out or console.REPORTS / name_with("pairwise", request.changes)
             code, summary = validate_pairs(request, several, folder)

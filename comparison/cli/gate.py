@@ -104,7 +104,7 @@ def gate(
 
 def _update(loaded: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.record import read, renewed, scenes_of, write
+    from comparison.regression.record import new_baseline, read, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
@@ -116,7 +116,7 @@ def _update(loaded: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> i
     scenes = {scene.name: scene for scene in (*recorded, *loaded)}
     with progress("baseline", quiet=quiet) as report:
         ordered = [scenes[name] for name in sorted(scenes)]
-        new = renewed(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
+        new = new_baseline(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
     for name, scene in new.scenes.items():
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
         say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")

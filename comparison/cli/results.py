@@ -241,7 +241,7 @@ def validate_pairs(request: Request, models: Sequence[str], folder: Path) -> tup
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
-    known = any(tier.known for _, tier in tiers)  # by a tolerance all samples are judged
+    known = any(tier.has_u for _, tier in tiers)  # by a tolerance all samples are judged
     rows = [
         (
             name,
@@ -278,7 +278,7 @@ def _note(tier: SceneComparison) -> str:
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
     """Return one line per channel: verdict, largest difference, coverage if known, samples outside, RMS."""
-    known = comparison.known  # by a tolerance all samples are judged
+    known = comparison.has_u  # by a tolerance all samples are judged
     covered = ["coverage"] * known
     heading = ("channel", "verdict", "max", "unit", "max/scale", *covered, "outside", "rms", "rms/scale")
     rows = [

@@ -1,4 +1,4 @@
-"""Contacts of results, from their event tables: matched, their situations and forces, which parts two groups.
+"""Contacts from event tables: matching, situations, forces, and the one that separates two groups of runs.
 
 Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Times are in s.
 """
@@ -22,7 +22,7 @@ IntArray = NDArray[np.intp]
 # contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is unique during chatter;
 # where runs are predictable their starts agree to 1e-4 of a cycle.
 WINDOW = 1 / 5000
-PARTED = 0.9  # by how much the shares of two groups that have a contact must differ for it to part them
+PARTED = 0.9  # least difference of the shares of two groups that have a contact, for it to separate them
 
 SITUATIONS = {
     "free": "free",
@@ -83,7 +83,7 @@ def compare_impacts(
 ) -> Impacts:
     """Compare the contacts of two event tables, matched within a window.
 
-    A ``part`` names those to consider, by rows. The tables are matched as a whole, and a matched contact is
+    ``part`` masks the rows to consider. The tables are matched as a whole, and a matched contact is
     considered if its partner is: none loses its partner at the edge of the part.
     """
     pairs, events = match(a, b, window), (a, b)
@@ -122,7 +122,7 @@ def compare_impacts(
 
 
 def begin_where(events: pd.DataFrame, time: Array, holds: Mapping[str, BoolArray]) -> BoolArray:
-    """Return which contacts begin where something holds, by corner, at the samples on either side."""
+    """Return by row which contacts start where their corner's mask is true at the samples on either side."""
     begins = np.zeros(len(events), dtype=np.bool_)
     for place, mask in holds.items():
         rows, starts = starts_at(events, place)
@@ -139,7 +139,7 @@ def impacts_of(
     period: float | None,
     predictable: Mapping[str, BoolArray],
 ) -> dict[str, Impacts] | None:
-    """Compare the contacts of two runs: "all", and those of the "predictable" part, by corner; or None."""
+    """Compare the contacts of two runs: "all", and those in the "predictable" samples of their corner."""
     if a is None or b is None or period is None:
         return None
     impacts = {"all": compare_impacts(a, b, WINDOW * period)}
@@ -186,8 +186,8 @@ class Pulse:
     force: Array
 
 
-def noted(table: Table) -> list[Pulse]:
-    """Return the contacts that a table has the force of, with enough points and the peak of its events.
+def pulses_of(table: Table) -> list[Pulse]:
+    """Return the force pulses of a table that have enough points and the peak of its event table.
 
     A model notes the forces of its contacts at its own steps. No verdict depends on them: they are drawn.
     """
@@ -199,7 +199,7 @@ def noted(table: Table) -> list[Pulse]:
     for first, stop in pairwise(np.flatnonzero(np.diff(rows, prepend=-1, append=-1)).tolist()):
         row = int(rows[first])
         time, force = times[first:stop] - starts[row], forces[first:stop]
-        # An error of any kind in the forces shows in their peak
+        # Any error of the forces shows in their peak.
         if stop - first < _NOTED or not abs(float(force.max()) - peaks[row]) <= PULSE_PEAK * peaks[row] > 0.0:
             continue
         if time.size < PULSE_POINTS:
@@ -211,7 +211,7 @@ def noted(table: Table) -> list[Pulse]:
 
 
 class Parting(NamedTuple):
-    """A contact that the runs of one group have and those of another lack: so many runs of so many each."""
+    """A contact that separates two groups of runs: its start, s, and how many runs of each group have it."""
 
     corner: str
     start: float
@@ -222,7 +222,7 @@ class Parting(NamedTuple):
 def parting_contact(
     groups: tuple[Sequence[pd.DataFrame], Sequence[pd.DataFrame]], *, period: float, until: float
 ) -> Parting | None:
-    """Find the first contact that parts two groups of runs, of their event tables; None where none does.
+    """Find the first contact that separates two groups of runs, by their event tables; None without one.
 
     A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
     consequences.
@@ -240,7 +240,7 @@ def parting_contact(
         one, other = (np.sum([near(candidates, own) for own in group], axis=0) for group in starts)
         apart = np.abs(one / sizes[0] - other / sizes[1])
         if np.any(apart >= PARTED):
-            # Of the starts of this contact in all runs that which distinguishes most of them.
+            # Of all starts of this contact, that which separates the groups best.
             earliest = candidates[apart >= PARTED].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
             k = nearby[apart[nearby].argmax()]

@@ -1,7 +1,7 @@
 """Measures of two signals on one time grid, their linear relation, and a run against an ensemble of runs.
 
 Times increase, in s, shape (n,), n >= 2; signals and their differences have the same shape, and two signals
-one unit. No measure changes with the units but by the factor of its own.
+one unit. A change of units only scales a measure that has one.
 """
 
 from collections.abc import Sequence
@@ -45,8 +45,8 @@ def peaks(
 ) -> tuple[tuple[float, float], ...]:
     """Return value and instant of the peak of either signal: the sample, or extremum, farthest from a zero.
 
-    On the side to which the two go farther: a wave that is as high as it is deep would else have its peak
-    above in one and below in the other. Of samples equally far but for round-off the first.
+    It is on the side to which the two go farther: a wave that is as high as it is deep would else have its
+    peak above in one and below in the other. Of samples equally far, to round-off, the first counts.
     """
     times = [np.append(time, [at for at, _ in more]) for more in between]
     signals = [
@@ -116,13 +116,13 @@ def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Arr
     return np.asarray(np.maximum(np.maximum(low - values, values - high), 0.0))
 
 
-def information(
+def measures(
     time: Array, a: Array, b: Array, *, position: bool, between: Between = ((), ())
 ) -> dict[str, float]:
-    """Measure b against a in the usual ways; nan where a measure is undefined.
+    """Return the usual measures of b against a; nan where one is undefined.
 
     The zero of a position is arbitrary (the slider moves by 0.2 mm at x = -0.55 m): its peak is measured from
-    the mean of the two. Correlation and tube are of as many samples at uniform times.
+    the mean of the two. Correlation and tube use as many samples at uniform times.
     """
     grid = np.linspace(time[0], time[-1], time.size)
     first, second = np.interp(grid, time, a), np.interp(grid, time, b)
@@ -141,7 +141,7 @@ def information(
 
 
 def _root_weights(time: Array) -> Array:
-    # Of twice the weights of the trapezoidal rule
+    """Return the square roots of twice the weights of the trapezoidal rule."""
     return np.asarray(np.sqrt(np.diff(time, prepend=time[0]) + np.diff(time, append=time[-1])))
 
 
@@ -156,7 +156,7 @@ def _root_weights(time: Array) -> Array:
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     """Return T of one channel, for each of n >= 3 members left out, and for a run; zero without a sample.
 
-    Shapes (n, m) and (m,). Without the floor u, shape (m,), the local errors of a solver would count.
+    Members have shape (n, m), run and floor u (m,). Without the floor a solver's local errors would count.
     """
     count = members.shape[0]
     if not run.size:
@@ -184,14 +184,14 @@ class Fit:
     offset: float
     ratio_error: float
     offset_error: float
-    left: float  # RMS of the remainder over that of b - a; nan without b - a, inf of multiples of zero
+    rest: float  # RMS of the remainder over that of b - a; nan without b - a, inf of multiples of zero
 
 
 def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit:
     """Fit b by a with a free ratio (``scaled``), a free offset (``moved``) or both, by least squares.
 
-    Errors by the delete-one jackknife over blocks of the samples, whatever the correlation of the remainder
-    within a block, and for what the numbers are rounded by.
+    Errors are those of the delete-one jackknife over blocks of the samples, whatever the correlation of the
+    remainder within a block, plus the rounding of the numbers.
     """
     if scaled and not a.any():
         return Fit(nan, nan, nan, nan, inf)

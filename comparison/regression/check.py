@@ -35,14 +35,14 @@ from comparison.tables.channels import Channel, channels
 from comparison.tables.table import Table
 
 COUNTERS_ELSEWHERE = 0.05
-"""By which the counters may differ on another platform or with other versions."""
+"""Share by which the counters may differ on another platform or with other versions."""
 SPREAD_FACTOR = 2.0
-"""Or by so many times what they differ between starts next to each other: the steps of the strict reference
-at 90 rpm do by 6 % if the start moves by 2e-15 m, which is what rounding does."""
+"""Factor on a counter's spread between neighbouring starts, by which it may differ too: the steps of the
+strict reference at 90 rpm change by 6 % if the start moves by 2e-15 m, as by rounding."""
 
 
 class Kind(Enum):
-    """What a check found, with the names of its data."""
+    """Kinds of findings, with the names of their data."""
 
     THRESHOLDS = auto()  # of the verdicts are not those that the baseline was made with
     SCENE_GONE = auto()  # source
@@ -53,11 +53,11 @@ class Kind(Enum):
     CHANGED = auto()  # values: name -> now and in the baseline, None where it has none
     CHANNEL_GONE = auto()
     NEW_CHANNEL = auto()
-    UNPREDICTABLE = auto()  # no sample is, at which something happens
+    UNPREDICTABLE = auto()  # no sample at which something happens is predictable
     EXCITED = auto()  # extent, of a channel in which nothing happened
     NO_SAMPLE = auto()  # time of a checkpoint, s
-    # Of the first checkpoint that is off time, value, before, off, threshold, share of the scale; count of
-    # points are off, the largest share is at peak; rows of all: time, before, threshold, value; curve now
+    # Of the first checkpoint outside: time, value, before, off, threshold, share of the scale. Of all: count
+    # outside of points, largest share and its time peak, rows of time, before, threshold, value; curve now
     MOVED = auto()
 
 
@@ -86,7 +86,7 @@ class Check(NamedTuple):
 
 
 class Excused(NamedTuple):
-    """So many channels of a run deviate no more than so many neighbours of it do."""
+    """A run of which ``channels`` (number) deviate no more than its ``neighbours`` (number) do."""
 
     scene: str
     run: Which
@@ -123,10 +123,10 @@ def gate(
     n_jobs: int = 1,
     on_progress: Progress | None = None,
 ) -> Gate:
-    """Run scenes and compare them with the baseline, of which other scenes are gone."""
+    """Run scenes and compare them with the baseline; ``gone`` names its scenes that no longer exist."""
     known = baseline.scenes
-    held = [scene for scene in scenes if scene.name in known]
-    jobs = {(scene.name, which): job for scene in held for which, job in gated_runs(scene).items()}
+    common = [scene for scene in scenes if scene.name in known]
+    jobs = {(scene.name, which): job for scene in common for which, job in gated_runs(scene).items()}
     outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
     there, here = baseline.versions, versions()
     platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
@@ -135,8 +135,8 @@ def gate(
         for name in {**there, **here}
         if there.get(name) != here.get(name)
     }
-    stored = {(scene.name, which): run for scene in held for which, run in known[scene.name].runs.items()}
-    records, excused = _confirmed(stored, jobs, outcomes, n_jobs)
+    stored = {(scene.name, which): run for scene in common for which, run in known[scene.name].runs.items()}
+    records, excused = _excuse(stored, jobs, outcomes, n_jobs)
     # The verdicts are judged by the numbers whose error rates the baseline holds.
     same = thresholds_record() == baseline.thresholds
     checks = [Check("thresholds", None, "thresholds", None if same else Kind.THRESHOLDS, {})]
@@ -154,7 +154,7 @@ def gate(
             else:
                 findings = _changes(records[key], jobs[key], table, exact=not (platform or changed))
             checks += [Check(*key, name, *deviation) for name, deviation in findings.items()]
-    rewritten = [scene.name for scene in held if physics_hash(scene) != known[scene.name].hash]
+    rewritten = [scene.name for scene in common if physics_hash(scene) != known[scene.name].hash]
     return Gate(checks, platform, changed, excused, rewritten)
 
 
@@ -225,7 +225,7 @@ def _nearest(table: Table, points: Sequence[Checkpoint]) -> list[int]:
     return [int(np.abs(table.time - point.time).argmin()) for point in points]
 
 
-def _confirmed(
+def _excuse(
     records: Records,
     jobs: Mapping[tuple[str, Which], Job],
     outcomes: Mapping[tuple[str, Which], Outcome],

@@ -1,4 +1,4 @@
-"""Baseline of the models: a text file of few numbers, and what it records of a run.
+"""Baseline of the models: a text file of few numbers of each run, and how they are chosen.
 
 Three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's settings, and its
 tree at the tight tier. Of each: settings, counters, and some samples, the checkpoints, where the model's own
@@ -8,8 +8,8 @@ A sample can be a checkpoint where the run is predictable, as in `comparison.ver
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
 zero most of the time, whatever the model does.
 
-What round-off alone may lead to after chatter, perturbed runs do not show: runs from starts next to that of
-the gated run, its neighbours, count like them. On another machine round-off leads to one of them, after each
+Perturbed runs do not show where round-off alone may lead after chatter: runs from starts next to that of the
+gated run, its neighbours, count as well. On another machine round-off leads to one of them, after each
 chatter to another one.
 """
 
@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
-from comparison.accuracy.refine import family, table_of_family
+from comparison.accuracy.refine import family, usable_table
 from comparison.accuracy.uncertainty import (
     Runs,
     model_uncertainty,
@@ -55,9 +55,9 @@ Which = tuple[str, str]
 COUNT = 5
 """Checkpoints of a channel: a scene takes some 10 kB of the file."""
 RECORDED = range(8)
-"""Of the neighbours, those that a baseline's thresholds count."""
+"""Numbers of the neighbours that widen a baseline's thresholds."""
 CONFIRMING = range(8, 28)
-"""Those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
+"""Numbers of those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
 LATER = 5
 """Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
@@ -94,7 +94,7 @@ class RunRecord(_Part):
 
     settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
     counters: dict[str, Count]  # of the work, and the number of contacts
-    spread: dict[str, Count] = {}  # by how much they differ between runs from starts next to each other
+    spread: dict[str, Count] = {}  # by how much they differ between neighbouring starts
     unexcited: list[str] = []  # channels in which nothing happens: their range is below their floor
     unpredictable: list[str] = []  # channels without a predictable sample at which something happens
     channels: dict[str, list[Checkpoint]]
@@ -135,15 +135,15 @@ class Baseline(_Part):
 
 def read(path: Path) -> Baseline:
     """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
-    baseline = parsed(path, "TOML", tomllib.loads, Baseline)
+    baseline = parse(path, "TOML", tomllib.loads, Baseline)
     if baseline.checksum != checksum(baseline):
         fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
     return baseline.model_copy(update={"checksum": ""})
 
 
-def parsed(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
-    """Read a file of a kind; a `BaselineError` tells why it is none, of a bad value where, and the rule."""
+def parse(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
+    """Read a file of a kind; a `BaselineError` has the reason, for a bad value its place and the rule."""
     with reading(path, BaselineError, kind):
         try:
             return model.model_validate(load(contents(path)))
@@ -218,9 +218,9 @@ def gated_runs(scene: Scene) -> dict[Which, Job]:
 
 
 def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> list[Job]:
-    """Return runs from starts next to its own, in all directions.
+    """Return runs from starts next to that of a gated run, in all directions.
 
-    None without clearance, nor at the standard tier, where steps of the family differ by more than any start.
+    There are none without clearance, nor at the standard tier, where the steps matter more than the start.
     """
     if tier != "tight" or not gated.scene.loose:
         return []
@@ -314,7 +314,7 @@ def counters(table: Table) -> dict[str, int]:
     return {**table.provenance.get("counters", {}), "contacts": contacts}
 
 
-def renewed(
+def new_baseline(
     scenes: Sequence[Scene],
     folder: Path,
     old: Baseline | None = None,
@@ -324,8 +324,8 @@ def renewed(
 ) -> Baseline:
     """Create the baseline of scenes: every gated run with its family, which determines the thresholds.
 
-    Its folder is what the paths of scenes are relative to. Of the old one the rates are kept if there are no
-    newer ones: thresholds that changed without them are a `BaselineError`. A failed run is a `RunError`.
+    Paths of scenes are relative to its folder. The rates of the old one are kept if there are no newer ones:
+    thresholds that changed without them are a `BaselineError`. A failed run is a `RunError`.
     """
     rates = _rates(folder / RATES, old)
     planned = [
@@ -342,7 +342,7 @@ def renewed(
         tables = {}
         for kind, job in relatives:
             outcome = next(outcomes)
-            table = table_of_family(kind, outcome)
+            table = usable_table(kind, outcome)
             tables[kind] = successful(outcome, job) if table is None else table
         nearby = [successful(next(outcomes), job) for job in others]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
@@ -357,7 +357,7 @@ def renewed(
 
 
 class _Measured(Detection):
-    """What of the rates' file is read; it may hold more."""
+    """Rates and thresholds in the rates' file, which may hold more."""
 
     model_config = ConfigDict(extra="ignore")
     thresholds: dict[str, Any]
@@ -366,7 +366,7 @@ class _Measured(Detection):
 def _rates(path: Path, old: Baseline | None) -> Detection | None:
     """Find the rates that belong to the present thresholds."""
     if path.is_file():
-        measured = parsed(path, "JSON", json.loads, _Measured)
+        measured = parse(path, "JSON", json.loads, _Measured)
         if measured.thresholds != thresholds_record():
             raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
         return Detection(false_alarms=measured.false_alarms, detected=measured.detected)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from comparison.accuracy.levels import coarser
-from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
+from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, uncertainty
 from comparison.execution.run import RunError
 from comparison.reliability.errors import (
     QUANTITIES,
@@ -76,9 +76,9 @@ class Assessment:
 
     ``angle`` are the upper edges of the bins, degrees from the start; ``cycles`` how many went into each;
     mean and deviation those of the error over time, or of its size, as the scene says; ``index`` is beta of
-    Eq. 35, ``drawn`` what each of `PHASES` of each cycle adds to it, whose scatter other cycles leave open;
-    ``worst`` the first bin with the smallest reliability but for round-off, ``cap`` the reliability of a
-    mechanism without error; ``within`` is P(|e| <= upper limit), as the share of the time.
+    Eq. 35, ``contributions``, by bin, those of each cycle and phase to it, shape (cycles, `PHASES`), whose
+    scatter gives its interval; ``worst`` the first bin with the smallest reliability, to round-off; ``cap``
+    the reliability of a mechanism without error; ``within`` P(|e| <= upper limit), as a share of the time.
     """
 
     limits: Limits
@@ -91,17 +91,17 @@ class Assessment:
     minimum: float
     worst: int
     cap: float
-    drawn: list[Array]
+    contributions: list[Array]
     within: Array
 
     @cached_property
     def half_width(self) -> Array:
-        """Of the interval of beta that other cycles leave open."""
-        return np.array([half_width(standard_error(cycles)) for cycles in self.drawn])
+        """Half-width of the interval of beta, as other cycles would scatter."""
+        return np.array([half_width(standard_error(cycles)) for cycles in self.contributions])
 
     @property
     def density(self) -> Array:
-        """DR / d beta."""
+        """Derivative dR / d beta."""
         return np.asarray(np.exp(-0.5 * self.index**2) / np.sqrt(2.0 * np.pi))
 
     @property
@@ -127,8 +127,8 @@ class Assessment:
 
 def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
     """Return the assessment of each quantity, by the bins, limits and sign of errors that a scene states."""
-    held = {name: channel for name, channel in QUANTITIES.items() if channel in errors.by_channel}
-    return {quantity: _assess(quantity, channel, errors, settings) for quantity, channel in held.items()}
+    present = {name: channel for name, channel in QUANTITIES.items() if channel in errors.by_channel}
+    return {quantity: _assess(quantity, channel, errors, settings) for quantity, channel in present.items()}
 
 
 def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Settings) -> Assessment:
@@ -143,18 +143,18 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         return np.array([stress, signed**2, sizes <= limits.upper], dtype=np.float64)
 
     averages = integrals(time, averaged(signed), edges) / width
-    averages[2] = np.clip(averages[2], 0.0, 1.0)  # but for round-off it is
+    averages[2] = np.clip(averages[2], 0.0, 1.0)  # round-off leaves the range
     mean, square, within = (np.array([row[k::count].mean() for k in range(count)]) for row in averages)
     deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
     slopes = sensitivity(limits, mean, deviation)
     index = reliability_index(limits, mean, deviation)
     r = np.asarray(ndtr(index))
 
-    drawn = []
+    contributions = []
     for k in range(count):
         instants = edges[k:-1:count, None] + width[k::count, None] * (np.arange(PHASES) + 1) / PHASES
         stress, squared, _ = averaged(np.interp(instants, time, signed))
-        drawn.append(slopes[0][k] * stress + slopes[1][k] * squared)
+        contributions.append(slopes[0][k] * stress + slopes[1][k] * squared)
     return Assessment(
         limits=limits,
         angle=360.0 * (np.arange(count) + 1) / settings.bins,
@@ -166,18 +166,18 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         minimum=float(r.min()),
         worst=int(np.flatnonzero(r <= r.min() + _NEAR_EQUAL)[0]),
         cap=cap(limits),
-        drawn=drawn,
+        contributions=contributions,
         within=within,
     )
 
 
 # ---- difference of two models, its significance, and what is run for it
 #
-# It has two uncertainties, whose squares add up. Numerical: the distances of the reliabilities from the
-# finer, the coarser and the perturbed runs of each model, and from a coarser ideal mechanism, as those of
-# any channel (`comparison.accuracy.uncertainty`). Sampling: how far it would move with other cycles,
+# The difference has two uncertainties, whose squares add up. Numerical: the distances of the reliabilities
+# from those by the finer, the coarser and the perturbed runs of each model and by a coarser ideal mechanism,
+# as for any channel (`comparison.accuracy.uncertainty`). Sampling: how far it would move with other cycles,
 # paired, since the errors of both models at one instant belong together; where the smallest reliabilities of
-# the two are in different bins there are no pairs. What `DENSE` samples leave open is less by decades.
+# the two are in different bins there are no pairs. The error by `DENSE` samples is less by decades.
 
 MARGIN = 1e-3  # of reliability: an interval that reaches further leaves open whether two models agree
 STEPS = 10_000
@@ -185,8 +185,8 @@ STEPS = 10_000
 accelerations by 5e-7 m/s^2 at 150 rpm (measured against the closed form)."""
 DENSE = 10_000
 """Samples per crank cycle at least: of the central case R errs by 6e-7 (acceleration), on 1,000 by 4e-4."""
-MOST = 400_000  # samples of a run, some 80 MB
-_WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
+MOST_SAMPLES = 400_000  # samples of a run, some 80 MB
+_WITHOUT_EFFECT = ("clearance", "contact", "friction", "initial", "environment")
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ class Difference:
 
     @property
     def half_width(self) -> float:
-        """Of the interval of `minimum`."""
+        """Half-width of the interval of `minimum`."""
         return float(np.hypot(self.sampling, self.numerical))
 
     @property
@@ -237,7 +237,7 @@ def dense_scene(scene: Scene) -> Scene:
     """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own."""
     output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
     own = int(output["samples_per_cycle"])
-    times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
+    times = max(1, min(ceil(DENSE / own), int(MOST_SAMPLES / (own * cycles))))
     groups = dict.fromkeys(["accelerations", *output["groups"]])
     return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
 
@@ -248,7 +248,7 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
     every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
     names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
     frame = table.frame.loc[::every, names].reset_index(drop=True)
-    # As a run with these samples counts its times, to the last digit: those of an ensemble must be the same.
+    # These are the times of a run with such samples, to the last digit: an ensemble must have equal ones.
     interval = scene.period / own
     grid = np.arange(len(frame)) * interval
     if np.allclose(frame["time"], grid, rtol=0.0, atol=SAME_GRID * interval):
@@ -269,7 +269,7 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     nothing else share the run.
     """
     base = load_scene(BASE).data
-    sections = {section: base[section] for section in _WITHOUT_MEANING} | {
+    sections = {section: base[section] for section in _WITHOUT_EFFECT} | {
         "solver.reference": ReferenceSolver().model_dump(),
         "solver.exudyn": ExudynSolver(step=scene.period / STEPS).model_dump(),
         "joints": {"slider": "ideal", "crank_pin": "ideal"},
@@ -278,7 +278,7 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     values = {f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()}
     ideal = scene.variant(values)
     coarse = coarser(model, ideal)
-    # Its step, twice that of the other, would not fit between dense samples
+    # Its step, twice that of the base, would not fit between dense samples.
     return {"base": dense_scene(ideal)} | ({} if coarse is None else {"coarser": coarse})
 
 
@@ -290,10 +290,10 @@ def compare_reliability(
     k: float,
     start: float = 0.0,
 ) -> dict[str, Difference]:
-    """Compare the reliabilities of two models, by quantity, of their runs and ideal mechanisms.
+    """Compare the reliabilities of two models, by quantity, from their runs and ideal mechanisms.
 
-    ``k`` numerical uncertainties explain a difference; the first cycle that counts starts at ``start`` (s). A
-    `TableError` if the tables cannot be compared.
+    ``k`` numerical uncertainties explain a difference; the first cycle that counts starts at ``start`` (s).
+    Raises `TableError` if the tables cannot be compared.
     """
 
     def assessed(run: Table, ideal: Table) -> dict[str, Assessment]:
@@ -318,7 +318,7 @@ def compare_reliability(
     first, second = (assessed(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
     a_cycles, b_cycles = ([(name, *bins.cycles) for name, bins in model.items()] for model in (first, second))
     if a_cycles != b_cycles:
-        raise TableError("the two results: cover other parts of the cycles, or hold other channels")
+        raise TableError("the two results cover different parts of the cycles, or hold different channels")
     u_first, u_second = (numerical(*sides) for sides in zip(runs, ideals, (first, second), strict=True))
     return {
         name: _difference(a, second[name], k * np.hypot(u_first[name], u_second[name]))
@@ -327,8 +327,8 @@ def compare_reliability(
 
 
 def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
-    drawn = zip(a.density, a.drawn, b.density, b.drawn, strict=True)
-    paired = [half_width(standard_error(of_a * mine - of_b * its)) for of_a, mine, of_b, its in drawn]
+    pairs = zip(a.density, a.contributions, b.density, b.contributions, strict=True)
+    paired = [half_width(standard_error(of_a * in_a - of_b * in_b)) for of_a, in_a, of_b, in_b in pairs]
     sampling = paired[a.worst]
     if a.worst != b.worst:
         sampling = np.hypot(*(model.density[model.worst] * model.half_width[model.worst] for model in (a, b)))
@@ -349,5 +349,5 @@ def _uncertainty(name: str, runs: dict[str, dict[str, Assessment]], refinement: 
     if not values:
         return np.full(base.shape, np.nan)
     finer = values.pop("finer", base)  # without one the coarser run decides alone
-    levels = Levels(base, finer, values.pop("coarser", None), tuple(values.values()), *refinement)
+    levels = RunValues(base, finer, values.pop("coarser", None), tuple(values.values()), *refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)

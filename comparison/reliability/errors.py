@@ -1,4 +1,4 @@
-"""Errors of the slider's motion, and their averages over parts of the crank cycle with what is open of them.
+"""Errors of the slider's motion, and their averages over parts of the crank cycle with standard errors.
 
 An error is a result less the ideal mechanism's at equal time, Eq. 34 of the paper.
 """
@@ -62,13 +62,13 @@ def slider_errors(
 ) -> SliderErrors:
     """Return the errors of a result, from a start (s) on, against the ideal mechanism's at its times.
 
-    Of the channels ``names`` that the result holds; `TableError` if the ideal one lacks one of them, a table
-    does not start at zero, or they have too few times in common.
+    Channels are those of ``names`` that the result holds. Raises `TableError` if the ideal table lacks one, a
+    table does not start at zero, or they have too few times in common.
     """
-    held = [name for name in names if name in actual.names]
-    if not held:
+    present = [name for name in names if name in actual.names]
+    if not present:
         raise TableError(f"the result: holds none of {', '.join(names)}")
-    if missing := [name for name in held if name not in ideal.names]:
+    if missing := [name for name in present if name not in ideal.names]:
         raise TableError(f"the ideal mechanism's: channel {missing[0]} is missing")
     for name, table in (("the result", actual), ("the ideal mechanism's", ideal)):
         if table.time.size < 2 or abs(table.time[0]) > slacks(table.time)[0]:
@@ -79,17 +79,17 @@ def slider_errors(
     if time.size < 2:
         raise TableError("the result and the ideal mechanism's: have no interval in common")
 
-    def off(name: str, at: Array, values: Array) -> Array:
+    def error_at(name: str, at: Array, values: Array) -> Array:
         slopes = np.gradient(ideal.values(name), ideal.time, edge_order=2 if ideal.time.size > 2 else 1)
         within = np.clip(at, ideal.time[0], ideal.time[-1])
         return values - hermite(ideal.time, ideal.values(name), slopes, within)[0]
 
     by_channel, between = {}, {}
-    for name in held:
+    for name in present:
         at, values = _extrema(actual, name)
         kept = (at >= start - slack) & (at <= time[-1] + slack)
-        by_channel[name] = off(name, time, actual.values(name)[counts])
-        between[name] = np.array([at - start, off(name, at, values)])[:, kept]
+        by_channel[name] = error_at(name, time, actual.values(name)[counts])
+        between[name] = np.array([at - start, error_at(name, at, values)])[:, kept]
     return SliderErrors(time - start, period, by_channel, between)
 
 
@@ -102,14 +102,14 @@ def _extrema(table: Table, name: str) -> Array:
     """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
     parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
     whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
-    held = next((known for known in (table.cycle_extrema or {}, whole) if known.keys() >= set(parts)), None)
-    if held is None:
+    known = next((each for each in (table.cycle_extrema or {}, whole) if each.keys() >= set(parts)), None)
+    if known is None:
         return np.empty((2, 0))
-    points = np.reshape([held[part] for part in parts], (2, -1)).astype(np.float64)
+    points = np.reshape([known[part] for part in parts], (2, -1)).astype(np.float64)
     return points[:, np.isfinite(points).all(axis=0)]
 
 
-# ---- time averages over parts of the crank cycle, and what other cycles leave open of them
+# ---- time averages over parts of the crank cycle, and their standard errors
 #
 # Between samples a signal is linear. The errors of a run are locked to the crank: what is drawn are cycles,
 # and only what differs between cycles at equal angle makes an average uncertain. The 95 % intervals hold the
@@ -117,12 +117,12 @@ def _extrema(table: Table, name: str) -> Array:
 # 99 % on one.
 
 LEVEL = 0.95
-ENOUGH = 30  # cycles, from which on their averages are the sample
+MANY = 30  # cycles, from which on their averages are the sample
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: an average and a subtraction
 
 
 def part_edges(end: float, period: float, count: int) -> Array:
-    """Return the edges (s) of the parts, ``count`` a cycle, whole ones but for a run shorter than a cycle."""
+    """Return the edges (s) of the parts, ``count`` a cycle, all whole unless the run is shorter than one."""
     width = period / count
     whole = int(end / width + 1e-9)
     edges = width * np.arange(whole + 1)
@@ -132,7 +132,7 @@ def part_edges(end: float, period: float, count: int) -> Array:
 def integrals(time: Array, values: Array, edges: Array) -> Array:
     """Return the integrals between m + 1 edges of what is linear between samples, shape (..., m).
 
-    Times increase, shape (n,), n >= 2, and span the edges but for rounding; values have shape (..., n).
+    Times increase, shape (n,), n >= 2, and span the edges within rounding; values have shape (..., n).
     """
     step = np.diff(time)
     total = np.zeros(values.shape)
@@ -144,22 +144,22 @@ def integrals(time: Array, values: Array, edges: Array) -> Array:
 
 
 class StandardError(NamedTuple):
-    """Of an average, with its degrees of freedom."""
+    """Standard error of an average, with its degrees of freedom."""
 
     error: Array
     freedom: Array
 
 
 def standard_error(values: Array) -> StandardError:
-    """Estimate the standard error of the average of a part's samples, cycle by cycle, shape (..., N, J).
+    """Estimate the standard error of the average of a part in N cycles of J samples, shape (..., N, J).
 
-    From the autocovariances of what differs from the cycles' mean at equal angle, in a flat-top window after
-    D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), twice as wide as the correlation is significant.
-    Where it never ends, all lags count in full and the sum is the variance of the cycles' averages; from
-    `ENOUGH` cycles on these are the sample. Of one cycle the mean of the part is subtracted: what is locked
-    to the crank counts as scatter.
+    It sums the autocovariances of what differs from the cycles' mean at equal angle, in a flat-top window
+    after D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), twice as wide as the correlation is
+    significant. Where it never ends, all lags count in full and the sum is the variance of the cycles'
+    averages; from `MANY` cycles on these are the sample. In a single cycle the mean of the part is
+    subtracted: what is locked to the crank counts as scatter.
     """
-    if values.shape[-2] >= ENOUGH:
+    if values.shape[-2] >= MANY:
         values = values.mean(-1)[..., None, :]
     cycles, length = values.shape[-2:]
     count = cycles * length

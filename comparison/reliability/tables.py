@@ -33,7 +33,7 @@ from comparison.tables.table import Table, TableError, check, slacks
 
 CHANNELS = tuple(QUANTITIES.values())
 _LEAST_CHANGE = 0.1 * MARGIN
-"""Of R with half the ideal samples, from which on they are too few: its error is a tenth of that or less."""
+"""Change of R with half the samples, above which they are too few; its error is a tenth of that or less."""
 _SAME_PERIOD = 1e-6  # relative: periods may be stated with six digits
 
 
@@ -41,7 +41,7 @@ _SAME_PERIOD = 1e-6  # relative: periods may be stated with six digits
 class TableReliability:
     """Reliability of the slider's motion in one table or two, by quantity.
 
-    ``a`` and ``b``: quantity ("displacement", "velocity", "acceleration") -> what is known of it by either
+    ``a`` and ``b``: quantity ("displacement", "velocity", "acceleration") -> its assessment in either
     table; ``comparison``: by both. Without a second table they are empty and None. ``missing``: quantity ->
     the tables without its channel. ``settings``: limits, of the quantities ``given`` as stated, of others
     those of the scene ``source``; ``period`` of the crank cycle, s.
@@ -60,7 +60,7 @@ class TableReliability:
 
     @property
     def by_quantity(self) -> dict[str, dict[str, Assessment]]:
-        """What is known of each quantity, by table, "a" or "b"."""
+        """The assessments of each quantity, by table, "a" or "b"."""
         tables = {"a": self.a, "b": self.b}
         every = {name: {x: own[name] for x, own in tables.items() if name in own} for name in QUANTITIES}
         return {name: own for name, own in every.items() if own}
@@ -95,7 +95,7 @@ def reliability(
         Has limits, intervals of the crank cycle and period; by default the scene recorded beside a table, and
         without one the paper's limits.
     mapping
-        Of the columns of files to channels, or the path of a mapping file.
+        Mapping of the columns of files to channels, or the path of a mapping file.
     options
         ``limits``: quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the
         scene. ``period`` of the crank cycle, s, where no scene is known. ``at_events``: "left", "right" or
@@ -113,7 +113,7 @@ def reliability(
         If a table cannot be read, holds none of the channels, does not start at 0 s, or does not fit the
         others; if no period is known.
     SceneError
-        If the limits are none.
+        If the limits are not valid.
 
     Examples
     --------
@@ -145,8 +145,8 @@ def reliability(
         for end, value in zip(("lower", "upper"), both, strict=True)
     }
     settings = source.with_values(values).reliability
-    tables, said = _within(tables, names, cycle, cycle / settings.bins)
-    warnings += said
+    tables, notes = _cut_to_shortest(tables, names, cycle, cycle / settings.bins)
+    warnings += notes
 
     def assessed(part: str, table: Table, ideal: Table) -> dict[str, Assessment]:
         shared = [name for name in table.channels if name in ideal.channels]
@@ -156,7 +156,7 @@ def reliability(
 
     of_a = assessed("a", tables["a"], tables["ideal"])
     of_b = {} if b is None else assessed("b", tables["b"], tables["ideal"])
-    # Every second sample tells what is between them, of a table as of the ideal motion.
+    # The change with every second sample shows the error by what is between the samples.
     halves = {part: _halved(table) for part, table in tables.items()}
     checks = [("a", of_a, assessed("a", halves["a"], tables["ideal"]))]
     checks += [("b", of_b, assessed("b", halves["b"], tables["ideal"]))] if of_b else []
@@ -205,7 +205,7 @@ def _conditions(
     return cycle, scene or next(filter(None, criteria), None) or load_scene(BASE)
 
 
-def _within(
+def _cut_to_shortest(
     tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, interval: float
 ) -> tuple[dict[str, Table], tuple[str, ...]]:
     """Return the tables up to the end of the shortest, with a warning for what is left out or missing."""

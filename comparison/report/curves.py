@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.metrics.contacts import Pulse, noted
+from comparison.metrics.contacts import Pulse, pulses_of
 from comparison.tables.channels import CORNERS, Array, Channel, touching
 from comparison.tables.table import Table
 from comparison.verdict.results import ChannelComparison, SceneComparison
@@ -107,7 +107,7 @@ def table_line(table: Table, channel: str) -> Line:
         table.values(channel),
         scene=None if scene is None else scene.data,
         events=table.events,
-        pulses=noted(table) if contact_of(channel, None) else (),
+        pulses=pulses_of(table) if contact_of(channel, None) else (),
     )
 
 

@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import pretty_unit
-from comparison.metrics.contacts import Pulse, noted
+from comparison.metrics.contacts import Pulse, pulses_of
 from comparison.report.curves import contact_of, guide_of, least_range
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels
@@ -94,7 +94,7 @@ def table_plots(
     period = None if scene is None else 60.0 / abs(float(scene["drive"]["speed_rpm"]))
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
-    pulses = [noted(table) for table in tables.values()]
+    pulses = [pulses_of(table) for table in tables.values()]
     return _packed(head, time, curves, scene, events, pulses)
 
 

@@ -90,7 +90,7 @@ def _unpredictable(results: Channels) -> dict[str, float]:
     for channel in results.values():
         if channel.verdict != "indeterminate":
             continue
-        # With those of the position that it follows.
+        # The position that it follows must be predictable too.
         parts = [channel, *filter(None, [results.get(channel.definition.follows or "")])]
         of_a, of_b = (
             np.any([~part.limits.predictable(u, part.scale) for part, u in own if u is not None], axis=0)

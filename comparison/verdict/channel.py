@@ -2,7 +2,7 @@
 
 After ASME V&V 20-2009 (section 1) a difference ``E`` is explained by the numerical uncertainty ``u`` where
 ``|E| <= k u``; applied sample by sample, where the uncertainty is small against the channel's scale. Without
-uncertainties a tolerance is the threshold, beside or without limits of metrics.
+uncertainties the threshold is a tolerance; metrics can have limits besides, or instead.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Basis, ChannelComparison, Check
 
 NO_CRITERIA = Criteria()
-"""Of runs with uncertainties."""
+"""Criteria of runs with uncertainties."""
 
 
 class Samples(NamedTuple):
@@ -83,7 +83,7 @@ def compare_channel(
 
 
 def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
-    """Compare the judged samples with their thresholds; return the judgement's fields."""
+    """Compare the judged samples with their thresholds; return the fields of a `ChannelComparison`."""
     judged, threshold, limits = channel.judged, channel.threshold, channel.limits
     count, outside = int(judged.sum()), int(channel.beyond.sum())
     fixed = channel.u is None
@@ -132,7 +132,7 @@ def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
     """Return the extrema of a channel that no sample shows, of both tables or of none.
 
     A force between two samples may be twice that of the samples. Extrema outside the compared span do not
-    count, nor those that do not hold the samples: a mapping has turned or scaled the column.
+    count, nor those that do not enclose the samples: a mapping has turned or scaled the column.
     """
     if channel.definition.angle or not all(channel.channel in table.extrema for table in tables):
         return ((), ())
@@ -147,8 +147,8 @@ def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
     return rows[0], rows[1]
 
 
-def gated(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
-    """Return a channel with its metrics held against their limits; what samples show remains."""
+def apply_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
+    """Check a channel's metrics against their limits; a difference that samples show remains."""
     if channel.u is not None or channel.verdict == "unexcited":
         return channel
     values = dict(channel.metrics)

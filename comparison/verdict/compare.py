@@ -2,8 +2,8 @@
 
 Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two. Their
 errors are estimated as those of a quadrature of first order, from the same runs judged on every second and
-every fourth sample: three times the larger of the changes, that on every fourth halved (two grids after
-Roache).
+every fourth sample: three times the larger change, of which that on every fourth is halved (two grids
+after Roache).
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,19 +17,19 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
-from comparison.metrics.contacts import noted
+from comparison.metrics.contacts import pulses_of
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.attribution import attribute
-from comparison.verdict.channel import NO_CRITERIA, Samples, between, compare_channel, gated
+from comparison.verdict.channel import NO_CRITERIA, Samples, apply_gate, between, compare_channel
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.diagnosis import diagnose, differing_keys
-from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, described, scene_coverage
+from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, scene_coverage, scene_fields
 
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for
-_FEW = 16  # samples; of fewer every fourth one tells nothing
+_FEW = 16  # samples; below it every fourth one shows nothing
 
 
 def compare(
@@ -48,13 +48,13 @@ def compare(
     Parameters
     ----------
     a, b
-        With a finer run each: judged by their numerical uncertainty. Else by the criteria.
+        Judged by their numerical uncertainty if each has a finer run, else by the criteria.
     scene
         Determines the required channels, time span and scales. Without it both must hold the same channels
         over the same time, and scales are ranges.
     criteria
-        Their ``channels`` are among those that the scene requests; of runs with uncertainties no
-        common time applies.
+        Their ``channels`` are among those that the scene requests; ``common_time`` is only for runs without
+        uncertainties.
     tier
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     ensembles
@@ -68,7 +68,7 @@ def compare(
     """
     only, common_time = criteria.channels, criteria.common_time
     labelled = tuple(zip(labels, (a, b), strict=True))
-    tables = {_named(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
+    tables = {_run_name(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
     names = _names(a.base, b.base, scene, only)
     span = None if scene is None or common_time else (0.0, scene.duration)
     for label, table in tables.items():
@@ -80,8 +80,8 @@ def compare(
         _check_ends(labels, a.base.time, b.base.time)
     aligned = align(a.base, b.base, names)
     if common_time:
-        first, second, said = _common(a.base, b.base, aligned.time)
-        a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *said)
+        first, second, notes = _cut_to_common(a.base, b.base, aligned.time)
+        a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *notes)
         labelled = tuple(zip(labels, (a, b), strict=True))
     warnings = (*warnings, *_check_rows(labels, (a.base.time, b.base.time)))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
@@ -89,20 +89,20 @@ def compare(
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
-    window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
+    cycle = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     known = a.base.known | b.base.known
     compared = [name for name in names if only is None or name in only]
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
 
-    def judged(every: int) -> dict[str, ChannelComparison]:
+    def judge(every: int) -> dict[str, ChannelComparison]:
         results: dict[str, ChannelComparison] = {}
         for channel in map(known.__getitem__, compared):  # positions come before what follows from them
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
             uncertainties = (
-                model_uncertainty(runs, channel.name, window, more, every)
+                model_uncertainty(runs, channel.name, cycle, more, every)
                 for runs, more in zip((a, b), ensembles, strict=True)
             )
             results[channel.name] = compare_channel(
@@ -120,7 +120,7 @@ def compare(
             )
         return results
 
-    grids = [judged(every) for every in (1, 2, 4)] if aligned.time.size >= _FEW else [judged(1)]
+    grids = [judge(every) for every in (1, 2, 4)] if aligned.time.size >= _FEW else [judge(1)]
     results = {
         name: replace(
             channel,
@@ -131,8 +131,8 @@ def compare(
         for name, channel in grids[0].items()
     }
     if criteria.gate:
-        results = {name: gated(channel, criteria.gate) for name, channel in results.items()}
-    warnings += _interpolation(dict(zip("ab", labelled, strict=True)), aligned, results)
+        results = {name: apply_gate(channel, criteria.gate) for name, channel in results.items()}
+    warnings += _interpolation_warnings(dict(zip("ab", labelled, strict=True)), aligned, results)
     verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
     if verdict != "differ":
         allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
@@ -144,10 +144,10 @@ def compare(
         verdict,
         aligned.time,
         results,
-        **({"period": period} if scene is None else described(scene)),
+        **({"period": period} if scene is None else scene_fields(scene)),
         warnings=(() if scene is None else scene.warnings) + warnings,
         events=(a.base.events, b.base.events),
-        pulses=(noted(a.base), noted(b.base)),
+        pulses=(pulses_of(a.base), pulses_of(b.base)),
         provenance={label: table.provenance for label, table in tables.items()},
         tier=tier,
         shift=aligned.shift,
@@ -182,18 +182,17 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str
 def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     """Find the scene that both tables record, with warnings; settings of solvers and output may differ.
 
-    Of two that differ the first; None where its channels or times are not those of the second, or without a
-    record.
+    If they differ it is the first, or None where channels or times differ; also None without a record.
     """
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
     if not isinstance(record_a, dict) or not isinstance(record_b, dict):
         return None, ()
     warnings: tuple[str, ...] = ()
     if changed := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):
-        said = f"the tables are of different scenes ({', '.join(changed)})"
+        fault = f"the tables are of different scenes ({', '.join(changed)})"
         if a.scene is None or b.scene is None or {"drive", "joints"} & {*changed}:
-            return None, (f"{said}: the scales are ranges",)
-        warnings = (f"{said}: scales and drawing are of the first",)
+            return None, (f"{fault}: the scales are ranges",)
+        warnings = (f"{fault}: scales and drawing are of the first",)
     solvers: dict[str, Any] = {}  # of the model that wrote each table
     for table, record in ((a, record_a), (b, record_b)):
         model = table.provenance.get("model")
@@ -216,18 +215,18 @@ def _sampling_error(values: Sequence[float]) -> float:
     return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
-def _named(label: str, which: str) -> str:
-    """Return how messages call a run of a model."""
+def _run_name(label: str, which: str) -> str:
+    """Return the name of a model's run in messages."""
     return label if which == "base" else f"{label} {which.replace('_', ' ')}"
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
-    known, there = a.known | b.known, {*a.names, *b.names}
-    names = [name for name in known if name in there or name in (only or ())]
+    known, present = a.known | b.known, {*a.names, *b.names}
+    names = [name for name in known if name in present or name in (only or ())]
     if scene is not None:
         # Besides what every run of the scene holds there may be channels that no model writes.
-        beside = [name for name in names if known[name].group in _BESIDES and name in there]
+        beside = [name for name in names if known[name].group in _BESIDES and name in present]
         names = [*expected(scene.data), *beside]
     if other := [name for name in only or () if name not in names]:
         where = "the tables have no common" if scene is None else f"scene {scene.name!r}: has no"
@@ -239,15 +238,15 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
     return [name for name in names if name in only or name in rates]
 
 
-def _common(a: Table, b: Table, time: Array) -> tuple[Table, Table, list[str]]:
-    """Return the rows within the compared times, and say which these are where a table has others."""
+def _cut_to_common(a: Table, b: Table, time: Array) -> tuple[Table, Table, list[str]]:
+    """Return the rows within the compared times, and a warning where a table has others."""
     ends = time[[0, -1]]
     early, late = slacks(a.time, b.time)
     if all(abs(t.time[0] - ends[0]) <= early and abs(t.time[-1] - ends[1]) <= late for t in (a, b)):
         return a, b, []
     start, end = instant(ends[0], ends[1]), instant(ends[1], ends[0])
-    said = f"compared from {start} to {end} s: only there both tables have rows"
-    return cut(a, ends[0] - early, ends[1] + late), cut(b, ends[0] - early, ends[1] + late), [said]
+    note = f"compared from {start} to {end} s: only there both tables have rows"
+    return cut(a, ends[0] - early, ends[1] + late), cut(b, ends[0] - early, ends[1] + late), [note]
 
 
 def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
@@ -255,7 +254,7 @@ def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
     for label, runs in labelled:
         for which, table in runs.tables.items():
             if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{_named(label, which)}: its times differ from those of {label}")
+                raise TableError(f"{_run_name(label, which)}: its times differ from those of {label}")
 
 
 def _check_ends(labels: tuple[str, str], a: Array, b: Array) -> None:
@@ -295,12 +294,12 @@ def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str
     return warnings
 
 
-def _interpolation(
+def _interpolation_warnings(
     sides: Mapping[str, tuple[str, Runs]],
     aligned: Aligned,
     results: Mapping[str, ChannelComparison],
 ) -> tuple[str, ...]:
-    """Return what the interpolation of a table leaves out, such as what stands out between compared times."""
+    """Return warnings of what the interpolation leaves out, such as peaks between the compared times."""
     if not aligned.interpolated:
         return ()
     label, runs = sides[aligned.interpolated]
@@ -343,9 +342,9 @@ def _exceeded_shift(
     """Return the time shift that a tolerance allows, s, where it is exceeded; else nan.
 
     Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
-    accept it. The limit is the time in which a position traverses its tolerance at the scale of its rate, the
-    least of all positions: with a scene that share of a hundredth of a crank cycle; or the time tolerance.
-    Uncertainties have no such limit.
+    accept it. The limit is the least time in which a position traverses its tolerance at the scale of its
+    rate, with a scene a share of a hundredth of a crank cycle; or the time tolerance. Uncertainties have no
+    such limit.
     """
     times = []
     for position in results.values():

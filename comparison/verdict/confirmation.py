@@ -21,6 +21,7 @@ than what it is to correct.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from math import inf, nan
 
 import numpy as np
@@ -39,8 +40,8 @@ from comparison.verdict.results import Confirmation, Doubt, SceneComparison
 MEMBERS = {"reference": 99}
 """Runs in an ensemble, by model; the reference takes 0.03 s each."""
 OTHER_MEMBERS = 30
-"""Of any other model; Exudyn's tree takes about 1 s a run at the tight tier."""
-ENOUGH = 19
+"""Runs in an ensemble of any other model; Exudyn's tree takes about 1 s a run at the tight tier."""
+ENOUGH_MEMBERS = 19
 """Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
 # Responses below it are round-off: a few operations on coordinates of 0.55 m.
 _NO_RESPONSE = 1e-15
@@ -48,7 +49,7 @@ _NO_RESPONSE = 1e-15
 Run = Callable[[Sequence[Scene], str], list[Table]]
 """Runs scenes by a model and returns the tables of the runs that succeeded."""
 Ensembles = Mapping[int, Sequence[Table]]
-"""Of the first model (0) and the second (1); of one that is too slow there is none."""
+"""Ensembles of the first model (0) and the second (1); a model that is too slow has none."""
 Pair = tuple[Sequence[Table], Sequence[Table]]
 
 
@@ -79,22 +80,22 @@ def confirm(
     ends = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
     errors = [starting_error(model, scene, min(ends, default=result.time.size)) for model in runs]
     if len(quick) < len(models):  # one is ranked in the other's ensemble: the larger error counts
-        errors = [(max(shift for shift, _ in errors), np.maximum(*(until for _, until in errors)))] * 2
+        errors = [(max(shift for shift, _ in errors), np.maximum(*(w for _, w in errors)))] * 2
     ensembles, shifts = {}, [nan, nan]
     for side in quick:
-        model, base, (shift, until) = models[side], runs[side].base, errors[side]
-        shifts[side], share = shift, np.minimum(until / shift, 1.0)
+        model, base, (shift, w) = models[side], runs[side].base, errors[side]
+        shifts[side], share = shift, np.minimum(w / shift, 1.0)
         ensembles[side] = [
             scaled_member(table, base, share)
             for table in run(moved_starts(scene, model, shift), model)
             if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
-    judged = decided(result, runs, ensembles, lambda large: judged_again(result, runs, scene, large))
+    judged = confirm_by_ensembles(result, runs, ensembles, partial(judge_again, result, runs, scene))
     assert judged.confirmation is not None
     return replace(judged, confirmation=replace(judged.confirmation, shifts=(shifts[0], shifts[1])))
 
 
-def judged_again(
+def judge_again(
     result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, ensembles: Pair = ((), ())
 ) -> SceneComparison:
     """Return the comparison of the same channels by other runs, or by more."""
@@ -110,14 +111,14 @@ def judged_again(
     return replace(judged, **kept)
 
 
-def decided(
+def confirm_by_ensembles(
     result: SceneComparison,
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
     judge: Callable[[Pair], SceneComparison],
 ) -> SceneComparison:
-    """Confirm a difference by ensembles of at least `ENOUGH` members, or judge with their uncertainty."""
-    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
+    """Confirm a difference by ensembles of `ENOUGH_MEMBERS` or more, or judge with their uncertainty."""
+    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH_MEMBERS}
     pair = large.get(0, ()), large.get(1, ())
     members, since = (len(ensembles.get(0, ())), len(ensembles.get(1, ()))), result.attribution.outside_from
     farther, excess = _ranks(result, runs, large)
@@ -142,7 +143,7 @@ def decided(
 
 
 def unconfirmed(result: SceneComparison, doubt: Doubt, members: tuple[int, int] = (0, 0)) -> SceneComparison:
-    """Return the difference with what keeps it from being confirmed."""
+    """Return the difference with the reason why it could not be confirmed."""
     since = result.attribution.outside_from
     return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, since=since))
 
@@ -177,12 +178,12 @@ def too_slow(scene: Scene, model: str) -> bool:
 
 
 def starting_error(runs: Runs, scene: Scene, before: int) -> tuple[float, Array]:
-    """Return the initial perturbation equivalent to a model's error, from so many samples; see above.
+    """Return the initial perturbation equivalent to a model's error in the first samples, ``before`` so many.
 
     That is the standard deviation of the starts of an ensemble, and w(t), shape (n,); both in m.
     """
     least = perturbation(scene)
-    until, worth = np.full(runs.base.time.size, least), [np.zeros(1)]
+    w, equivalents = np.full(runs.base.time.size, least), [np.zeros(1)]
     lengths = {"slider_x": 1.0}
     if movable(scene) == "slider":
         lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
@@ -194,12 +195,12 @@ def starting_error(runs: Runs, scene: Scene, before: int) -> tuple[float, Array]
         apart = np.max([np.abs(original - run.values(name)) for run in runs.perturbed_runs], axis=0)
         response = length * apart[:before] / least
         known = response > _NO_RESPONSE / least
-        worth.append(error[known] / response[known])
-        # At once by the start's own distance: the crank pin's, where that is moved, grows into it.
+        equivalents.append(error[known] / response[known])
+        # G is at least 1: where the crank pin is moved, the slider's distance grows to that from zero.
         grown = np.maximum.accumulate(np.maximum(response, 1.0))
         arisen = np.maximum.accumulate(np.maximum.accumulate(error) / grown)
-        until[:before] = np.maximum(until[:before], arisen)
-    return max(float(np.median(np.concatenate(worth))), least), np.maximum.accumulate(until)
+        w[:before] = np.maximum(w[:before], arisen)
+    return max(float(np.median(np.concatenate(equivalents))), least), np.maximum.accumulate(w)
 
 
 def moved_starts(scene: Scene, model: str, shift: float) -> list[Scene]:

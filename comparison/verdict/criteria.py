@@ -41,7 +41,7 @@ class Criteria(Options, Compare):
     ] = None
     """Channels to compare; None: all."""
     at_events: Literal["left", "right", "both"] | None = None
-    """Rows that count of a time that a file repeats."""
+    """Which rows of a time that a file repeats count."""
     common_time: bool = False
     """Whether tables of different spans are compared where both have samples, instead of refused."""
     period: Positive | None = None
@@ -57,7 +57,7 @@ class Criteria(Options, Compare):
         return self.tolerances.get(channel, self.tolerance)
 
     def over(self, *usual: Mapping[str, Any]) -> "Criteria":
-        """Return these criteria with others where they state none, the last first; gates are joined."""
+        """Return these criteria completed by ``usual``, the last of which has precedence; gates join."""
         stated = self.model_dump(exclude_unset=True)
         gate = {metric: limit for each in (*usual, stated) for metric, limit in each.get("gate", {}).items()}
         return Criteria(
@@ -66,7 +66,7 @@ class Criteria(Options, Compare):
 
 
 def check_gate(gate: Mapping[str, float]) -> None:
-    """Reject, by a `TableError`, what is no metric, and a limit that every value meets or none."""
+    """Raise `TableError` for an unknown metric, and for a limit that every value meets or none."""
     for metric, limit in gate.items():
         if metric not in METRICS:
             raise TableError(f"gate: {metric!r} is not a metric; there are {', '.join(METRICS)}")

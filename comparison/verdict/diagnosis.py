@@ -1,4 +1,4 @@
-"""Diagnosis: causes of a difference that its shape tells, before anything is said of its size.
+"""Diagnosis: the causes of a difference that its shape shows, whatever its size.
 
 The keys in which the scenes differ; a channel of b that is a multiple of a's, moved by a constant, or late,
 named where undoing it leaves a tenth of the difference; and causes in the physics of the press.
@@ -19,7 +19,7 @@ from comparison.verdict.results import Basis, Cause, ChannelComparison, decisive
 
 Channels = Mapping[str, ChannelComparison]
 
-_LEFT = 0.1  # of the difference, that an undone cause may leave
+_REST = 0.1  # of the difference, that an undone cause may leave
 _RIVAL = 3.0  # times the remainder of the best fit, within which another one is as good
 _SIGNIFICANT = 3.0  # times its uncertainty, above which a number is a finding
 _FEW = 5  # samples; fewer tell nothing
@@ -57,14 +57,14 @@ def diagnose(
 def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
     """Return the keys in which the recorded scenes differ, with both values; None where one lacks the key.
 
-    None of settings and of what is written of a run; nor where a table records no scene.
+    Keys of settings and output do not count; without a recorded scene there are none.
     """
     sides = []
     for table in (a, b):
         record = table.provenance.get("scene")
         if not isinstance(record, dict):
             return ()
-        # With the keys that an earlier version did not write.
+        # `Table.scene` has the keys that an earlier version did not write.
         data = record if (scene := table.scene) is None else scene.data
         sides.append(flat({key: data[key] for key in data if key not in ("scene", "solver", "output")}))
     first, second = sides
@@ -76,7 +76,7 @@ def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
 
 
 def _relations(results: Channels, shift: Shift) -> list[Cause]:
-    """Name the simplest relation of each channel that differs, and what several channels share once."""
+    """Name the simplest relation of each channel that differs; one that several share is named once."""
     causes: list[Cause] = []
     for name, channel in results.items():
         differs = channel.verdict == "differ"
@@ -108,24 +108,24 @@ def _relation(channel: ChannelComparison, results: Channels, shift: Shift) -> Ca
         return None
     name, a, b = channel.channel, channel.a[rows], channel.b[rows]
     if np.ptp(b) == 0.0 < np.ptp(a) and channel.nonzero.all():
-        return Cause("constant", (name,), float(b[0]), 0.0, left=0.0)
+        return Cause("constant", (name,), float(b[0]), 0.0, rest=0.0)
     offset, ratio = fit(a, b, moved=True), fit(a, b, scaled=True)
     both = fit(a, b, scaled=True, moved=True)
-    best = min(offset, ratio, key=lambda fit: fit.left)
-    if offset.left <= _RIVAL * best.left and not _special(ratio):
+    best = min(offset, ratio, key=lambda fit: fit.rest)
+    if offset.rest <= _RIVAL * best.rest and not _special(ratio):
         best = offset  # of a channel that hardly varies a multiple looks like a constant
-    elif ratio.left <= _RIVAL * best.left:
+    elif ratio.rest <= _RIVAL * best.rest:
         best = ratio
-    if both.left < _LEFT * best.left and abs(both.offset) > _SIGNIFICANT * both.offset_error:
+    if both.rest < _REST * best.rest and abs(both.offset) > _SIGNIFICANT * both.offset_error:
         best = both
     delay = _delay(channel, results, shift)
-    if delay is not None and delay.left < best.left:
+    if delay is not None and delay.rest < best.rest:
         return delay
-    cause = Cause("ratio", (name,), best.ratio, best.ratio_error, left=best.left, offset=best.offset)
+    cause = Cause("ratio", (name,), best.ratio, best.ratio_error, rest=best.rest, offset=best.offset)
     if best is offset:
-        cause = Cause("offset", (name,), best.offset, best.offset_error, left=best.left)
+        cause = Cause("offset", (name,), best.offset, best.offset_error, rest=best.rest)
     change = abs(cause.value - (0.0 if best is offset else 1.0))
-    return cause if best.left <= _LEFT and change > _SIGNIFICANT * cause.uncertainty else None
+    return cause if best.rest <= _REST and change > _SIGNIFICANT * cause.uncertainty else None
 
 
 def _special(fit: Fit) -> bool:
@@ -147,6 +147,6 @@ def _delay(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause
         slopes = results[rate].b if rate in results else np.gradient(channel.b, time)
         earlier, _ = hermite(time, channel.b, slopes, time[inside] + lag.value)
         before = rms(time[inside], channel.difference[inside]) if inside.sum() > _FEW else 0.0
-        if before and (left := rms(time[inside], earlier - channel.a[inside]) / before) <= _LEFT:
-            found.append(Cause("shift", (name,), lag.value, lag.uncertainty, left=left))
+        if before and (rest := rms(time[inside], earlier - channel.a[inside]) / before) <= _REST:
+            found.append(Cause("shift", (name,), lag.value, lag.uncertainty, rest=rest))
     return next(iter(found), None)

@@ -1,4 +1,4 @@
-"""Verdicts taken together: of all pairs of several models, and of the shipped scenes against a record."""
+"""Several verdicts together: all pairs of several models, and the shipped scenes against their record."""
 
 import json
 import tomllib
@@ -77,7 +77,7 @@ class Departure(NamedTuple):
 
 
 def as_toml(scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], made: Mapping[str, str]) -> str:
-    """Return what is recorded of scenes and their comparisons, made with which machine on which date."""
+    """Return the record of scenes and their comparisons; ``made`` has the machine and the date."""
     # A string of JSON is one of TOML too.
     lines = [_HEAD, "[made]", *(f"{key} = {json.dumps(value)}" for key, value in made.items())]
     for scene, comparison in zip(scenes, comparisons, strict=True):
@@ -94,7 +94,7 @@ def verdicts_record() -> dict[str, Any]:
 def departures(
     scenes: Iterable[Scene], comparisons: Iterable[SceneComparison], record: Mapping[str, Any]
 ) -> list[Departure]:
-    """Return the verdicts that are not those on record, of scenes that are as they are shipped."""
+    """Return the verdicts that are not those on record, of scenes whose numbers are as shipped."""
     return [
         Departure(scene.name, tier.tier, tier.verdict, known[tier.tier])
         for scene, comparison in zip(scenes, comparisons, strict=True)

@@ -1,4 +1,4 @@
-"""Causes in the physics of a press: friction, gravity, a contact's stiffness or restitution, a missing one.
+"""Causes in the physics of a press: friction, gravity, stiffness, restitution, a missing contact.
 
 They show before the motions of two models part, or in each model by itself; afterwards everything differs,
 whatever the cause.
@@ -86,10 +86,10 @@ def gravity(results: Channels, tables: Tables) -> list[Cause]:
         return []
     steady = fit(np.zeros(difference.size), difference, moved=True)
     along = follows * (difference @ follows) / (follows @ follows)
-    left = float(np.sqrt(np.mean((difference - along) ** 2) / np.mean(difference**2)))
-    if steady.left > min(_STEADY, left / _RIVAL):
+    rest = float(np.sqrt(np.mean((difference - along) ** 2) / np.mean(difference**2)))
+    if steady.rest > min(_STEADY, rest / _RIVAL):
         return []
-    return [Cause("gravity", ("slider_ax",), steady.offset, steady.offset_error, left=steady.left)]
+    return [Cause("gravity", ("slider_ax",), steady.offset, steady.offset_error, rest=steady.rest)]
 
 
 def impact(results: Channels, tables: Tables, period: float | None) -> list[Cause]:
@@ -123,7 +123,7 @@ def impact(results: Channels, tables: Tables, period: float | None) -> list[Caus
     def within(values: Array, size: Array) -> bool:
         return bool((np.abs(values) <= _PURE * np.abs(size)).all())
 
-    def told(kind: Literal["stiffness", "restitution"], values: Array, error: float) -> list[Cause]:
+    def cause(kind: Literal["stiffness", "restitution"], values: Array, error: float) -> list[Cause]:
         ratio = float(np.exp(values.mean()))
         error = ratio * (error + float(np.ptp(values)) / 2)
         return [Cause(kind, of_corners(results, "normal"), ratio, error, time=time, place=place)]
@@ -133,11 +133,11 @@ def impact(results: Channels, tables: Tables, period: float | None) -> list[Caus
     ):
         exponent = _exponent(tables[0])
         powers = (peak - depth) / 2 * (exponent + 1)
-        return told("stiffness", powers, float(np.abs(peak + depth).max()) / 2 * (exponent + 1))
+        return cause("stiffness", powers, float(np.abs(peak + depth).max()) / 2 * (exponent + 1))
     sign = np.sign(impulse[0])
     together = all((np.sign(values) == sign).all() for values in (impulse, peak, depth, -duration))
     if min(np.abs(impulse)) > _LEAST and within(speed, impulse) and together:
-        return told("restitution", impulse, float(np.abs(speed).max()))
+        return cause("restitution", impulse, float(np.abs(speed).max()))
     return []
 
 

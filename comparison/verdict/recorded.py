@@ -1,4 +1,4 @@
-"""Comparison of two tables in one call, and of two programs by runs that exist as tables."""
+"""Comparison of two tables in one call, and of two programs by tables of their runs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import NO_CRITERIA
 from comparison.verdict.compare import compare as compare_runs
 from comparison.verdict.compare import recorded_scene
-from comparison.verdict.confirmation import decided, unconfirmed
+from comparison.verdict.confirmation import confirm_by_ensembles, unconfirmed
 from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Doubt, SceneComparison
 
@@ -49,13 +49,13 @@ def compare(
         Largest difference, as a share of each channel's scale; None: that of the scene. Where nothing limits
         a channel the verdict is "indeterminate".
     share
-        Of the samples, that must be within the tolerance.
+        Share of the samples that must be within the tolerance.
     mapping
-        Of the columns to channels, or the path of a mapping file.
+        Mapping of the columns to channels, or the path of a mapping file.
     labels
         Names of the two in messages.
     options
-        Others of `comparison.verdict.criteria.Criteria`: ``channels``, ``tolerances``, ``absolute``,
+        Other fields of `comparison.verdict.criteria.Criteria`: ``channels``, ``tolerances``, ``absolute``,
         ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``.
 
     Returns
@@ -96,7 +96,7 @@ def compare(
 
 
 @dataclass(frozen=True)
-class Recorded:
+class ProgramRuns:
     """Runs of one program; without a finer one it has no uncertainty, and nothing else may be given.
 
     The first two perturbed runs are part of the uncertainty, at the coarser setting if there is such a run;
@@ -122,7 +122,7 @@ class Recorded:
 
     @property
     def runs(self) -> Runs:
-        """All but the ensemble."""
+        """All runs except the ensemble."""
         first, second, *_ = (*self.perturbed, None, None)
         known = self.known_refinement
         return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
@@ -135,7 +135,7 @@ class Recorded:
 
 
 Files = Sequence[tuple[str, Path | Source]]
-"""Tables of one program, each with the field of `Recorded` that it is for."""
+"""Tables of one program, each with the field of `ProgramRuns` that it is for."""
 
 
 def compare_files(
@@ -151,19 +151,19 @@ def compare_files(
     """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
 
     Without a scene the one that is recorded beside the tables counts; what neither the criteria nor the
-    mapping state is as in the scene. What has no effect is among the warnings. Errors are those of
+    mapping state is as in the scene. An option without effect gives a warning. Errors are those of
     `compare_recorded` and `comparison.tables.foreign.read_tables`.
     """
     files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
     tables, warnings = read_tables(files, sides, mapping, criteria.at_events, only=criteria.channels)
     if scene is None:
-        scene, said = recorded_scene(tables[0], tables[len(a)])
-        warnings += said
+        scene, notes = recorded_scene(tables[0], tables[len(a)])
+        warnings += notes
     first = _recorded(a, tables[: len(a)], refinements[0])
     second = _recorded(b, tables[len(a) :], refinements[1])
-    usual = [] if scene is None else [scene.compare.model_dump()]
-    usual += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
-    whole = criteria.over(*usual)
+    defaults = [] if scene is None else [scene.compare.model_dump()]
+    defaults += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
+    whole = criteria.over(*defaults)
     stated = {
         "--tolerance": criteria.tolerance is not None or bool(criteria.tolerances),
         "--time-tolerance": "time_tolerance" in criteria.model_fields_set,
@@ -186,9 +186,9 @@ def compare_files(
     )
 
 
-def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None) -> Recorded:
+def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None) -> ProgramRuns:
     kinds = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
-    return Recorded(
+    return ProgramRuns(
         **{kind: table for kind, table in kinds if kind != "perturbed"},
         perturbed=[table for kind, table in kinds if kind == "perturbed"],
         refinement=refinement,
@@ -196,8 +196,8 @@ def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, fl
 
 
 def compare_recorded(
-    a: Recorded,
-    b: Recorded,
+    a: ProgramRuns,
+    b: ProgramRuns,
     *,
     scene: Scene | None,
     labels: tuple[str, str],
@@ -220,7 +220,7 @@ def compare_recorded(
         # Whole revolutions are taken out of the angles: runs that count them differently are one.
         a, b = (program.each(partial(unwound, like=a.base)) for program in (a, b))
         for label, program in zip(labels, (a, b), strict=True):
-            warnings += _assumed(label, program)
+            warnings += _assumptions(label, program)
     runs = a.runs, b.runs
     judge = partial(compare_runs, *runs, scene=scene, criteria=criteria, labels=labels, warnings=warnings)
     result = judge()
@@ -229,12 +229,12 @@ def compare_recorded(
     ensembles = {n: program.perturbed[2:] for n, program in enumerate((a, b)) if program.perturbed[2:]}
     if not ensembles:
         return unconfirmed(result, Doubt.NO_STARTS)
-    return decided(result, runs, ensembles, lambda large: judge(ensembles=large))
+    return confirm_by_ensembles(result, runs, ensembles, lambda large: judge(ensembles=large))
 
 
 def _at_its_times(run: Table, base: Table) -> Table:
     """Give a run the times of the base where they differ by what adding up steps rounds."""
-    for table in (run, base):  # what is no number is refused by the comparison
+    for table in (run, base):  # the comparison refuses what is no number
         if table.frame["time"].dtype.kind not in "fiu" or table.time.size == 0:
             return run
     time = base.time
@@ -247,8 +247,8 @@ def _at_its_times(run: Table, base: Table) -> Table:
     return replace(run, frame=run.frame.assign(time=time))
 
 
-def _assumed(label: str, program: Recorded) -> tuple[str, ...]:
-    """Return what the uncertainty of a program rests on for want of runs or of a statement."""
+def _assumptions(label: str, program: ProgramRuns) -> tuple[str, ...]:
+    """Return a warning of what a program's uncertainty assumes in place of missing runs or orders."""
     parts = []
     if not program.perturbed:
         parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")

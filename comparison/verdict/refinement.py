@@ -21,7 +21,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import Scene
 from comparison.verdict.compare import compare
-from comparison.verdict.confirmation import Run, confirm, judged_again, too_slow
+from comparison.verdict.confirmation import Run, confirm, judge_again, too_slow
 from comparison.verdict.results import SceneComparison
 
 ENOUGH_LEVELS = 2
@@ -29,12 +29,12 @@ ENOUGH_LEVELS = 2
 MOST_LEVELS = 4
 """Levels at most: 2 us become 0.125 us, in 16 times the time of a run."""
 SMALLEST_STEP = 1.2e-7
-"""s; beyond `ENOUGH_LEVELS` none below this, where a run of two cycles takes minutes."""
+"""Smallest step beyond `ENOUGH_LEVELS`, s; below it a run of two cycles takes minutes."""
 FINEST_TOLERANCE = 1e-12
-"""Of the reference, whose finer run is a tenth of it; below there is only round-off."""
+"""Finest tolerance of the reference; its finer run has a tenth, below which there is only round-off."""
 CONVERGED = 0.25
-"""Of a difference: the most by which the last two refinements moved the run, at the median of the samples
-that differ. At second order runs whose difference is an error move by three quarters of it at the next level.
+"""Largest share of a difference by which the last two refinements may move the run, at the median of the
+samples that differ. At second order a difference that is an error makes a run move by three quarters of it.
 """
 
 RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
@@ -42,8 +42,8 @@ RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
 
 
 @dataclass(frozen=True)
-class Settled:
-    """A verdict that stands, with the runs and the scene's settings that it is of."""
+class Judgement:
+    """A verdict, with the runs and the scene's settings on which it rests."""
 
     comparison: SceneComparison
     runs: tuple[Runs, Runs]
@@ -59,20 +59,20 @@ def settle(
     run: Run,
     run_families: RunFamilies,
     level: int = 0,
-) -> Settled:
+) -> Judgement:
     """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
 
-    ``run_families`` is called once a level, and once for the third opinion; ``level`` says by how much the
-    runs are finer than the scene's own already; the rest as of `comparison.verdict.confirmation.confirm`.
+    ``run_families`` is called once a level, and once for the third opinion; ``level`` counts by how many
+    levels the runs are already finer than the scene; the rest is as in `confirm`.
     """
 
-    def confirmed(last: Settled) -> Settled:
+    def confirmed(last: Judgement) -> Judgement:
         judged = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
         return replace(last, comparison=judged)
 
     @cache
-    def of_tree() -> str:
-        """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
+    def tree_verdict() -> str:
+        """Return the verdict at the tight tier if the tree replaces five bodies there; else ""."""
         closer = tight(scene, models)
         if closer is None or any(too_slow(closer, model) for model in models):
             return ""
@@ -81,7 +81,7 @@ def settle(
         judged = compare(*again, scene=closer, labels=result.labels, tier="tight")
         return confirm(judged, again, scene=closer, models=models, run=run).verdict
 
-    levels = [Settled(replace(result, refined=level), runs, scene)]
+    levels = [Judgement(replace(result, refined=level), runs, scene)]
     if not any(too_slow(scene, model) for model in models):
         return confirmed(levels[0])
     while True:
@@ -91,16 +91,16 @@ def settle(
             return last
         closer = _finer(last.scene, models, level + len(levels))
         outlasts = verdict == "differ" and _outlasts(levels, models)
-        if outlasts and (closer is None or of_tree() != "agree"):
+        if outlasts and (closer is None or tree_verdict() != "agree"):
             return confirmed(last)
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        judged = replace(judged_again(result, again, closer), refined=level + len(levels))
-        levels.append(Settled(judged, again, closer))
+        judged = replace(judge_again(result, again, closer), refined=level + len(levels))
+        levels.append(Judgement(judged, again, closer))
     if verdict == "indeterminate":
         return last
-    if of_tree() == "differ":
+    if tree_verdict() == "differ":
         return confirmed(last)
     unknown = replace(last.comparison, verdict="indeterminate", unsettled=True, causes=())
     return replace(last, comparison=unknown)
@@ -112,7 +112,7 @@ def without_violation(
     models: tuple[str, str],
     run_families: RunFamilies,
 ) -> tuple[Scene, tuple[Runs, Runs], tuple[str]] | None:
-    """Return scene, runs, warning one level finer, if all that failed are five bodies by an invariant."""
+    """Return scene, runs and warning one level finer, if all failed runs are five bodies with a violation."""
     if any(outcome.status != VIOLATED or not too_slow(scene, model) for model, outcome in failed):
         return None
     closer = _finer(scene, models, 1)
@@ -138,8 +138,8 @@ def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
     return None if small and level > ENOUGH_LEVELS else closer
 
 
-def _outlasts(levels: Sequence[Settled], models: Sequence[str]) -> bool:
-    """Return whether what differs at the last level has outlasted two refinements of the stepped models."""
+def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
+    """Return whether the difference of the last level has outlasted two refinements of fixed steps."""
     if len(levels) <= ENOUGH_LEVELS:
         return False
     comparison, scene = levels[-1].comparison, levels[-1].scene

@@ -16,7 +16,7 @@ from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.signals import Between, information, maximum, rms, scaled, tube_distance
+from comparison.metrics.signals import Between, maximum, measures, rms, scaled, tube_distance
 from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
@@ -32,7 +32,7 @@ _VERDICTS = ("unexcited", "agree", "indeterminate", "differ", "cannot compare")
 
 
 class Basis(Enum):
-    """What the verdict of a channel rests on."""
+    """Ground of a channel's verdict."""
 
     RANGE = auto()  # unexcited: its range in both is below the channel's floor
     # Indeterminate
@@ -53,7 +53,7 @@ METRICS = {
 }
 """Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
 
-Scaled ones are shares of the channel's scale; `comparison.metrics.signals.information` has the others.
+Scaled ones are shares of the channel's scale; `comparison.metrics.signals.measures` has the others.
 """
 
 
@@ -122,12 +122,12 @@ class ChannelComparison:
 
     @cached_property
     def difference(self) -> Array:
-        """A - b."""
+        """Difference a - b."""
         return self.a - self.b
 
     @cached_property
     def size(self) -> Array:
-        """What is held against the threshold: |a - b|, or within the time tolerance less."""
+        """Size of the difference that the threshold limits: |a - b|, or less within the time tolerance."""
         if self.time_tolerance:
             return tube_distance(self.time, self.a, self.b, self.time_tolerance)
         return np.abs(self.difference)
@@ -189,7 +189,7 @@ class ChannelComparison:
 
     @property
     def worst_size(self) -> float:
-        """What was held against the threshold at the worst sample."""
+        """`size` at the worst sample."""
         return nan if self.worst is None else float(self.size[self.worst])
 
     @cached_property
@@ -251,19 +251,19 @@ class ChannelComparison:
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
-        """`comparison.metrics.signals.information` of b against a; none of unexcited channels."""
+        """`comparison.metrics.signals.measures` of b against a; none of unexcited channels."""
         if self.verdict == "unexcited":
             return {}
         position = self.definition.rate is not None
-        return information(self.time, self.a, self.b, position=position, between=self.between)
+        return measures(self.time, self.a, self.b, position=position, between=self.between)
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """What a level finer changes in one model."""
+    """Change of one model's settings to the next finer level."""
 
     label: str
-    settings: Mapping[str, float]  # that it changes, as they are; first the one whose ratio is the factor
+    settings: Mapping[str, float]  # changed ones, before the change; first that whose ratio is the factor
     factor: float
     order: float  # at which the error should follow that setting
     observed: float = nan  # the order that three levels show
@@ -276,7 +276,7 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Numbers of what a scene's difference at one tier is due to; unknown values are nan or empty."""
+    """Numbers on the causes of a scene's difference at one tier; unknown values are nan or empty."""
 
     explained: float = nan  # share of the judged samples of all excited channels that are within k u
     # Share of the difference that is left with the run of "a", "b" or "both" refined
@@ -293,8 +293,8 @@ class Attribution:
 class Cause:
     """A cause of a difference that the data name, see `comparison.verdict.diagnosis`; unknown values are nan.
 
-    ``value`` is, of a kind: "ratio" b over a, of the channels; "offset" and "constant" in their unit, b's; a
-    "shift" in s, by which b is late; "friction", "stiffness" and "restitution" a ratio again, of the
+    ``value`` by kind: "ratio" of the channels, b over a; "offset" and "constant" of b, in their unit; "shift"
+    by which b is late, s; "friction", "stiffness" and "restitution" a ratio again, of the
     coefficient, of the contact's stiffness and of an impulse; "gravity" the change of ax, m/s^2.
     """
 
@@ -305,7 +305,7 @@ class Cause:
     channels: tuple[str, ...] = ()
     value: float = nan
     uncertainty: float = nan  # of the value, two standard errors
-    left: float = nan  # RMS of the difference without this cause over that with it
+    rest: float = nan  # RMS of the difference without this cause over that with it
     offset: float = 0.0  # beside a ratio, in the channel's unit
     values: tuple[float, float] = (nan, nan)  # the coefficient of each run
     time: float = nan  # start of a contact, s, and where it is
@@ -319,14 +319,14 @@ class Doubt(Enum):
 
     TOLERANCE = auto()
     RIGID = auto()  # no start can be moved
-    SLOW = auto()  # both models are
+    SLOW = auto()  # both models are too slow for an ensemble
     NO_STARTS = auto()  # no recorded runs beyond those of the uncertainty
     FEW_RUNS = auto()
 
 
 @dataclass(frozen=True)
 class Confirmation:
-    """What ensembles of runs from moved starts say of a verdict "differ"."""
+    """Result of ensembles of runs from moved starts for a verdict "differ"."""
 
     outcome: str  # "confirmed", "unconfirmed" by a doubt, or "underestimated": the uncertainty was too small
     doubt: Doubt | None = None
@@ -376,7 +376,7 @@ class SceneComparison:
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)
-    causes: tuple[Cause, ...] = ()  # that the data name, those that explain most first
+    causes: tuple[Cause, ...] = ()  # in the order of how much they explain
     tight: SceneComparison | None = None  # the same scene at the tight tier
     shift: Shift | None = None  # estimated time shift between the two as they are compared
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
@@ -411,14 +411,14 @@ class SceneComparison:
         return {name: c for name, c in self.channels.items() if c.verdict != "unexcited"}
 
     @property
-    def known(self) -> bool:
+    def has_u(self) -> bool:
         """Whether there are uncertainties."""
         return any(channel.u is not None for channel in self.channels.values())
 
     @property
     def coverage(self) -> float:
         """Share of predictable samples (`scene_coverage`); nan where no table carries uncertainties."""
-        return scene_coverage(self.channels) if self.known else nan
+        return scene_coverage(self.channels) if self.has_u else nan
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:
@@ -485,8 +485,8 @@ def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     return sum(judged) / len(judged) if judged else nan
 
 
-def described(scene: Scene) -> dict[str, Any]:
-    """Return what a comparison takes over from its scene."""
+def scene_fields(scene: Scene) -> dict[str, Any]:
+    """Return the fields of a comparison that its scene determines."""
     names = ("name", "title", "description", "period")
     return {name: getattr(scene, name) for name in names} | {"scene": scene.data}
 
@@ -500,7 +500,7 @@ def no_comparison(
         "cannot compare",
         np.empty(0),
         {},
-        **described(scene),
+        **scene_fields(scene),
         warnings=scene.warnings,
         command=command,
         ran=scene,
@@ -510,7 +510,7 @@ def no_comparison(
     )
 
 
-def not_compared(name: str, error: str, labels: tuple[str, str]) -> SceneComparison:
+def no_comparison_of_tables(name: str, error: str, labels: tuple[str, str]) -> SceneComparison:
     """Return the comparison of two tables that cannot be compared: without channels, and why."""
     return SceneComparison(labels, "cannot compare", np.empty(0), {}, name=name, title=name, error=error)
 

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
-from comparison.accuracy.refine import chosen_settings, families, sorted_runs, table_of_family
+from comparison.accuracy.refine import chosen_settings, families, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
-from comparison.models import MODELS, EngineError, named
+from comparison.models import MODELS, EngineError, distinct_models
 from comparison.reliability.assessment import (
     ReliabilityComparison,
     at_own_samples,
@@ -92,7 +92,7 @@ def validate(
     Raises
     ------
     AccuracyError
-        If the accuracy is none, or a model is not built in.
+        If the accuracy is not valid, or a model is not built in.
     EngineError
         If a model is not known, or there are not two.
     SceneError
@@ -117,7 +117,7 @@ def validate(
     checked = [as_scene(scene) for scene in several]
     if not checked:
         raise SceneError("scenes names none")
-    first, second, *more = named(models)
+    first, second, *more = distinct_models(models)
     if more:
         raise EngineError(f"models {models!r} must be two; sixbar validate takes more, in pairs")
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
@@ -127,18 +127,18 @@ def validate(
     results: list[Validation] = []
     for case in cases:
         dense, ideal, others = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        result = case.judged(dense, others)
+        result = case.judge(dense, others)
         if result.runs:
             reliability = case.reliability(dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
         if case.tier == "tight":
-            usual = results.pop()
+            standard = results.pop()
             result = Validation(
-                replace(usual.comparison, tight=result.comparison),
-                usual.runs,
-                usual.crashed or result.crashed,
-                usual.partial | result.partial,
-                usual.tracebacks | result.tracebacks,
+                replace(standard.comparison, tight=result.comparison),
+                standard.runs,
+                standard.crashed or result.crashed,
+                standard.partial | result.partial,
+                standard.tracebacks | result.tracebacks,
             )
         results.append(result)
     return results
@@ -166,7 +166,7 @@ class _Case:
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """Runs with the samples of the reliability, those of the ideal mechanism, other models' own.
+        """Runs with the samples of the reliability, of the ideal mechanism, and other models' own.
 
         Our models run once: the verdict takes its samples from the first. Another package's model may lack
         accelerations that the scene does not ask for, and chooses its times.
@@ -184,7 +184,7 @@ class _Case:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
 
-    def judged(self, dense: Outcomes, others: Outcomes) -> Validation:
+    def judge(self, dense: Outcomes, others: Outcomes) -> Validation:
         """Compare the runs, and settle what is open with further ones."""
         outcomes = others | {
             which: _sampled(dense[which], job.scene) for which, job in self.own.items() if which[0] in MODELS
@@ -198,7 +198,7 @@ class _Case:
                 return self.failure(failed)
             scene, pair, warnings = finer
         else:
-            pair = sorted_runs(scene, models, outcomes)
+            pair = runs_by_model(scene, models, outcomes)
         try:
             comparison = compare(
                 *pair,
@@ -231,7 +231,7 @@ class _Case:
         """Run the families of both models at other settings; None if a run did not succeed."""
         jobs = families(scene, self.models)
         outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
-        return None if _failed(outcomes) else sorted_runs(scene, self.models, outcomes)
+        return None if _failed(outcomes) else runs_by_model(scene, self.models, outcomes)
 
     def failure(self, failed: Outcomes) -> Validation:
         """Report a run that did not succeed: of several the first that crashed, if one did."""
@@ -245,7 +245,7 @@ class _Case:
         )
 
     def refused(self, error: str, failed: Job | None = None) -> SceneComparison:
-        """Return a comparison that says why there is none."""
+        """Return a comparison without channels that has the reason."""
         return no_comparison(
             self.scene, error, labels=self.models, command=self.command, tier=self.tier, failed=failed
         )
@@ -258,7 +258,7 @@ class _Case:
         for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
             for which, outcome in _failed(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
-        runs, ideals = (sorted_runs(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
+        runs, ideals = (runs_by_model(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
         try:
             quantities = compare_reliability(
                 runs, ideals, self.scene.period, settings, thresholds(self.tier).k
@@ -275,19 +275,19 @@ def _cases(
     tiers: Sequence[str],
     start: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[_Case]:
-    """Return what is to be compared of a scene, by tier."""
-    usual = with_declared(scene, models)
-    strict = tight(usual, models) if "tight" in tiers else None
+    """Return the cases to compare of a scene, by tier."""
+    standard = with_declared(scene, models)
+    strict = tight(standard, models) if "tight" in tiers else None
     if accuracy is not None:
         values: dict[str, object] = {}
         for model in models:
-            values |= chosen_settings(model, accuracy, usual, start)
-        usual = usual.variant(values)
+            values |= chosen_settings(model, accuracy, standard, start)
+        standard = standard.variant(values)
     command, closer = (
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
-    cases = [_Case(usual, "standard", models, start, command, closer if refinable else "")]
+    cases = [_Case(standard, "standard", models, start, command, closer if refinable else "")]
     return cases if strict is None else [*cases, _Case(strict, "tight", models, start, command)]
 
 
@@ -299,6 +299,4 @@ def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
 
 def _failed(outcomes: Outcomes) -> Outcomes:
     """Return the outcomes without a table that a family can use."""
-    return {
-        which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
-    }
+    return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}

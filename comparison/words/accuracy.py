@@ -88,7 +88,7 @@ def accuracy_line(run: AccurateRun) -> str:
         why = "the model has neither a step nor a tolerance" if unrefined else _stopped(run.stopped)
         return f"the error is unknown: {why}{cost}"
     if run.wanted is None:
-        parts = ", ".join(f"{estimate.held(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
+        parts = ", ".join(f"{estimate.error_on(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
         return f"estimated error of slider_x: at most {parts} of the run{_divergence(scene, estimate)}{cost}"
     until, where = estimate.until(run.wanted), "nowhere"
     if until == inf:
@@ -99,7 +99,7 @@ def accuracy_line(run: AccurateRun) -> str:
     if run.kept:
         line = f"slider_x is within {run.wanted:g} m {where}"
         if run.coverage < 1.0:
-            line += f"; elsewhere within {estimate.held(1.0):.2g} m{_divergence(scene, estimate)}"
+            line += f"; elsewhere within {estimate.error_on(1.0):.2g} m{_divergence(scene, estimate)}"
         exact = "; x of an ideal slider is exact at any setting: for y use a named accuracy"
         return line + (exact if scene.loose == ("crank_pin",) else "") + cost
     reason = {
@@ -108,8 +108,8 @@ def accuracy_line(run: AccurateRun) -> str:
         Limit.FINEST: f"No finer setting is measured{_divergence(scene, estimate)}",
     }[run.limit or Limit.FINEST]
     return (
-        f"{run.wanted:g} m is not reachable: it holds {where}; {estimate.held(FLOOR):.2g} m is reached on "
-        f"{FLOOR:.0%} of the run. {reason}{cost}"
+        f"{run.wanted:g} m is not reachable: it holds {where}; {estimate.error_on(FLOOR):.2g} m is reached "
+        f"on {FLOOR:.0%} of the run. {reason}{cost}"
     )
 
 

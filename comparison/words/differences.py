@@ -10,7 +10,7 @@ import pandas as pd
 from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
-from comparison.verdict.confirmation import ENOUGH
+from comparison.verdict.confirmation import ENOUGH_MEMBERS
 from comparison.verdict.results import (
     SUSPICIOUS,
     Cause,
@@ -24,7 +24,7 @@ _DOUBTS = {
     Doubt.RIGID: "no joint has clearance, so no start can be moved",
     Doubt.SLOW: "both models are too slow for an ensemble",
     Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
-    Doubt.FEW_RUNS: f"fewer than {ENOUGH} runs from moved starts succeeded",
+    Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",
@@ -74,7 +74,7 @@ def lead(scenes: Sequence[SceneComparison]) -> list[str]:
 
 def cause(one: Cause, scene: SceneComparison) -> str:
     """Return a cause as a sentence without full stop, with the share of the difference that it leaves."""
-    rest = f"; without it {one.left:.0%} of the difference is left" if one.left >= _SHOWN else ""
+    rest = f"; without it {one.rest:.0%} of the difference is left" if one.rest >= _SHOWN else ""
     return _cause_of(one, scene) + rest
 
 
@@ -142,7 +142,7 @@ def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str])
         assert units[1] is not None
         times = float(units[0].factor / units[1].factor)
         for label, factor in ((labels[1], times), (labels[0], 1.0 / times)):
-            if abs(size / factor - 1.0) <= max(_NEAR if one.left > 1e-6 else 1e-6, one.uncertainty / size):
+            if abs(size / factor - 1.0) <= max(_NEAR if one.rest > 1e-6 else 1e-6, one.uncertainty / size):
                 rest = labels[0] if label == labels[1] else labels[1]
                 return f"{text}: perhaps {other} in {label} and {unit} in {rest}"
     return text
@@ -252,7 +252,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         left = [f"{share} with {what}" for share, what in zip(shares, refined, strict=True)]
         lines.append(f"left of the difference: {', '.join(left)}")
     if result.outside_in:
-        what, where = "band" if scene.known else "tolerance", instant_of(result.outside_from, scene)
+        what, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")
     if result.unpredictable:
         whose = (

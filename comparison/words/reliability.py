@@ -6,7 +6,7 @@ import numpy as np
 
 from comparison.execution.run import RunError
 from comparison.reliability.assessment import MARGIN, ROUNDING, Assessment, Difference, ReliabilityComparison
-from comparison.reliability.errors import ENOUGH, QUANTITIES, unit_of
+from comparison.reliability.errors import MANY, QUANTITIES, unit_of
 from comparison.reliability.tables import TableReliability
 from comparison.scene import Reliability
 
@@ -55,7 +55,7 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
         capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
-    few = "" if cycles >= ENOUGH else ", few for an interval, and the first one still remembers its start"
+    few = "" if cycles >= MANY else ", few for an interval, and the first one still remembers its start"
     sampled = f"Cycles sampled: {cycles}{few}."
     if cycles == 1:
         sampled = (

@@ -14,7 +14,7 @@ from comparison.accuracy.levels import thresholds
 from comparison.formatting import instant, number, quantity
 from comparison.scene import Scene, command_line
 from comparison.tables.align import Shift
-from comparison.verdict.confirmation import ENOUGH, MEMBERS, OTHER_MEMBERS
+from comparison.verdict.confirmation import ENOUGH_MEMBERS, MEMBERS, OTHER_MEMBERS
 from comparison.verdict.overall import Departure, Standing
 from comparison.verdict.results import (
     METRICS,
@@ -159,7 +159,7 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
         text += f": {reason(agreeing[0])}"
-    text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.known else ""
+    text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.has_u else ""
     if unsettled and not brief:
         text += f"; indeterminate: {', '.join(f'{c.channel} ({reason(c)})' for c in unsettled)}"
     return text
@@ -388,7 +388,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         perturbation=number(uncertainty.PERTURBATION, 1),
         other_members=OTHER_MEMBERS,
         members=MEMBERS["reference"],
-        enough=ENOUGH,
+        enough=ENOUGH_MEMBERS,
         attributed=any(tier.attribution.remaining for tier in judged),
         late=[quantity(time, "s") for time in dict.fromkeys(c.time_tolerance for c in channels) if time],
         limits=", ".join(

@@ -15,7 +15,7 @@ from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
-from comparison.verdict.recorded import Recorded
+from comparison.verdict.recorded import ProgramRuns
 from comparison.words.verdicts import scene_reason
 
 NUMBERS = (
@@ -123,7 +123,7 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
             return Table(pd.DataFrame({"time": time, "slider_y": y}))
 
         error = sign * 1e-6
-        return Recorded(table(error), table(error / 4, np.nextafter(time, np.inf)), table(4 * error))
+        return ProgramRuns(table(error), table(error / 4, np.nextafter(time, np.inf)), table(4 * error))
 
     result = compare_recorded(runs(time, 1.0), runs(other, -1.0), scene=None, labels=("a", "b"))
     assert result.verdict == "agree"
@@ -160,7 +160,7 @@ def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
         # The finer run of a, say, counts revolutions in another way than the others.
         ways = [TOLD[told if n == which else "as it is"] for n in range(6)]
         a, b = (
-            Recorded(
+            ProgramRuns(
                 *(crank(sign * error, way) for error, way in zip((1e-6, 2.5e-7, 4e-6), part, strict=True))
             )
             for sign, part in ((1.0, ways[:3]), (size / 1e-6, ways[3:]))

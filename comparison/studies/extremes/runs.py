@@ -11,7 +11,7 @@ from functools import cache
 from math import cos, isnan, sin, sqrt
 from typing import Any
 
-from comparison.accuracy.refine import levels, sorted_runs, table_of_family
+from comparison.accuracy.refine import levels, runs_by_model, usable_table
 from comparison.execution.run import (
     Outcome,
     Progress,
@@ -147,7 +147,7 @@ def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
         for kind, level in levels(scene, model).items()
     }
     for (model, kind), outcome in outcomes.items():
-        if table_of_family(kind, outcome) is None:
+        if usable_table(kind, outcome) is None:
             reason = f"no estimate of the error: {model}, {kind} run: {outcome.status}"
             return {"verdict": "indeterminate", "reason": reason}
 
@@ -156,7 +156,7 @@ def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
         return [table for table in tables if table is not None]
 
     first, second = MODELS
-    runs = sorted_runs(scene, (first, second), outcomes)
+    runs = runs_by_model(scene, (first, second), outcomes)
     result = compare(*runs, scene=scene, labels=(first, second))
     result = confirm(result, runs, scene=scene, models=(first, second), run=ensemble)
     x = result.channels["slider_x"]

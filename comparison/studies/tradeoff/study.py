@@ -1,6 +1,6 @@
 """Speed against accuracy of every formulation and integrator; errors and costs of the named settings.
 
-Runs are timed one by one (`comparison.accuracy.work_precision.attempt`). Their error is that of slider_x over
+Runs are timed singly (`comparison.accuracy.work_precision.time_run`). Their error is that of slider_x over
 one crank cycle against the reference at a tolerance far below all that are measured.
 """
 
@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.levels import NAMES, START, at, solver_values
+from comparison.accuracy.levels import NAMES, START, scene_at, solver_values
 from comparison.accuracy.refine import CHANNEL
 from comparison.accuracy.uncertainty import SAFETY_FACTOR
-from comparison.accuracy.work_precision import Candidate, attempt, pareto
+from comparison.accuracy.work_precision import Candidate, pareto, time_run
 from comparison.execution.run import Job, Progress, run_all, run_one, successful
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
@@ -119,7 +119,7 @@ class Timed(Task):
 
 def measure(task: Timed, progress: Progress) -> Row:
     """Run a scene and return its processor time, work, and error of x, m."""
-    run = attempt(Candidate(task.scene, task.model, task.label, "", nan), progress)
+    run = time_run(Candidate(task.scene, task.model, task.label, "", nan), progress)
     if run.x is None:
         return {"status": run.status, "seconds": None, "evaluations": None, "error": None}
     error = float(np.abs(run.x - exact(task.name, task.start)).max())
@@ -138,7 +138,7 @@ def first_cycle(name: str, start: int = 0) -> Scene:
 @cache
 def exact(name: str, start: int) -> Array:
     """Return x of the exact run, m, shape (n,)."""
-    scene = at(first_cycle(name, start), MODELS[0], "minimal", TRUTH)
+    scene = scene_at(first_cycle(name, start), MODELS[0], "minimal", TRUTH)
     return run_one(scene, MODELS[0]).values(CHANNEL)
 
 
@@ -181,7 +181,7 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
 
 def confirmations(n_jobs: int) -> list[float]:
     """Return how far the other model's most accurate runs of `SCENES` are from the exact ones, m."""
-    jobs = [Job(at(first_cycle(name), MODELS[1], "tree", CONFIRMING), MODELS[1]) for name in SCENES]
+    jobs = [Job(scene_at(first_cycle(name), MODELS[1], "tree", CONFIRMING), MODELS[1]) for name in SCENES]
     tables = map(successful, run_all(jobs, n_jobs), jobs)
     pairs = zip(tables, SCENES, strict=True)
     return [float(np.abs(table.values(CHANNEL) - exact(name, 0)).max()) for table, name in pairs]

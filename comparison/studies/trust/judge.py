@@ -6,7 +6,7 @@ And the search for the least change of a number that it detects.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from comparison.accuracy.refine import levels, sorted_runs, table_of_family
+from comparison.accuracy.refine import levels, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import VIOLATED, Job, Outcome, Progress, failure
 from comparison.execution.store import Row
@@ -105,7 +105,7 @@ class Comparison(Measured):
             outcomes = {}
             for kind, level in levels(given, model).items():
                 outcomes[kind] = self.run(level, model)
-                if table_of_family(kind, outcomes[kind]) is None:
+                if usable_table(kind, outcomes[kind]) is None:
                     break
         _families[key] = outcomes
         if len(_families) > _KEPT:
@@ -125,7 +125,7 @@ class Comparison(Measured):
     def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
         """Run both families at the settings of a scene; None if a run does not succeed."""
         outcomes = self.outcomes(scene)
-        return None if _failed(outcomes) else self.spoiled(*sorted_runs(scene, MODELS, outcomes))
+        return None if _failed(outcomes) else self.spoiled(*runs_by_model(scene, MODELS, outcomes))
 
     def ensemble(self, starts: Sequence[Scene], model: str) -> list[Table]:
         """Run scenes by one of the models; the tables of those that succeed."""
@@ -146,7 +146,7 @@ class Comparison(Measured):
                 return refusal(failure(model, first), first.status, errs)
             (scene, runs, _), level = finer, 1
         else:
-            runs = self.spoiled(*sorted_runs(scene, MODELS, outcomes))
+            runs = self.spoiled(*runs_by_model(scene, MODELS, outcomes))
         try:
             result = compare(*runs, scene=scene, labels=MODELS, tier=self.tier)
         except TableError as error:
@@ -184,9 +184,7 @@ class Comparison(Measured):
 
 
 def _failed(outcomes: _Outcomes) -> _Outcomes:
-    return {
-        which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
-    }
+    return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
 
 
 def summary(result: SceneComparison) -> Row:

@@ -12,7 +12,7 @@ from comparison.accuracy.uncertainty import movable
 from comparison.execution.run import Progress
 from comparison.execution.store import Row
 from comparison.formatting import MISSING, number
-from comparison.models import made_on, platform_name, versions
+from comparison.models import machine_and_versions, platform_name, versions
 from comparison.report import svg
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import (
@@ -171,7 +171,7 @@ def page(table: pd.DataFrame) -> dict[str, object]:
             for tier, kinds in (("tight", ("", "users", "extremes")), ("standard", ("",)))
             for kind in kinds
         ),
-        "machine": made_on(),
+        "machine": machine_and_versions(),
         "seed": population.DATA["seed"],
         "scenes": population.scenes_with_clearance(),
         "keys": population.DATA["most_keys"],

@@ -11,7 +11,7 @@ import pandas as pd
 from comparison.execution.run import Progress
 from comparison.files import write_text
 from comparison.formatting import MISSING, percent
-from comparison.models import made_on
+from comparison.models import machine_and_versions
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
@@ -38,7 +38,7 @@ class Results(NamedTuple):
 def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
     """Validate scenes at both tiers."""
     results = validate([load_scene(name) for name in scenes], n_jobs=n_jobs, on_progress=on_progress)
-    made = {"machine": made_on(), "date": datetime.now(UTC).date().isoformat()}
+    made = {"machine": machine_and_versions(), "date": datetime.now(UTC).date().isoformat()}
     return Results([result.comparison for result in results], made)
 
 

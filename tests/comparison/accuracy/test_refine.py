@@ -107,7 +107,7 @@ def test_what_keeps_an_error_from_being_reached(wanted, known, limit, taken):
     result = refined(wanted, **known)
     assert (result.kept, result.limit) == (limit is None, limit)
     assert tolerance(result.level) == pytest.approx(taken)
-    assert error(result).max() <= result.estimate.held(1.0)
+    assert error(result).max() <= result.estimate.error_on(1.0)
     if limit is Limit.STOPPED:
         assert result.stopped.status == "chatter"
 
@@ -156,4 +156,4 @@ def test_the_reference_keeps_an_accuracy_on_a_scene_that_nobody_measured():
     off = np.abs(result.table.values("slider_x") - right.values("slider_x"))
     assert result.kept
     assert off[result.estimate.u <= 1e-8].max() <= 1e-8
-    assert off.max() <= 3 * result.estimate.held(1.0)
+    assert off.max() <= 3 * result.estimate.error_on(1.0)

@@ -8,8 +8,8 @@ from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
     SAFETY_FACTOR_IN_ORDER,
     TIME_ROUND_OFF,
-    Levels,
     Runs,
+    RunValues,
     model_uncertainty,
     observed_order,
     perturbed_scenes,
@@ -28,7 +28,7 @@ TRUTH, SHAPE = np.sin(PHASE), np.cos(3 * PHASE)
 @pytest.mark.parametrize("order", [1, 2, 4])
 def test_it_covers_the_error_of_a_method_of_known_order(order):
     base, finer = (TRUTH + h**order * SHAPE for h in (1e-2, 0.5e-2))
-    u = uncertainty(Levels(base, finer), 4, 1e-15)
+    u = uncertainty(RunValues(base, finer), 4, 1e-15)
     assert np.all(np.abs(base - TRUTH) <= u)
     # And not by more than the factor of safety: where the error peaks, S_h - S_h/2 is (1 - 2^-p) of it.
     peak = np.abs(base - TRUTH).argmax()
@@ -38,31 +38,31 @@ def test_it_covers_the_error_of_a_method_of_known_order(order):
 @pytest.mark.parametrize(("factor", "order"), [(2.0, 2.0), (10.0, 1.0)])
 def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, order):
     coarser, base, finer = (TRUTH + 1e-4 * h**order * SHAPE for h in (factor, 1.0, 1.0 / factor))
-    u = uncertainty(Levels(base, finer, coarser, (), factor, order), 4, 1e-15)
+    u = uncertainty(RunValues(base, finer, coarser, (), factor, order), 4, 1e-15)
     # The levels differ by the exact order, so the extrapolated error is the error: 1e-4 where it peaks.
     assert u[200 + np.abs(SHAPE[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
     assert np.all(np.abs(base - TRUTH) <= u)
     # Two with the same error by chance are covered by a third: of second order 4 - 1 times that of the base.
-    assert np.all(uncertainty(Levels(base, base, base + 3e-3), 3, 1e-15) >= 2e-3)
+    assert np.all(uncertainty(RunValues(base, base, base + 3e-3), 3, 1e-15) >= 2e-3)
 
 
 def test_the_farther_of_finer_and_perturbed_runs_counts_within_the_window_and_not_outside():
     zero, early = np.zeros(50), np.arange(50) < 20
     finer = np.where(np.arange(50) == 30, 1.0, 0.0)
-    u = uncertainty(Levels(zero, finer), 3, 1e-9)
+    u = uncertainty(RunValues(zero, finer), 3, 1e-9)
     np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(27, 34))
     np.testing.assert_array_equal(u[27:34], SAFETY_FACTOR)
     perturbed = (np.where(early, 2.0, 0.5), np.where(early, 0.5, 3.0))
     # With a coarser run they are perturbed runs of that one, here 1 away from the base itself.
     for coarser in (None, zero + 1.0):
         of = tuple(run if coarser is None else coarser + run for run in perturbed)
-        u = uncertainty(Levels(zero, zero + 0.1, coarser, of), 2, 0.0)
+        u = uncertainty(RunValues(zero, zero + 0.1, coarser, of), 2, 0.0)
         assert u[[5, 45]] == pytest.approx([SAFETY_FACTOR * 2.0, SAFETY_FACTOR * 3.0])
 
 
 def test_identical_runs_leave_the_round_off():
     time = np.linspace(0, 2, 2001)
-    assert np.all(uncertainty(Levels(time, time, time, (time, time)), 5, 1e-15) == 1e-15)
+    assert np.all(uncertainty(RunValues(time, time, time, (time, time)), 5, 1e-15) == 1e-15)
     # The largest of: the absolute number, four epsilon of the value, the change within the clock's error.
     assert round_off(np.zeros(2001), time, 1e-9) == 1e-9
     assert round_off(np.full(2001, 1e6), time, 1e-15) == pytest.approx(4 * 2.22e-16 * 1e6, rel=1e-2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.refine import FLOOR
-from comparison.accuracy.work_precision import Timed, candidates, held_against_each_other, pareto
+from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs, pareto
 from comparison.scene import load_scene
 from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
@@ -27,8 +27,10 @@ def measured(unknown=0.5, lost=(), cost=0.1):
         x[round(unknown * 1000) :] += 1e-5 * (candidate.model == "exudyn")
         seconds = cost / setting**0.1 * (1.0 if candidate.model == "reference" else 10.0)
         gone = candidate.formulation in lost or setting in lost
-        rows.append(Timed(candidate, "chatter", np.nan) if gone else Timed(candidate, "success", seconds, x))
-    return held_against_each_other(SCENE, rows)
+        rows.append(
+            TimedRun(candidate, "chatter", np.nan) if gone else TimedRun(candidate, "success", seconds, x)
+        )
+    return evaluate_runs(SCENE, rows)
 
 
 def test_the_two_models_most_accurate_settings_come_first_and_the_rest_from_coarse_to_fine():
@@ -48,7 +50,7 @@ def test_the_two_models_most_accurate_settings_come_first_and_the_rest_from_coar
 def test_the_cheapest_setting_keeps_the_error_where_the_motion_is_known(error):
     result = measured()
     row = result.cheapest(error)
-    known = result.known <= error
+    known = result.u <= error
     assert known.mean() == result.coverage(error) == pytest.approx(0.5, abs=0.02)
     assert np.abs(row.x - RIGHT)[known].max() <= error
     cheaper = [other for other in result.rows if other.seconds < row.seconds]
@@ -66,14 +68,14 @@ def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajecto
     close = measured(unknown=1.1)
     rows, first = close.rows, close.rows[0]
     moved = [replace(first, x=first.x + 1e-7 * sign * (RIGHT > -0.55)) for sign in (1, -1)]
-    result = held_against_each_other(SCENE, rows, [*moved, replace(first, status="chatter", x=None)])
+    result = evaluate_runs(SCENE, rows, [*moved, replace(first, status="chatter", x=None)])
     assert (close.coverage(1e-9), close.neighbours, result.neighbours) == (1.0, 0, 2)
     assert FLOOR < result.coverage(1e-9) < 0.5
     assert result.coverage(3.1e-7) == 1.0
     assert "tolerance 1e-11 and neighbouring starts are within" in settings_basis(result)
     # Of another run's start they say nothing.
     lost = [replace(first, status="time limit", x=None), *rows[1:]]
-    assert held_against_each_other(SCENE, lost, moved).coverage(1e-9) == 1.0
+    assert evaluate_runs(SCENE, lost, moved).coverage(1e-9) == 1.0
 
 
 def test_one_model_alone_is_unconfirmed():

@@ -11,8 +11,8 @@ from contact_tables import contacts_of
 from comparison.execution.run import run_one
 from comparison.metrics.contacts import (
     PULSE_POINTS,
-    noted,
     pin_share,
+    pulses_of,
     time_shares,
 )
 from comparison.scene import load_scene
@@ -80,7 +80,7 @@ def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_
     time, force = 1e-6 + 2e-4 * phase, peak * np.sin(np.pi * phase)  # the touch is inside a step
     force[count // 2] = peak
     columns = {"row": np.full(count, 1), "time": 0.02 + time, "force": force}
-    pulses = noted(Table(pd.DataFrame({"time": [0.0, 1.0]}), events, pulses=columns))
+    pulses = pulses_of(Table(pd.DataFrame({"time": [0.0, 1.0]}), events, pulses=columns))
     assert [pulse.row for pulse in pulses] == [1] * drawn
     for pulse in pulses:
         every = (pulse.time.size - 1) // (count - 1)
@@ -106,7 +106,7 @@ def test_what_a_model_notes_is_what_samples_inside_contacts_show(model, changes)
     values = {"drive.cycles": 0.1, "output.groups": ["corners"], **changes}
     base = run_one(load_scene("150rpm-0.2mm", values), model)
     dense = run_one(load_scene("150rpm-0.2mm", {**values, "output.samples_per_cycle": 50_000}), model)
-    pulses = noted(base)
+    pulses = pulses_of(base)
     # All but the last, which may last at the end
     assert {pulse.row for pulse in pulses} >= set(range(len(base.events) - 1))
     assert len(pulses) >= 5

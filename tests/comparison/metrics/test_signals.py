@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from comparison.metrics.signals import (
     correlation,
-    information,
+    measures,
     peaks,
     rms,
 )
@@ -78,10 +78,10 @@ def test_a_constant_has_no_correlation():
 
 def test_the_peak_of_a_position_is_sought_from_its_mean():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
-    result = information(TIME, a, b, position=True)
+    result = measures(TIME, a, b, position=True)
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
     assert result["correlation"] == pytest.approx(np.cos(1.0), abs=1e-6)
     # The peak has its own value, and its delay is that of the wave, to half a sample.
     assert result["peak_a"] == pytest.approx(-0.5498, abs=1e-9)
     assert result["peak_time_difference"] == pytest.approx(0.4 / 2 / np.pi, abs=0.0002)
-    assert information(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)
+    assert measures(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)

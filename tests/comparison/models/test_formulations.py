@@ -2,7 +2,7 @@
 
 import pytest
 
-from comparison.accuracy.levels import at
+from comparison.accuracy.levels import scene_at
 from comparison.execution.run import run_one
 from comparison.models import MODELS, declared_formulations, formulations, smallest
 from comparison.scene import SceneError, load_scene
@@ -23,7 +23,7 @@ def test_those_that_are_declared_run_a_scene_and_no_other(scene, names):
     for model in MODELS:
         assert smallest(model, short.data) == possible[model][0]
         for name in declared_formulations(model):
-            named = at(short, model, name, 1e-7)
+            named = scene_at(short, model, name, 1e-7)
             if name in possible[model]:
                 assert len(run_one(named, model).time) == 2
             else:

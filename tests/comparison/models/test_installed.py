@@ -8,7 +8,7 @@ import pytest
 from comparison.accuracy.levels import with_declared
 from comparison.cli import main
 from comparison.execution.run import Job, run_all, run_one
-from comparison.models import EngineError, declared, engine_names, find, load
+from comparison.models import EngineError, declared_settings, engine_names, find, load
 from comparison.scene import load_scene
 from comparison.verdict.compare import recorded_scene
 from comparison.verdict.validate import validate
@@ -48,7 +48,7 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
     assert compared({"solver.odd.bias": 1e-6}).comparison.verdict == "differ"
     scene = load_scene("ideal", {"solver.odd.tolerance": 1e-5})
     assert with_declared(scene, ["odd"]).data["solver"]["odd"]["tolerance"] == 1e-5
-    assert declared("reference") == {}
+    assert declared_settings("reference") == {}
     for faulty, rule in (
         ("3", "settings must be a mapping, not int"),
         ("{'order': [4]}", r"settings\['order'\] = \[4\] must be a string"),
@@ -56,7 +56,7 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
     ):
         odd(f"simulate.settings = {faulty}\n")
         with pytest.raises(EngineError, match=rule):
-            declared("odd")
+            declared_settings("odd")
 
 
 @pytest.mark.parametrize(

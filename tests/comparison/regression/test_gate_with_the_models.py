@@ -5,7 +5,7 @@ import re
 import pytest
 
 from comparison.regression.check import gate
-from comparison.regression.record import renewed
+from comparison.regression.record import new_baseline
 from comparison.scene import load_scene
 from comparison.words.record import gate_notes, of_gate
 
@@ -23,7 +23,7 @@ def scene():
 def baseline(scene, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SIXBAR_CACHE_DIR", str(tmp_path_factory.mktemp("made")))
-        return renewed([scene], tmp_path_factory.getbasetemp(), n_jobs=2)
+        return new_baseline([scene], tmp_path_factory.getbasetemp(), n_jobs=2)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from comparison.reliability.errors import (
-    ENOUGH,
+    MANY,
     half_width,
     integrals,
     part_edges,
@@ -46,14 +46,14 @@ def noise(kind, cycles, rng):
 
 
 @pytest.mark.parametrize("kind", ["independent", "correlated", "locked", "offset"])
-@pytest.mark.parametrize("cycles", [5, ENOUGH])
+@pytest.mark.parametrize("cycles", [5, MANY])
 def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_course(kind, cycles):
     errors = noise(kind, cycles, np.random.default_rng(cycles))
     widths, off = half_width(standard_error(errors)), np.abs(errors.mean((-2, -1)))
     # Estimated correlations cost 2 %.
     assert np.mean(off <= widths) >= 0.95 - CHANCE - 0.02
     # Nor is it merely wide: 1.96 deviations of the averages, but for few degrees of freedom.
-    assert np.mean(widths) < (1.4 if cycles >= ENOUGH else 2.2) * 1.96 * off.std() / np.sqrt(1 - 2 / np.pi)
+    assert np.mean(widths) < (1.4 if cycles >= MANY else 2.2) * 1.96 * off.std() / np.sqrt(1 - 2 / np.pi)
     assert standard_error(np.tile(locked(2.0), (3, 1))).error == 0.0  # what repeats leaves nothing open
 
 

@@ -9,8 +9,8 @@ from by_keywords import compare_recorded
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.tables.table import Table, TableError
-from comparison.verdict.confirmation import ENOUGH
-from comparison.verdict.recorded import Recorded
+from comparison.verdict.confirmation import ENOUGH_MEMBERS
+from comparison.verdict.recorded import ProgramRuns
 from comparison.words.differences import confirmation
 
 TIME = np.arange(401) * 2e-3
@@ -26,7 +26,7 @@ def runs(error, wave=0.0, count=2, spread=1e-9):
 
     perturbed = [table(4 * error, spread), table(4 * error, -spread)][:count]
     ensemble = [table(error, spread * rng.standard_normal()) for _ in range(count - 2)]
-    return Recorded(table(error), table(error / 4), table(4 * error), [*perturbed, *ensemble])
+    return ProgramRuns(table(error), table(error / 4), table(4 * error), [*perturbed, *ensemble])
 
 
 def verdict(a, b, **options):
@@ -50,7 +50,11 @@ def test_the_refinement_of_a_program_is_assumed_aloud_or_stated():
 
 
 def test_a_difference_stays_unconfirmed_without_enough_runs_and_is_confirmed_by_them():
-    for count, outcome in ((2, "unconfirmed"), (2 + ENOUGH - 1, "unconfirmed"), (2 + ENOUGH, "confirmed")):
+    for count, outcome in (
+        (2, "unconfirmed"),
+        (2 + ENOUGH_MEMBERS - 1, "unconfirmed"),
+        (2 + ENOUGH_MEMBERS, "confirmed"),
+    ):
         result = verdict(runs(1e-7, count=count), runs(1e-7, wave=1e-3, count=count))
         assert (result.verdict, result.confirmation.outcome) == ("differ", outcome)
         assert result.confirmation.members == (count - 2, count - 2)
@@ -69,10 +73,10 @@ def test_an_ensemble_that_spreads_as_far_withdraws_the_difference():
 def test_runs_that_make_no_uncertainty_are_refused():
     whole = runs(1e-6)
     with pytest.raises(TableError, match=r"^b has no finer run, the other one has"):
-        verdict(whole, Recorded(whole.base))
+        verdict(whole, ProgramRuns(whole.base))
     with pytest.raises(TableError, match=r"^b: coarser and perturbed runs count only beside a finer one"):
-        verdict(whole, Recorded(whole.base, None, whole.coarser))
-    lean = Recorded(whole.base, whole.finer)
+        verdict(whole, ProgramRuns(whole.base, None, whole.coarser))
+    lean = ProgramRuns(whole.base, whole.finer)
     assert "leaves out how neighbouring motions diverge" in verdict(lean, whole).warnings[0]
     assert Runs(whole.base).refinement == lean.runs.refinement
     other = replace(whole, finer=Table(whole.finer.frame.iloc[::2].reset_index(drop=True)))
