@@ -248,8 +248,11 @@ def _same(value: object, before: object) -> bool:
 
 
 def name_with(name: str, overrides: Mapping[str, object]) -> str:
-    """Return a name for files: ``"ideal+drive.cycles=1"``, with a hash where that is too long or no name."""
-    whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in overrides.items())])
+    """Return a name for files: ``"ideal+drive.cycles=1"``, with a hash where that is too long or no name.
+
+    Keys are sorted: the order in which they were changed does not matter.
+    """
+    whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in sorted(overrides.items()))])
     if re.match(NAME, whole) and len(whole) <= LONGEST:
         return whole
     return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
@@ -258,7 +261,7 @@ def name_with(name: str, overrides: Mapping[str, object]) -> str:
 def title_with(name: str, overrides: Mapping[str, object]) -> str:
     """Return a title: ``"150rpm-0.2mm with clearance.slider = 0.4 mm"``."""
     changes = []
-    for key, value in overrides.items():
+    for key, value in sorted(overrides.items()):
         text, unit = _text(value), _unit(key.split("."))
         if isinstance(value, float):
             factor, unit = _SHOWN.get(unit, (1.0, unit))

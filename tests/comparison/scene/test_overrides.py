@@ -6,7 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from comparison.scene import SceneError, load_scene, parse_set
@@ -62,6 +62,7 @@ def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
 
 @given(CHANGES, CHANGES)
 @settings(max_examples=60)
+@example({"drive.cycles": 2, "clearance.slider": 0.0078125}, {"drive.cycles": 1})  # the first key is dropped
 def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
     scene = load_scene(PAPER, first).with_values(second)
     again = repeated(scene)
