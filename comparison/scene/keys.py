@@ -176,7 +176,7 @@ def unboxed(value: object) -> object:
     """Convert a number of numpy, also in a dict, to Python's, which alone a strict type accepts."""
     if isinstance(value, Mapping):
         return {name: unboxed(part) for name, part in value.items()}
-    return value.item() if isinstance(value, np.generic) else value
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
