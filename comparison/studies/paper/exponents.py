@@ -59,27 +59,31 @@ class Exponent(NamedTuple):
         return 1 if self.low > 0.0 and self.measured else 0
 
 
+class Following(NamedTuple):
+    """How perturbed orbits are followed; the distances in coordinates times ``scale``."""
+
+    distances: Array  # of the perturbed orbits at the start of a stage
+    round_off: float  # that of the orbit that shows the error
+    scale: Array
+    period: int
+    skip: int = 0  # periods until the directions have settled
+
+
 def exponents(
     orbit: Callable[[Array, int], tuple[Array, int]],
     perturbed: Callable[[Array, int, int], Array],
     start: Array,
     when: int,
     until: int,
-    *,
-    distances: Array,
-    round_off: float,
-    scale: Array,
-    period: int,
-    skip: int = 0,
+    following: Following,
 ) -> list[Exponent]:
     """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
     ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
-    there to a given end, the same state to the same end. Coordinates are multiplied with ``scale`` before
-    distances are taken; ``distances`` and ``round_off`` are those of the perturbed orbits at the start of a
-    stage and of the one that shows the error. Returns the exponent of each distance per period: a stage
-    belongs to that in which it begins; until ``skip`` periods have passed the directions settle.
+    there to a given end, the same state to the same end. Returns the exponent of each distance per period: a
+    stage belongs to that in which it begins.
     """
+    distances, round_off, scale, period, skip = following
     state = np.asarray(start, dtype=np.float64)
     even = np.full(state.size, 1.0 / np.sqrt(state.size))
     directions = np.tile(even, (distances.size, 1))
@@ -230,8 +234,7 @@ def measure(chain: Chain, progress: Progress) -> Row:
     try:
         measured = exponents(
             press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
-            distances=np.array(chain.distances), round_off=ROUND_OFF, scale=scale(scene),
-            period=SAMPLES, skip=1,
+            Following(np.array(chain.distances), ROUND_OFF, scale(scene), SAMPLES, skip=1),
         )  # fmt: skip
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}

@@ -14,6 +14,7 @@ from comparison.studies.paper.exponents import (
     SHORTEST,
     Chaos,
     Exponent,
+    Following,
     Press,
     exponents,
     free,
@@ -52,8 +53,8 @@ def along(steps, start, periods, distance, round_off=1e-15, period=None):
 
     (exponent,) = exponents(
         lambda state, when: (perturbed(state, when, when + 1), when + 1),
-        perturbed, np.array(start), 0, periods * len(steps), period=period or len(steps),
-        distances=np.array([distance]), round_off=round_off, scale=np.ones(len(start)),
+        perturbed, np.array(start), 0, periods * len(steps),
+        Following(np.array([distance]), round_off, np.ones(len(start)), period or len(steps)),
     )  # fmt: skip
     return exponent
 
