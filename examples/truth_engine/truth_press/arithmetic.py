@@ -37,9 +37,4 @@ class Arithmetic(NamedTuple):
             return {key: self.exact(each) for key, each in value.items()}
         if isinstance(value, list | tuple):
             return [self.exact(each) for each in value]
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return self.number(value) if is_number else value
-
-    def pi(self) -> Any:
-        """Return the circle's number."""
-        return 4 * np.arctan(self.array([1]))[0]
+        return self.number(value) if type(value) in (int, float) else value

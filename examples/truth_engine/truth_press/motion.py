@@ -126,8 +126,8 @@ class Motion:
         impact = max(rate, self.press.contact["impact_speed_floor"])
         deep = -now[f"gap{corner}"] > self.press.contact["damping_depth"]
         contact = {"corner": CORNERS[corner], "start": self.t, "normal_speed": impact, "impulse": zero}
-        contact |= {"peak_force": zero, "largest_depth": zero, "live": one, "deep": one if deep else zero}
-        contact |= {"v": impact, "per_v": one / impact}
+        contact |= {"live": one, "deep": one if deep else zero, "v": impact, "per_v": one / impact}
+        contact |= {"peak_force": 0.0, "largest_depth": 0.0}
         self._regime(contact, sum(bool(now[f"slip{corner}"] > speed) for speed in self.speeds))
         self.closed[corner] = contact
         self.contacts.append(contact)
@@ -142,8 +142,7 @@ class Motion:
 
     def run(self, end: Any) -> Iterator[Segment]:
         """Integrate to an end, s; the caller has each segment before its switch."""
-        cycles = max(1, round(float(end / self.cycle)))
-        piece = 1
+        cycles, piece = max(1, round(float(end / self.cycle))), 1
         while self.t < end:
             phase, slots, pars, taylor = self.phase(), self.slots(), self.parameters(), self.phase().taylor
             taylor.time, taylor.state[:], taylor.pars[:] = self.t, self.values(), pars[: len(taylor.pars)]

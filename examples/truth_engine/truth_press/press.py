@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import heyoka as hy
+import numpy as np
 
 from truth_press.arithmetic import Arithmetic
 
@@ -78,8 +79,9 @@ class Press:
         self.scene = scene = arithmetic.exact(scene)
         self.depth, self.zero, self.one = (arithmetic.number(value) for value in (depth, 0, 1))
         self.bodies, self.contact = scene["mechanism"], scene["contact"]
-        self.omega = arithmetic.pi() * scene["drive"]["speed_rpm"] / 30
-        self.start = arithmetic.pi() * self.bodies["crank_angle_deg"] / 180
+        half_turn = 4 * np.arctan(arithmetic.array([1]))[0]
+        self.omega = half_turn * scene["drive"]["speed_rpm"] / 30
+        self.start = half_turn * self.bodies["crank_angle_deg"] / 180
         self.gravity = Plane(self.zero, scene["environment"]["gravity"])
         self.energies = "energy" in scene["output"]["groups"]
         self.impact, e = self.contact["law"] == "adams-impact", self.contact["restitution"]
@@ -131,10 +133,9 @@ class Press:
         return [angle, hy.expression(start["slider_angle"]), rate, hy.expression(start["slider_omega"])]
 
     def equations(self, closed: int) -> tuple[dict[str, Any], dict[tuple[str, int], Any], dict[str, Any]]:
-        """Return what holds with so many closed contacts.
+        """Return rates of the states, what is positive until a switch, and what is recorded.
 
-        Rates by state; what is positive until a switch, by name and slot; what is recorded, by name, of a
-        slot with its number.
+        Names of what belongs to a slot have its number.
         """
         theta4, theta5, omega4, omega5 = hy.make_vars(*FREE)
         rod, slider = self.bodies["rod4"], self.bodies["slider"]
@@ -230,10 +231,7 @@ class Press:
         return pieces
 
     def _balance(self, rod4: Rod, force: Plane, omega5: Any) -> tuple[Any, Any, Any]:
-        """Return kinetic energy, weights times heights, and the power of the motor.
-
-        The motor moves crank, rod 2, rocker and, through joint C, rod 4 with the slider.
-        """
+        """Return kinetic energy, weights times heights, and the power of the motor on the rods."""
         slider, reaction = self.bodies["slider"], force.times(-1.0)
         kinetic, height, power = 0.5 * slider["inertia"] * omega5**2, REST.x, REST.x
         rods = [(name, rod, self.bodies[name]["centroid"]) for name, rod in self.driven.items()]

@@ -38,8 +38,7 @@ def settings(scene: Mapping[str, Any]) -> Settings:
         )
     if unknown := set(given) - set(Settings._fields):
         raise ValueError(f"solver.truth: {min(unknown)} must be one of {', '.join(Settings._fields)}")
-    # At a depth below the rounding of a gap no contact would start.
-    depth = 1e-13 if bits == DOUBLE else 1e-24
+    depth = 1e-13 if bits == DOUBLE else 1e-24  # above the rounding of a gap
     result = Settings(**{"bits": bits, "tolerance": TOLERANCE, "starting_depth": depth, **given})
     for name, low, high in (("tolerance", 1e-99, 1e-6), ("starting_depth", 1e-40, 1e-9)):
         value = getattr(result, name)
@@ -52,9 +51,7 @@ def check(scene: Mapping[str, Any]) -> None:
     """Refuse what is outside the model, or cannot be assembled: a `ValueError` with one line."""
     joints, law = scene["joints"], scene["contact"]["law"]
     if joints["crank_pin"] != "ideal":
-        raise ValueError(
-            f"joints.crank_pin = {joints['crank_pin']!r} must be 'ideal': only the slider is loose"
-        )
+        raise ValueError(f"joints.crank_pin = {joints['crank_pin']!r} must be 'ideal': the slider is loose")
     if joints["slider"] != "clearance":
         raise ValueError(f"joints.slider = {joints['slider']!r} must be 'clearance': else nothing is free")
     if law not in LAWS:
@@ -68,28 +65,18 @@ def check(scene: Mapping[str, Any]) -> None:
     x = evaluate(tip, np.zeros((len(times), 1)), np.zeros(0), times)[0]
     if not np.isfinite(x).all():
         raise ValueError("mechanism: rod 2 does not reach the rocker at every crank angle")
-    guide = mechanism["guide_x"]
-    start, line = guide + scene["initial"]["slider_offset"], guide + mechanism["reference_offset"]
-    reach = max(abs(start - x[0]), abs(line - x).max(), abs(guide - x).max())
+    aside, line = mechanism["guide_x"] - x, mechanism["reference_offset"]
+    reach = max(abs(aside[0] + scene["initial"]["slider_offset"]), *abs(aside), *abs(aside + line))
     if reach >= mechanism["rod4"]["length"]:
         raise ValueError(f"mechanism: rod 4 does not reach the slider, which is up to {reach:g} m aside")
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> SimpleNamespace:
-    """Simulate the press with clearance at its slider.
+    """Simulate the press with clearance at its slider, as ``docs/engine.md`` requires.
 
-    Parameters
-    ----------
-    scene
-        Complete scene; of ``[solver.truth]`` the keys of `Settings`.
-    progress
-        Called with the finished share, 0 to 1.
-
-    Returns
-    -------
-    SimpleNamespace
-        As ``docs/engine.md`` requires; of a scene outside the model a `ValueError`. Status
-        "integration-failed": the state is no longer finite, or the run takes too many steps.
+    Of ``[solver.truth]`` the keys of `Settings` count; ``progress`` is called with the share, 0 to 1.
+    A scene outside the model is a `ValueError`. Status "integration-failed": the state is no longer finite,
+    or the run takes too many steps.
     """
     check(scene)
     chosen, drive, per_cycle = settings(scene), scene["drive"], scene["output"]["samples_per_cycle"]
@@ -110,8 +97,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     events = {name: np.array([float(row[name]) for row in rows]) for name in EVENTS[1:]}
     return SimpleNamespace(
         columns={name: np.concatenate(parts) for name, parts in record.columns.items()},
-        events={"corner": np.array([row["corner"] for row in rows])} | events,
-        extrema={name: record.extreme(name) for name in record.columns if name != "time"},
+        events={"corner": np.array([row["corner"] for row in rows], dtype=str)} | events,
+        extrema={name: best for name, best in record.extrema.items() if name in record.columns},
         provenance={
             "formulation": "rod 4 and slider (2 coordinates)",
             "integrator": f"Taylor series with located events, {chosen.bits} bits",
@@ -144,7 +131,8 @@ class Recording:
         times = self.motion.arithmetic.array([*points, segment.times[-1]])
         channels = self.channels(segment, times)
         for name, values in channels.items():
-            start = {"min": values[0], "time_of_min": times[0], "max": values[0], "time_of_max": times[0]}
+            value, time = float(values[0]), float(times[0])
+            start = {"min": value, "time_of_min": time, "max": value, "time_of_max": time}
             extreme = self.extrema.setdefault(name, start)
             for end, sign in (("min", -1), ("max", 1)):
                 self._extreme(values, (segment, times), name, sign, extreme, end)
@@ -162,7 +150,7 @@ class Recording:
         k, last = int(plain.argmax()), len(times) - 1
         around = (max(k - 1, 0), min(k + 1, last))
         bend = max(abs(plain[k] - plain[j]) for j in around)
-        if not plain[k] + bend > sign * float(best[key]):
+        if not plain[k] + bend > sign * best[key]:
             return
         value, time, (low, high) = values[k], times[k], (times[j] for j in around)
         side = 1 if k == 0 else -1
@@ -172,12 +160,8 @@ class Recording:
             row = self.channels(segment, grid)[name]
             top = max(range(9), key=lambda j: sign * row[j])
             value, time, low, high = row[top], grid[top], grid[max(top - 1, 0)], grid[min(top + 1, 8)]
-        if sign * (value - best[key]) > 0:
-            best[key], best[f"time_of_{key}"] = value, time
-
-    def extreme(self, name: str) -> dict[str, float]:
-        """Return the extrema of a channel with their times."""
-        return {key: float(value) for key, value in self.extrema[name].items()}
+        if sign * float(value) > sign * best[key]:
+            best[key], best[f"time_of_{key}"] = float(value), float(time)
 
     def sample(self, segment: Segment, times: Any) -> None:
         """Record the channels at times within a segment."""
