@@ -29,6 +29,8 @@ RUNS = {
     "load": ("workpiece", {"drive.cycles": 0.12}),
     "rows of a load": ("workpiece", {"drive.cycles": 0.2, "load.force": 0.0, "load.table": [
         [0.0, 0.0], [1e-3, 100.0], [1.000000001e-3, 50.0], [2e-3, 300.0]]}),
+    "jump of a load": ("workpiece", {"drive.cycles": 0.12, "load.force": 0.0, "load.table": [
+        [0.0, 0.0], [1e-30, 20.0]]}),
     "damping depth": ("adams-impact", {"drive.cycles": 0.1, "contact.damping_depth": 1e-6}),
     "no static speed": ("150rpm-0.2mm", {"drive.cycles": 0.2, "friction.static_speed": 0.0}),
     "clipped": ("150rpm-0.2mm", {"drive.cycles": 0.2, "contact.restitution": 0.05,
@@ -45,6 +47,8 @@ def test_energy_is_balanced(run, name):
     # Measured at most 1e-13 J, where the losses are 1e-5 to 1e-2 J.
     assert np.abs(result.columns["energy_residual"]).max() < 2e-12
     assert min(result.columns[f"energy_{loss}"][-1] for loss in ("damping", "friction")) > 1e-7
+    if "load" in name:
+        assert result.columns["energy_load"].max() > 1e-3
     assert {"time", *result.columns} == {"time", *expected(load_scene(scene, changes | ENERGY).data)}
 
 
