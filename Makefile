@@ -67,6 +67,7 @@ lint: $(VENV)/.developed
 	$(BIN)/mypy
 	$(BIN)/mypy benchmarks
 	$(BIN)/mypy examples/third_engine/pinocchio_press
+	$(BIN)/mypy examples/truth_engine/truth_press
 	$(BIN)/lint-imports
 
 clean:
