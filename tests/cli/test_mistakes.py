@@ -45,7 +45,7 @@ MISTAKES = {
     "validate ideal --models reference,exudyn,reference": "reference|different",
     "validate ideal --models reference,exudyn,": "''",
     "validate ideal --accuracy fine": "'fine'|draft, standard, strict",
-    "compare x.csv": "'b'",
+    "compare x.csv": "'B'",
     f"{COMPARE} --tolerance -1": "tolerance = -1.0 must be > 0",
     f"{COMPARE} --tolerance nan": "tolerance = nan must be finite",
     f"{COMPARE} --time-tolerance -1": "time_tolerance = -1.0 must be >= 0",
