@@ -117,7 +117,7 @@ def find(name: str) -> EntryPoint:
 
 def distinct_models(names: str | Sequence[str]) -> list[str]:
     """Return two or more different models, also from ``"reference,exudyn"``; else an `EngineError`."""
-    every = names.split(",") if isinstance(names, str) else names
+    every = [name.strip() for name in names.split(",")] if isinstance(names, str) else names
     models = [find(name).name for name in (every if isinstance(every, Sequence) else [every])]
     if len(set(models)) < max(2, len(models)):
         raise EngineError(f"models {names!r} must be two or more different names, as in reference,exudyn")
