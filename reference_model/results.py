@@ -133,7 +133,7 @@ class Result:
     """Formulation, integrator, settings, versions, counters, wall time, invariants."""
     status: str = "success"
     remedy: str = ""
-    """What to try if the status is not "success"; may be empty."""
+    """Remedy to try if the status is not "success"; may be empty."""
 
 
 def begun_cycles(p: Parameters) -> int:

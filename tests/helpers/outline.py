@@ -1,4 +1,4 @@
-"""What a page holds, element by element."""
+"""Elements of a page, one by one."""
 
 from html.parser import HTMLParser
 

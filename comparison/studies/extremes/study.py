@@ -51,7 +51,7 @@ FORMULATIONS = {
     ("largest", "reference"): "reference, multipliers",
     ("largest", "exudyn"): "Exudyn, five bodies",
 }
-"""What runs in a pair."""
+"""Formulations that run in a pair."""
 _SIDE = ("status", "message", "steps", "contacts", "steps_per_contact", "constraint_m")
 COLUMNS = (
     *("axis", "value", "law", "pair", "class", "coverage", "apart_m", "reason"),

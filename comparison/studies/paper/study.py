@@ -171,7 +171,7 @@ def _interval(entry: Entry, judged: Entry) -> str:
     ends = [max(judged[end], 0.0) for end in ("low", "high")]
     if entry["unit"] == "1":
         ends = [runs.CAP - end for end in reversed(ends)]
-    size = {Size.INSIDE: "**inside**", Size.OUTSIDE: "outside", Size.FORM: "outside but for the form"}
+    size = {Size.INSIDE: "**inside**", Size.OUTSIDE: "outside", Size.FORM: "inside with the form"}
     said = size.get(judged["size"], judged["size"])
     chance = MISSING if isnan(judged["chance"]) else share(judged["chance"])
     return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({chance})"

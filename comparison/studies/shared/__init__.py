@@ -1,1 +1,1 @@
-"""What several studies use."""
+"""Parts that several studies share."""

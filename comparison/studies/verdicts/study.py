@@ -24,7 +24,7 @@ from comparison.words.verdicts import headline, mark
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
 ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
-"""What `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
+"""Record that `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
 X = "largest difference of x"
 
 

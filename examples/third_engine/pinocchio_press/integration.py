@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 Vector = NDArray[np.float64]
 Dense = Callable[[float], Vector]
 Surface = tuple[str, int]
-"""What is passed, and by which contact."""
+"""Surface that is passed, and by which contact."""
 CHECKS = 8
 """Points of a step at which the surfaces are looked at; a dip between two of them is found by its rate."""
 TINY = 1e-16
@@ -20,7 +20,7 @@ TINY = 1e-16
 
 
 class System(Protocol):
-    """What is integrated."""
+    """State that is integrated."""
 
     def rates(self, t: float, y: Vector) -> Vector:
         """Right-hand side between two switches."""

@@ -65,7 +65,7 @@ class Motion:
         self.cycle = 60 / abs(press.scene["drive"]["speed_rpm"])
         self.phases: dict[int, Phase] = {}
         self.contacts: list[dict[str, Any]] = []
-        """What is recorded of each contact, with the parameters of its slot and its regime of friction."""
+        """Quantities recorded of each contact, with the parameters of its slot and its regime of friction."""
         self.closed: dict[int, dict[str, Any]] = {}
         """Of ``contacts`` that of each closed corner."""
         self.pieces, self.piece = press.pieces(), 0
