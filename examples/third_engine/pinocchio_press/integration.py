@@ -20,7 +20,7 @@ TINY = 1e-16
 
 
 class System(Protocol):
-    """State that is integrated."""
+    """System that is integrated."""
 
     def rates(self, t: float, y: Vector) -> Vector:
         """Right-hand side between two switches."""
