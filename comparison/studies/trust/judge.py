@@ -39,15 +39,15 @@ class Measured(Task):
         raise NotImplementedError
 
 
-def find(task: Measured, progress: Progress) -> Row:
+def measure_task(task: Measured, progress: Progress) -> Row:
     """Measure a task."""
     progress(0.0)
     return task.row()
 
 
-def find_all(tasks: Sequence[Measured], n_jobs: int, on_progress: Progress | None = None) -> list[Row]:
+def measure_tasks(tasks: Sequence[Measured], n_jobs: int, on_progress: Progress | None = None) -> list[Row]:
     """Return a row for each task: also for what went wrong, since a copy with a fault may raise anything."""
-    rows = measure_all(find, tasks, on_processes(n_jobs, LIMIT), on_progress)
+    rows = measure_all(measure_task, tasks, on_processes(n_jobs, LIMIT), on_progress)
     return [row if row["status"] == SUCCESS else refusal(row["message"], row["status"]) for row in rows]
 
 

@@ -29,7 +29,7 @@ from comparison.studies.shared.study import (
 )
 from comparison.studies.trust import adjudication, distributions, judge, population
 from comparison.studies.trust.faults import KINDS, RECORDS, Fault, catalogue, installed, scenes
-from comparison.studies.trust.judge import Comparison, LeastChange, Measured, detected, find_all, trials
+from comparison.studies.trust.judge import Comparison, LeastChange, Measured, detected, measure_tasks, trials
 
 SCENES = 800  # of which half are judged at both tiers: one alarm in 473 still has a limit of 1 %
 MEMBERS = 64  # runs in an ensemble
@@ -57,7 +57,7 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFra
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
     asked = [*_random(SCENES if full else 2), *_faults(faults), *_least(full)]
     with installed([fault for fault in faults if fault.engine]):
-        rows = find_all([task for _, task in asked], n_jobs, part(on_progress, 0.0, 0.95))
+        rows = measure_tasks([task for _, task in asked], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
     for (head, task), row in zip(asked, rows, strict=True):
         line = head | {name: row[name] for name in COLUMNS if name in row}

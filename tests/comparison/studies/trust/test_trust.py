@@ -181,7 +181,7 @@ def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_
     assert len({(fault.kind, task.faulty) for task, fault in tried}) == 5
     healthy = [Comparison(scenes("tight")[name], "tight") for name in ("press", "impact")]
     with installed([fault for _, fault in tried if fault.engine]):
-        rows = judge.find_all([*healthy, *(task for task, _ in tried)], 2)
+        rows = judge.measure_tasks([*healthy, *(task for task, _ in tried)], 2)
     assert [row["verdict"] for row in rows[:2]] == ["agree", "agree"]
     for (_, fault), row in zip(tried, rows[2:], strict=True):
         if row["verdict"] == "cannot compare":  # its own run refutes it before anybody compares
