@@ -3,6 +3,7 @@
 import re
 import tomllib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -49,6 +50,8 @@ def test_the_list_of_the_studies_is_that_of_their_reports():
         assert text.startswith("# ")
         for link in re.findall(r"\]\(([\w./-]+\.(?:svg|csv|md))\)", text):
             assert (REPORTS / path).parent.joinpath(link).is_file(), f"{path}: {link}"
+    for picture in REPORTS.glob("*/**/*.svg"):
+        ElementTree.parse(picture)  # it raises
 
 
 def test_it_is_short():
