@@ -28,6 +28,7 @@ from reference_model.dop853 import (
     free_states,
     prepare_dense,
 )
+from reference_model.dop853 import SHARES as NODES
 from reference_model.equations import Model, tabulate
 from reference_model.integrate import (
     CHATTER,
@@ -40,7 +41,6 @@ from reference_model.integrate import (
 )
 from reference_model.parameters import read_parameters
 from reference_model.state import Run
-from reference_model.tableau import SHARES as NODES
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
 """The weights of the method are the last row: the last stage is the derivative at the step's end."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.clearances import ACROSS, ALONG, CORNER_COUNT, UPPER
 from exudyn_model.laws import SWITCHING, Law
 from exudyn_model.parameters import Parameters
 from exudyn_model.tables import LOAD, PIN, Contacts
@@ -20,7 +20,7 @@ from exudyn_model.tables import LOAD, PIN, Contacts
 Array = NDArray[np.float64]
 
 WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
-# Rows of ``memory`` below: impact speed (m/s), start (s) and name of a contact
+# Rows of a memory below: impact speed (m/s), start (s) and name of a contact
 SPEED, START, NAME = range(3)
 
 

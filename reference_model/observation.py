@@ -55,11 +55,6 @@ def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) ->
     return bodies_from_rods(m, times, (rod2, rocker, turning(*turns[2])), turns[3])
 
 
-def needs_bodies(names: list[str]) -> bool:
-    """Return whether the channels follow from the motion of all bodies."""
-    return not set(names).isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]))
-
-
 def motions(slider: Records) -> Array:
     """Return the slider's motion as an array, shape (9, n)."""
     return np.ascontiguousarray(slider.view(np.float64).reshape(-1, len(MOTION + ACCELERATIONS)).T)
@@ -162,7 +157,7 @@ class Observation:
             corners = np.stack([touches["gap"], np.maximum(touches["normal"], 0.0), touches["friction"]], 2)
             columns = corners[:, :4].reshape(-1, len(CORNER_CHANNELS)).T
             channels |= zip(CORNER_CHANNELS, columns, strict=True)
-        if needs_bodies(self._names):
+        if not names.isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0])):
             y = np.ascontiguousarray(rows.y.T)
             bodies = self._bodies(rows.times, y, np.ascontiguousarray(rows.dy.T))
             if JOURNAL_CHANNELS[0] in names:

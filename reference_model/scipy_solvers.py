@@ -27,7 +27,8 @@ from reference_model.equations import Model
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
 from reference_model.parameters import Parameters
-from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
+from reference_model.recording import EXTREMUM, SAMPLE, STEP, record
+from reference_model.results import MARKS
 from reference_model.state import Records, Run
 from reference_model.steps import first_step_in_contact
 from reference_model.workpiece import kinks

@@ -180,7 +180,7 @@ class Rows(NamedTuple):
     slider: Records
     """`Motion`."""
     y: Array
-    """States, shape (n, size), or (n, 0) if no channel needs them."""
+    """States, shape (n, size)."""
     dy: Array
     """Derivatives of `y`."""
 

@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.clearances import CORNER_COUNT, FIELDS, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
 from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.journal_contact import JournalElement
-from exudyn_model.five_bodies.settings import Settings
+from exudyn_model.five_bodies.settings import Settings, StepChoice
 from exudyn_model.five_bodies.slider_contact import SliderElement
-from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
-from exudyn_model.memory import FIELDS
 from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATION,
@@ -33,7 +31,7 @@ from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
-# Field of `memory` to its values, shape (contacts, states)
+# Field of a `clearances.Memory` to its values, shape (contacts, states)
 Memory = dict[str, Array]
 
 CONSTRAINTS = ("position", "velocity")

@@ -5,7 +5,16 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion, side_load
+from exudyn_model.clearances import (
+    CORNER_COUNT,
+    ROUNDED,
+    UPPER,
+    Memory,
+    corner_load,
+    corner_motion,
+    side_load,
+    start_side,
+)
 from exudyn_model.five_bodies.contact import (
     ANGLE,
     BEFORE,
@@ -25,7 +34,6 @@ from exudyn_model.five_bodies.contact import (
 from exudyn_model.invariants import Watch
 from exudyn_model.kernels import entry, kernel, record
 from exudyn_model.laws import CornerMotion, Law, SideForces, side_forces
-from exudyn_model.memory import ROUNDED, Memory, start_side
 
 Array = NDArray[np.float64]
 

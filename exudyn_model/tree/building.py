@@ -33,10 +33,10 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import new_contacts
 from exudyn_model.kernels import entry, machine_code, record
 from exudyn_model.laws import Law
 from exudyn_model.linkage import ROCKER, ROD2, ROD4, SLIDER, InitialState, carried_tip, driven_rod4
-from exudyn_model.memory import new_contacts
 from exudyn_model.parameters import Mechanism, Parameters
 from exudyn_model.tree.motion import CONTACTS, Press, State, chain_accelerations, contact_loads, rod4_moment
 from exudyn_model.workpiece import workpiece_array

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import ROUNDED
 from exudyn_model.kernels import kernel
-from exudyn_model.memory import ROUNDED
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,9 @@ balance of forces.
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
+from exudyn_model.clearances import CORNER_COUNT, CORNERS, ROUNDED, ROUNDED_SPEED, UPPER, start_side
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
-from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import Recorder
 from exudyn_model.tables import ACCELERATIONS, CONTACT, JOURNAL, PER_CONTACT, PIN, STATE, corner_channels

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.clearances import CORNER_COUNT, ROUNDED, UPPER
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import Law
 from exudyn_model.linkage import driven_rod4
-from exudyn_model.memory import ROUNDED
 from exudyn_model.tree.isolation import NEVER, bernstein, first_change, kink_fraction
 from exudyn_model.tree.motion import (
     CONTACTS,
