@@ -13,7 +13,7 @@
 | projections of these | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
 | - | one interface to the three formulations | `equations` |
 | - | data of a run | `state` |
-| - | steps, and the instants in them at which a mode ends | `dop853`, `margins`, `isolation`, `events` |
+| - | steps, and the instants in them at which a mode ends | `dop853`, `margins`, `events` |
 | the paper's ode15s | scipy's BDF and others, same equations and margins | `scipy_solvers` |
 | - | properties that every correct run has | `invariants` |
 

@@ -11,9 +11,9 @@ from reference_model import compiled, integrate
 from reference_model import state as data
 from reference_model.chain import Chain
 from reference_model.equations import Model
+from reference_model.events import POINTS
 from reference_model.integrate import Settings
 from reference_model.invariants import VIOLATED, as_mapping, check, violation
-from reference_model.isolation import POINTS
 from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, rod4_from_slider, turning
 from reference_model.margins import MARGINS
 from reference_model.minimal import Minimal, minimal

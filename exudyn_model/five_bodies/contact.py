@@ -10,7 +10,7 @@ shortest step (``settings``), inside of which alone a contact may begin or end:
 
 In a longer step a contact that was open at its start stays without force.
 
-Memory: an impact speed is frozen or cleared by :func:`update_alone` and ``slider_contact.update_shared``
+Memory: an impact speed is frozen or cleared by :func:`update_alone` and ``slider_contact.update_side``
 alone, from accepted states (the last one is still in the memory), never from trial states of the iteration.
 
 Foresight, for ``settings``: zeros of gaps and kinks of friction (Eq. 13) from the latest rates; ticks that

@@ -114,29 +114,6 @@ def slider_force(q: Triple, v: Triple, arrays: SliderArrays) -> tuple[float, flo
 
 
 @kernel
-def update_shared(
-    time: float,
-    step: float,
-    row: int,
-    lower: CornerMotion,
-    upper: CornerMotion,
-    low: Memory,
-    up: Memory,
-    law: Law,
-) -> None:
-    """Begin or end the contact of a side; ``row`` is that of its lower corner."""
-    is_open = lower.gap >= 0.0 and upper.gap >= 0.0
-    if (low.impact_speed > 0.0) != is_open:
-        return
-    end, at, speed = side_change(low, up, lower, upper, step, law)
-    now = time - (1.0 - at) * step
-    if is_open:
-        low.impact_speed, low.end = 0.0, now
-    else:
-        low.impact_speed, low.start, low.name = speed, now, row + UPPER * end
-
-
-@kernel
 def update_side(
     time: float,
     step: float,
@@ -153,7 +130,14 @@ def update_side(
     """
     # Before the forces: a contact that has ended has none
     if time > 0.0 and law.shared > 0.0:
-        update_shared(time, step, row, lower, upper, low, up, law)
+        is_open = lower.gap >= 0.0 and upper.gap >= 0.0
+        if (low.impact_speed > 0.0) == is_open:
+            end, at, speed = side_change(low, up, lower, upper, step, law)
+            now = time - (1.0 - at) * step
+            if is_open:
+                low.impact_speed, low.end = 0.0, now
+            else:
+                low.impact_speed, low.start, low.name = speed, now, row + UPPER * end
     elif time > 0.0:
         update_alone(time, step, row, lower.gap, lower.rate, low, law)
         update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law)
