@@ -13,7 +13,7 @@ from reference_model.chain import Chain
 from reference_model.equations import Model
 from reference_model.events import POINTS
 from reference_model.integrate import Settings
-from reference_model.invariants import VIOLATED, as_mapping, check, violation
+from reference_model.invariants import VIOLATED, check, violation
 from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, rod4_from_slider, turning
 from reference_model.margins import MARGINS
 from reference_model.minimal import Minimal, minimal
@@ -212,7 +212,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
     invariants = check(p, observation.worst(), contacts, observation.drift)
-    provenance["invariants"] = as_mapping(invariants)
+    provenance["invariants"] = {name: each._asdict() for name, each in invariants.items()}
     status, remedy = status_and_remedy(code, p)
     if status == "success" and (message := violation(invariants, p.method)):
         status, remedy = VIOLATED, message

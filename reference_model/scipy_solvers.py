@@ -9,6 +9,7 @@ Scipy looks for an event only if a margin has opposite signs at the two ends of 
 contact that begins and ends within one step (`reference_model.integrate` isolates it for certain), and over
 all else that turns twice. Steps of at most a fiftieth of a cycle make that rare, not impossible. Of two
 events in one step the first is taken. A mode that is still past its end at a new start ends again.
+Time counts from t = 0, not from the start of a cycle: beyond 16,000 cycles `cos_sin` loses digits.
 """
 
 import math
