@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from reference_model.compiled import constant, inlined, inner, kernel
-from reference_model.equations import Model, derivative, tabulate
+from reference_model.formulations import Model, derivative, tabulate
 from reference_model.linkage import Array
 from reference_model.state import NODES, WORKS, Nodes, Records
 

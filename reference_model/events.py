@@ -20,7 +20,7 @@ from numpy.polynomial import chebyshev
 from reference_model.compiled import inlined, inner
 from reference_model.contact import side_motion
 from reference_model.dop853 import END, NOW, POINT, dense, free_states
-from reference_model.equations import Model, motion, tabulate
+from reference_model.formulations import Model, motion, tabulate
 from reference_model.laws import friction_regime, push, regime_bounds
 from reference_model.linkage import Array
 from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, UPPER, margin

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from reference_model.compiled import constant, inlined, inner
 from reference_model.contact import normal_force
 from reference_model.dop853 import END, POINT, SHARES, dense, evaluate_nodes
-from reference_model.equations import Model
+from reference_model.formulations import Model
 from reference_model.linkage import Array
 from reference_model.results import MARKS
 from reference_model.state import Records, Run

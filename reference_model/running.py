@@ -1,4 +1,4 @@
-"""Run a scene: choose its formulation, start it, integrate it in stretches, collect the result."""
+"""Run a scene: integrate it in stretches, and collect the result."""
 
 import math
 from collections.abc import Callable
@@ -9,15 +9,13 @@ import numpy as np
 
 from reference_model import compiled, integrate
 from reference_model import state as data
-from reference_model.chain import Chain
-from reference_model.equations import Model
 from reference_model.events import POINTS
+from reference_model.formulations import Model, formulation, start
 from reference_model.integrate import Settings
 from reference_model.invariants import VIOLATED, check, violation
-from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, rod4_from_slider, turning
+from reference_model.linkage import Array
 from reference_model.margins import MARGINS
-from reference_model.minimal import Minimal, minimal
-from reference_model.multiplier import Linkage, press
+from reference_model.multiplier import Linkage
 from reference_model.observation import Observation
 from reference_model.parameters import SCIPY_METHODS, Parameters
 from reference_model.recording import PARTS, schedule
@@ -42,39 +40,6 @@ _FAILURES = {
     ),
     integrate.STEP_LIMIT: ("work-limit", "shorten drive.cycles to less than was reached"),
 }
-
-
-def formulation(p: Parameters) -> tuple[Model, str]:
-    """Return the smallest formulation for a scene, or the paper's if the scene asks for it, and its name."""
-    m, contacts, load = p.mechanism, data.contact_list(p.contacts), p.load
-    if p.multipliers:
-        model = press(m, contacts, load, baumgarte=(p.alpha, p.beta))
-        return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
-    if p.ideal_pin:
-        return minimal(m, contacts, load), "minimal: rod 4 and slider (2 coordinates)"
-    free = "rod 2 and rocker (2" if p.ideal_slider else "rod 2, rocker, rod 4 and slider (4"
-    return Chain(m, contacts, load, p.ideal_slider), f"minimal: {free} coordinates)"
-
-
-def start(p: Parameters, model: Model) -> Array:
-    """Return coordinates and rates at t = 0, as a state of the model begins with them.
-
-    The crank, rod 2 and the rocker start as in the ideal mechanism, so a pin with clearance is centred. The
-    slider starts where the scene puts it; rod 4 connects them, and the slider's y and vy follow.
-    """
-    m = p.mechanism
-    theta4, w4 = rod4_from_slider(m, *p.slider_start)
-    rod2, rocker = four_bar_rods(m, np.zeros(1))
-    if isinstance(model, Minimal):
-        return np.array([theta4, p.slider_angle, w4, p.slider_omega])
-    if isinstance(model, Linkage):
-        slider = p.slider_angle, p.slider_omega, 0.0
-        bodies = bodies_from_rods(m, np.zeros(1), (rod2, rocker, turning(theta4, w4, 0.0)), slider)[:, :, 0]
-        return np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()])
-    theta2, theta3, w2, w3 = (float(rod[i][0]) for i in (2, 3) for rod in (rod2, rocker))
-    if model.ideal_slider:
-        return np.array([theta2, theta3, w2, w3])
-    return np.array([theta2, theta3, theta4, p.slider_angle, w2, w3, w4, p.slider_omega])
 
 
 def new_run(y0: Array, contacts: int, first_step: float, instants: Array, capacity: int) -> data.Run:

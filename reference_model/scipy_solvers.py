@@ -24,7 +24,7 @@ from scipy.optimize import minimize_scalar
 from reference_model import events, integrate
 from reference_model.compiled import kernel
 from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evaluate_nodes, free_states
-from reference_model.equations import Model
+from reference_model.formulations import Model
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
 from reference_model.parameters import Parameters

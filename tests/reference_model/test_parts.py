@@ -9,8 +9,8 @@ from reference_model import dop853, events
 from reference_model.compiled import kernel
 from reference_model.dop853 import END, START
 from reference_model.events import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
+from reference_model.formulations import formulation, start
 from reference_model.parameters import read_parameters
-from reference_model.running import formulation, start
 from reference_model.state import Mode, new_nodes, records
 from reference_model.trigonometry import LARGEST, cos_sin
 
