@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from comparison.scene import Scene
-from reference_model import running
+from reference_model import formulations, running
 from reference_model.compiled import kernel
 from reference_model.dop853 import (
     END,
@@ -28,7 +28,8 @@ from reference_model.dop853 import (
     free_states,
     prepare_dense,
 )
-from reference_model.equations import Model, tabulate
+from reference_model.dop853 import SHARES as NODES
+from reference_model.formulations import Model, tabulate
 from reference_model.integrate import (
     CHATTER,
     NOT_FINITE,
@@ -40,7 +41,6 @@ from reference_model.integrate import (
 )
 from reference_model.parameters import read_parameters
 from reference_model.state import Run
-from reference_model.tableau import SHARES as NODES
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
 """The weights of the method are the last row: the last stage is the derivative at the step's end."""
@@ -234,8 +234,8 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
     The gaps are those of the geometry of `judged`, by default of the scene itself.
     """
     p = read_parameters(scene.data)
-    model, _ = running.formulation(p)
-    y0, largest = running.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
+    model, _ = formulations.formulation(p)
+    y0, largest = formulations.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
     never = np.array([[np.inf], [0.0]])
     run, again = (running.new_run(y0, len(p.contacts), 1e-3 * largest, never, 200) for _ in range(2))
     depths, settings = np.zeros((3, 4)), Settings(p.tolerance, largest, 100, limit)

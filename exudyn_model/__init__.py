@@ -7,11 +7,9 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equation
 |---|---|---|
 | Fig. 4, Tables 1, 2 | a scene's numbers, and the solver's settings | `parameters` |
 | Eq. 16, rows 1-8; t = 0 | driven four-bar in closed form, initial state | `linkage` |
-| Eqs. 1-6 | corners, walls, gaps | `corners` |
+| Eqs. 1-6; Figs. 7, 8 | corners and walls; crank pin A; impact speeds and times | `clearances` |
 | Eqs. 7-13 | the laws of a side of the slider, modified Coulomb friction | `laws` |
-| Figs. 7, 8 | clearance at the crank pin A | `journal` |
 | - | load of a workpiece, its forces in a turn of the crank | `workpiece` |
-| - | memory of the contacts: impact speeds, times | `memory` |
 | Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
 | Eqs. 14-21, reduced | coordinates that the drive leaves free, explicit | `tree` |
 | - | channels, extrema by cycle, contacts and their pulses | `tables` |

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.clearances import ACROSS, ALONG, CORNER_COUNT, UPPER
 from exudyn_model.laws import SWITCHING, Law
 from exudyn_model.parameters import Parameters
 from exudyn_model.tables import LOAD, PIN, Contacts
@@ -20,14 +20,14 @@ from exudyn_model.tables import LOAD, PIN, Contacts
 Array = NDArray[np.float64]
 
 WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
-# Rows of ``memory`` below: impact speed (m/s), start (s) and name of a contact
-SPEED, START, NAME = range(3)
+SPEED, START = 0, 1  # Rows of a memory
 
 
 class Watch:
     """Largest violations in a run's contacts.
 
-    Each call takes many states; the first is the last one of the call before.
+    Each call takes n states, at times (s) of shape (n,); the first is the last one of the call before. The
+    memory of a contact, shape (3, n), holds its impact speed (m/s), start (s) and name.
 
     Attributes
     ----------
@@ -81,21 +81,14 @@ class Watch:
     def take_slider(
         self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
     ) -> None:
-        """Take states of a slider.
+        """Take states of a slider; ``first`` is the row of its first corner.
 
         Parameters
         ----------
-        first : int
-            Row of its first corner.
-        times : ndarray, shape (n,)
-            s.
         motion : ndarray, shape (5, n)
             x, angle, vx, vy, omega in the guide's frame: x across it from its centre line (m, rad, s).
         forces : ndarray, shape (4, 2, n)
-            Normal force and friction of each corner, N.
-        memory : ndarray, shape (4, 3, n)
-            Impact speed, start and name of each corner.
-        law : Law
+            Normal force and friction of each corner, N; likewise ``memory``, shape (4, 3, n).
         """
         x, angle, vx, vy, omega = motion
         cosine, sine = np.cos(angle), np.sin(angle)
@@ -128,16 +121,10 @@ class Watch:
 
         Parameters
         ----------
-        row : int
-        times : ndarray, shape (n,)
-            s.
         motion : ndarray, shape (6, n)
             e from the bearing's centre to the journal's (m), its rate (m/s), both angular speeds (rad/s).
         forces : ndarray, shape (2, n)
             Normal force on the bearing's body along e and friction on the journal across it, N.
-        memory : ndarray, shape (3, n)
-            Impact speed, start and name of the contact.
-        law : Law
         """
         ex, ey, vx, vy, w1, w2 = motion
         distance = np.sqrt(ex * ex + ey * ey)

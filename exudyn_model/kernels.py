@@ -11,8 +11,6 @@ import hashlib
 import json
 import os
 import platform
-import shutil
-import stat
 import tempfile
 import warnings
 import zlib
@@ -53,24 +51,27 @@ def _usual_folder() -> Path | None:
     return path if path.is_absolute() else None
 
 
-def _temporary_folder() -> Path:
-    """Make a folder below the temporary one; refuse another user's, who could place code there."""
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    path = Path(tempfile.gettempdir(), f"sixbar-crossval-{user}")
-    path.mkdir(0o700, exist_ok=True)
-    status = path.lstat()
-    if os.name == "posix" and (status.st_uid != user or stat.S_IMODE(status.st_mode) != 0o700):
-        raise PermissionError(f"{path} is accessible to other users")
-    if not stat.S_ISDIR(status.st_mode):
-        raise NotADirectoryError(f"{path} is not a folder")
-    return path
+def _folder() -> Path | None:
+    """Return the folder of this version's kernels, without its damaged files; None: nothing can be stored."""
+    usual = _usual_folder()
+    if usual is not None:
+        path = usual / f"exudyn_model-{source_hash()}"
+        with suppress(OSError):
+            path.mkdir(0o700, parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=path):
+                pass
+            _remove_damaged(path)
+            return path
+    warnings.warn(
+        f"the Exudyn model's kernels have no place in {usual or 'the home folder, which is unknown'}: every "
+        "process compiles them; a SIXBAR_CACHE_DIR that can be written avoids that",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return None
 
 
-def _prepare(path: Path) -> Path:
-    """Make a folder, check that it can be written, and remove damaged files from it."""
-    path.mkdir(0o700, parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=path):
-        pass
+def _remove_damaged(path: Path) -> None:
     try:
         sums = json.loads((path / _SUMS).read_text())
     except (OSError, ValueError):
@@ -78,7 +79,6 @@ def _prepare(path: Path) -> Path:
     for name, checksum in _checksums(path).items():
         if sums.get(name) != checksum:
             (path / name).unlink(missing_ok=True)
-    return path
 
 
 def _checksums(path: Path) -> dict[str, int]:
@@ -86,32 +86,6 @@ def _checksums(path: Path) -> dict[str, int]:
         file.relative_to(path).as_posix(): zlib.crc32(file.read_bytes())
         for file in sorted(path.glob("*/*.nb[ic]"))
     }
-
-
-def _folder() -> Path | None:
-    """Return the folder of this version's kernels, or None where nothing can be stored.
-
-    It is below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder.
-    If that cannot be written, it is a private temporary folder, which starts with a copy of the files there.
-    """
-    name, folder = f"exudyn_model-{source_hash()}", None
-    first = _usual_folder()
-    if first is not None:
-        with suppress(OSError):
-            return _prepare(first / name)
-    with suppress(OSError):
-        place = _temporary_folder() / name
-        if first is not None and (first / name).is_dir() and not place.is_dir():
-            shutil.copytree(first / name, place, copy_function=shutil.copyfile)
-        folder = _prepare(place)
-    where = "nowhere, and every process compiles them" if folder is None else f"in {folder}"
-    warnings.warn(
-        f"the Exudyn model's kernels cannot be stored in {first or 'the home folder, which is unknown'}; "
-        f"they are stored {where}",
-        RuntimeWarning,
-        stacklevel=2,
-    )
-    return folder
 
 
 FOLDER = _folder()

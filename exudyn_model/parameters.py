@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 from exudyn_model.laws import FOUNDATION, HERTZ, IMPACT, LAWS, SWITCHING, Law
 
+_GROUPS = ("accelerations", "corners", "joints", "energy")
+
 
 class Rod(NamedTuple):
     """A rigid rod; its frame sits in the centroid, x along the rod, away from the first pin."""
@@ -180,10 +182,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
             step=float(solver["step"]),
             tolerance=float(solver["tolerance"]),
             samples_per_cycle=int(scene["output"]["samples_per_cycle"]),
-            accelerations="accelerations" in groups,
-            corners="corners" in groups,
-            joints="joints" in groups,
-            energy="energy" in groups,
+            **{group: group in groups for group in _GROUPS},
         ),
         float(scene["drive"]["cycles"]),
     )
@@ -284,16 +283,15 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
 
     The rules of a scene, such as a positive ``drive.cycles``, are those of ``comparison.scene``.
     """
-    for key, values, known in (
-        ("joints.slider", [scene["joints"]["slider"]], ("clearance", "ideal")),
-        ("joints.crank_pin", [scene["joints"]["crank_pin"]], ("ideal", "clearance")),
-        ("contact.law", [scene["contact"]["law"]], LAWS),
-        ("output.groups", scene["output"]["groups"], ("accelerations", "corners", "joints", "energy")),
-    ):
-        for value in values:
-            if value not in known:
-                usable = " or ".join(repr(name) for name in known)
-                raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
+    checked: list[tuple[str, str, tuple[str, ...]]] = [
+        *((f"joints.{name}", kind, ("clearance", "ideal")) for name, kind in scene["joints"].items()),
+        ("contact.law", scene["contact"]["law"], LAWS),
+        *(("output.groups", group, _GROUPS) for group in scene["output"]["groups"]),
+    ]
+    for key, value, known in checked:
+        if value not in known:
+            usable = " or ".join(map(repr, known))
+            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
 # Formulation to its methods, and to its usual settings (see `Integration`)

@@ -15,6 +15,10 @@ from exudyn_model.tables import Contacts, Extrema
 Array = NDArray[np.float64]
 Report = Callable[[float], None]
 
+# Fields of a memory that the table of contacts reads
+TABLE_FIELDS = ("impact_speed", "start", "name")
+# Number of states or steps that are observed at once: as many as the processor's cache holds
+BATCH = 2048
 # Time between two reports of progress, s
 PROGRESS_INTERVAL = 0.1
 

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNERS
+from exudyn_model.clearances import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import judge_run
 from exudyn_model.kernels import seal

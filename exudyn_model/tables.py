@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNERS, UPPER
+from exudyn_model.clearances import CORNERS, UPPER
 
 Array = NDArray[np.float64]
 

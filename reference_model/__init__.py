@@ -11,9 +11,9 @@
 | - | load of a workpiece, steps that end at its kinks | `workpiece`, `steps` |
 | Eqs. 14-21 | coordinates and multipliers of any planar linkage, Baumgarte | `multiplier` |
 | projections of these | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
-| - | one interface to the three formulations | `equations` |
+| - | choice and start of a formulation, one interface to the three | `formulations` |
 | - | data of a run | `state` |
-| - | steps, and the instants in them at which a mode ends | `dop853`, `margins`, `isolation`, `events` |
+| - | steps, and the instants in them at which a mode ends | `dop853`, `margins`, `events` |
 | the paper's ode15s | scipy's BDF and others, same equations and margins | `scipy_solvers` |
 | - | properties that every correct run has | `invariants` |
 

@@ -148,7 +148,7 @@ def tabulate(model: Chain, t: float, h: float, shares: Array) -> None:
 
 
 def derivative(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> None:
-    """Write the derivatives of coordinates and rates; see `equations.derivative`."""
+    """Write the derivatives of coordinates and rates; see `formulations.derivative`."""
     y, dy, slider, touches = nodes.y[i], nodes.dy[i], nodes.slider[i], nodes.touches[i]
     contacts, pin = model.contacts, model.contacts.size - 1
     m, n = model.mechanism, 2 if model.ideal_slider else 4

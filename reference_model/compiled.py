@@ -10,8 +10,6 @@ import atexit
 import hashlib
 import json
 import os
-import shutil
-import stat
 import sys
 import tempfile
 import warnings
@@ -39,7 +37,7 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def _wanted() -> Path | None:
+def _usual_folder() -> Path | None:
     """Return the folder for all versions: ``NUMBA_CACHE_DIR``, ``SIXBAR_CACHE_DIR`` or the user's."""
     if named := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(named) / "sixbar-crossval"
@@ -52,47 +50,22 @@ def _wanted() -> Path | None:
     return usual if usual.is_absolute() else None
 
 
-def _temporary() -> Path | None:
-    """Return this user's own temporary folder; None if another user could have written to it."""
-    try:
-        folder = Path(tempfile.gettempdir()) / f"sixbar-crossval-{getattr(os, 'getuid', int)()}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
-        return None
-    private = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o077)
-    return folder if stat.S_ISDIR(status.st_mode) and private else None
-
-
-def _writable(folder: Path | None) -> Path | None:
-    """Return this version's folder below another one; None if nothing can be written there."""
-    if folder is None:
-        return None
-    own = folder / "numba" / f"reference-{source_hash()}"
-    try:
-        own.mkdir(mode=0o700, parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=own).close()
-    except OSError:
-        return None
-    return own
-
-
 def _cache_folder() -> Path | None:
-    """Choose the folder of this version's kernels; None: every process compiles them anew."""
-    wanted = _wanted()
-    if chosen := _writable(wanted):
-        return chosen
-    chosen = _writable(_temporary())
-    if wanted is not None and chosen is not None:
+    """Return the folder of this version's kernels; None: every process compiles them anew."""
+    usual = _usual_folder()
+    if usual is not None:
+        own = usual / "numba" / f"reference-{source_hash()}"
         with suppress(OSError):
-            # What a container's image holds, in a folder that numba, which wants to write, would not use.
-            sealed = wanted / "numba" / chosen.name
-            if (sealed / _LIST).is_file():
-                shutil.copytree(sealed, chosen, dirs_exist_ok=True)
-                return chosen
-    instead = f"compiled code is stored in {chosen}" if chosen else "every process compiles its code anew"
-    warnings.warn(f"{wanted or 'no home folder'}: cannot be written; {instead}", RuntimeWarning, stacklevel=2)
-    return chosen
+            own.mkdir(mode=0o700, parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=own).close()
+            return own
+    warnings.warn(
+        f"{usual or 'no home folder'}: cannot be written; every process compiles its code anew. Set "
+        "SIXBAR_CACHE_DIR to a folder that can be written",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return None
 
 
 def _checksums(folder: Path) -> dict[str, int]:

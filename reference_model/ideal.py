@@ -6,11 +6,9 @@ import numpy as np
 
 from reference_model.balance import ENERGIES, REACTIONS, energies, reactions
 from reference_model.linkage import Array, Mechanism, ideal_motion
-from reference_model.results import ACCELERATIONS, MOTION, Extrema
+from reference_model.results import ACCELERATIONS, MARKS, MOTION, Extrema
 from reference_model.workpiece import Load, kinks, load_force
 
-MARKS = 1000
-"""Instants of a cycle at which extrema are looked for."""
 _TORQUE = REACTIONS.index("crank_torque")
 _PIECE = 1 << 14
 """Number of samples that are computed at once, which bounds the memory of a long run."""

@@ -25,8 +25,8 @@ from reference_model.dop853 import (
     free_states,
     prepare_dense,
 )
-from reference_model.equations import Model
 from reference_model.events import begin, first_end, switch
+from reference_model.formulations import Model
 from reference_model.margins import GATE, MARGINS, NONE, has_ended, unsettled
 from reference_model.recording import EXTREMUM, SAMPLE, STEP, find_peaks, record, record_peaks
 from reference_model.state import EVENT_BUFFER, Records, Run

@@ -7,7 +7,7 @@ step, too, which show a contact that was stepped over. A run with a value beyond
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -175,8 +175,3 @@ def violation(invariants: dict[str, Invariant], method: str = "dop853") -> str:
                 f"most {it.bound:.2g} {it.unit} is rounding; {remedy}"
             )
     return ""
-
-
-def as_mapping(invariants: dict[str, Invariant]) -> dict[str, Any]:
-    """Return the invariants as the provenance holds them."""
-    return {name: it._asdict() for name, it in invariants.items()}

@@ -27,12 +27,11 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import inlined, inner
 from reference_model.contact import side_motion
-from reference_model.dop853 import END
+from reference_model.dop853 import END, SHARES
 from reference_model.laws import SHALLOWEST, push, regime_bounds
 from reference_model.linkage import Array
 from reference_model.parameters import ADAMS_IMPACT, Contact
 from reference_model.state import Mode, Records, Touch
-from reference_model.tableau import SHARES
 
 GATE, PULL, LOWER, UPPER = range(4)
 MARGINS = 4

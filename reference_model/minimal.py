@@ -89,7 +89,7 @@ def motion(model: Minimal, t: float, i: int, nodes: Nodes) -> None:
 
 
 def derivative(model: Minimal, t: float, i: int, modes: Records, nodes: Nodes) -> None:
-    """Write the derivatives of coordinates and rates; see `equations.derivative`.
+    """Write the derivatives of coordinates and rates; see `formulations.derivative`.
 
     The drive's power is that of the pin C on rod 4, as the motion of the bodies before C is prescribed.
     """

@@ -282,7 +282,7 @@ def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:
 
 
 def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -> None:
-    """Write the derivatives of coordinates and rates; see `equations.derivative`."""
+    """Write the derivatives of coordinates and rates; see `formulations.derivative`."""
     size, x, y, dy, slider = model.masses.size, 3 * model.slider, nodes.y[i], nodes.dy[i], nodes.slider[i]
     q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
     applied, damping, friction = model.applied, 0.0, 0.0

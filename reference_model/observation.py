@@ -8,15 +8,8 @@ from numpy.typing import NDArray
 
 from reference_model.balance import ENERGIES, REACTIONS, energies, kinetic_energy, reactions
 from reference_model.chain import Chain, journal_centre, journal_reaction
-from reference_model.equations import Model
-from reference_model.linkage import (
-    Array,
-    Mechanism,
-    bodies_from_rods,
-    four_bar_rods,
-    rod4_of_ideal_slider,
-    turning,
-)
+from reference_model.formulations import Model, all_bodies
+from reference_model.linkage import Array
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage, drift
 from reference_model.parameters import Parameters
@@ -34,30 +27,6 @@ from reference_model.workpiece import load_force
 
 _NOTES = 200_000
 """Approximate number of forces kept per contact, which bounds the memory; later contacts have no pulse."""
-
-
-def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) -> Array:
-    """Return the motion of all bodies, shape (5, 9, n), from states and their derivatives, shape (size, n).
-
-    `times` count from the start of a cycle, s.
-    """
-    n = (len(y) - model.contacts.size - WORKS) // 2
-    q, v, a = y[:n], y[n : 2 * n], dy[n : 2 * n]
-    if isinstance(model, Linkage):
-        return np.concatenate([part.reshape(n // 3, 3, -1) for part in (q, v, a)], axis=1)
-    turns = list(zip(q, v, a, strict=True))
-    if isinstance(model, Minimal):
-        rods = (*four_bar_rods(m, times), turning(*turns[0]))
-        return bodies_from_rods(m, times, rods, turns[1])
-    rod2, rocker = turning(*turns[0]), turning(*turns[1])
-    if model.ideal_slider:
-        return bodies_from_rods(m, times, (rod2, rocker, rod4_of_ideal_slider(m, rocker)), (0.0, 0.0, 0.0))
-    return bodies_from_rods(m, times, (rod2, rocker, turning(*turns[2])), turns[3])
-
-
-def needs_bodies(names: list[str]) -> bool:
-    """Return whether the channels follow from the motion of all bodies."""
-    return not set(names).isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]))
 
 
 def motions(slider: Records) -> Array:
@@ -162,7 +131,7 @@ class Observation:
             corners = np.stack([touches["gap"], np.maximum(touches["normal"], 0.0), touches["friction"]], 2)
             columns = corners[:, :4].reshape(-1, len(CORNER_CHANNELS)).T
             channels |= zip(CORNER_CHANNELS, columns, strict=True)
-        if needs_bodies(self._names):
+        if not names.isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0])):
             y = np.ascontiguousarray(rows.y.T)
             bodies = self._bodies(rows.times, y, np.ascontiguousarray(rows.dy.T))
             if JOURNAL_CHANNELS[0] in names:

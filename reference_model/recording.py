@@ -10,15 +10,11 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import constant, inlined, inner
 from reference_model.contact import normal_force
-from reference_model.dop853 import END, POINT, dense, evaluate_nodes
-from reference_model.equations import Model
+from reference_model.dop853 import END, POINT, SHARES, dense, evaluate_nodes
+from reference_model.formulations import Model
 from reference_model.linkage import Array
+from reference_model.results import MARKS
 from reference_model.state import Records, Run
-from reference_model.tableau import SHARES
-
-MARKS = 1000
-"""Instants of a cycle at which extrema are looked for, besides the ends of steps: steps in flight are longer.
-A channel that swings k times a cycle exceeds the largest of them by at most 5e-6 k^2 of its amplitude."""
 
 SAMPLE, EXTREMUM, STEP, PART = map(constant, (1, 2, 4, 8))
 """Purposes of a row, which add up: a sample; extrema; the end of a step; accelerations at PARTS of a step."""

@@ -23,6 +23,9 @@ CORNER_CHANNELS = tuple(
 )
 JOURNAL_CHANNELS = ("journal_x", "journal_y")
 _NONE = np.empty(0)
+MARKS = 1000
+"""Instants of a cycle at which extrema are looked for, besides the ends of steps: steps in flight are longer.
+A channel that swings k times a cycle exceeds the largest of them by at most 5e-6 k^2 of its amplitude."""
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 

@@ -1,4 +1,4 @@
-"""Run a scene: choose its formulation, start it, integrate it in stretches, collect the result."""
+"""Run a scene: integrate it in stretches, and collect the result."""
 
 import math
 from collections.abc import Callable
@@ -8,38 +8,18 @@ from typing import Any
 import numpy as np
 
 from reference_model import compiled, integrate
-from reference_model.chain import Chain
-from reference_model.equations import Model
+from reference_model import state as data
+from reference_model.events import POINTS
+from reference_model.formulations import Model, formulation, start
 from reference_model.integrate import Settings
-from reference_model.invariants import VIOLATED, as_mapping, check, violation
-from reference_model.isolation import POINTS
-from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, rod4_from_slider, turning
+from reference_model.invariants import VIOLATED, check, violation
+from reference_model.linkage import Array
 from reference_model.margins import MARGINS
-from reference_model.minimal import Minimal, minimal
-from reference_model.multiplier import Linkage, press
-from reference_model.observation import Observation, needs_bodies
+from reference_model.multiplier import Linkage
+from reference_model.observation import Observation
 from reference_model.parameters import SCIPY_METHODS, Parameters
 from reference_model.recording import PARTS, schedule
 from reference_model.results import EVENT_COLUMNS, Result, channel_names, name_results
-from reference_model.state import (
-    EVENT_BUFFER,
-    WORKS,
-    WORST,
-    Clock,
-    Counters,
-    Event,
-    Mode,
-    Motion,
-    Records,
-    Rows,
-    Run,
-    Touch,
-    Worst,
-    contact_list,
-    new_nodes,
-    record,
-    records,
-)
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """At loose tolerances the error in flight would allow longer steps, which hardly sample the motion's
@@ -62,68 +42,31 @@ _FAILURES = {
 }
 
 
-def formulation(p: Parameters) -> tuple[Model, str]:
-    """Return the smallest formulation for a scene, or the paper's if the scene asks for it, and its name."""
-    m, contacts, load = p.mechanism, contact_list(p.contacts), p.load
-    if p.multipliers:
-        model = press(m, contacts, load, baumgarte=(p.alpha, p.beta))
-        return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
-    if p.ideal_pin:
-        return minimal(m, contacts, load), "minimal: rod 4 and slider (2 coordinates)"
-    free = "rod 2 and rocker (2" if p.ideal_slider else "rod 2, rocker, rod 4 and slider (4"
-    return Chain(m, contacts, load, p.ideal_slider), f"minimal: {free} coordinates)"
-
-
-def start(p: Parameters, model: Model) -> Array:
-    """Return coordinates and rates at t = 0, as a state of the model begins with them.
-
-    The crank, rod 2 and the rocker start as in the ideal mechanism, so a pin with clearance is centred. The
-    slider starts where the scene puts it; rod 4 connects them, and the slider's y and vy follow.
-    """
-    m = p.mechanism
-    theta4, w4 = rod4_from_slider(m, *p.slider_start)
-    rod2, rocker = four_bar_rods(m, np.zeros(1))
-    if isinstance(model, Minimal):
-        return np.array([theta4, p.slider_angle, w4, p.slider_omega])
-    if isinstance(model, Linkage):
-        slider = p.slider_angle, p.slider_omega, 0.0
-        bodies = bodies_from_rods(m, np.zeros(1), (rod2, rocker, turning(theta4, w4, 0.0)), slider)[:, :, 0]
-        return np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()])
-    theta2, theta3, w2, w3 = (float(rod[i][0]) for i in (2, 3) for rod in (rod2, rocker))
-    if model.ideal_slider:
-        return np.array([theta2, theta3, w2, w3])
-    return np.array([theta2, theta3, theta4, p.slider_angle, w2, w3, w4, p.slider_omega])
-
-
-def new_run(
-    y0: Array, contacts: int, first_step: float, instants: Array, capacity: int, *, states: bool = True
-) -> Run:
+def new_run(y0: Array, contacts: int, first_step: float, instants: Array, capacity: int) -> data.Run:
     """Return a run at t = 0 from coordinates and rates `y0`, with a number of contacts and a first step (s).
 
-    The run records rows at `instants` (`recording.schedule`) in a buffer of `capacity` rows, which the caller
-    empties. With `states` the rows hold the state, too.
+    Rows are recorded at `instants` (`recording.schedule`) in a buffer of `capacity`; the caller empties it.
     """
-    nodes = new_nodes(y0, contacts)
+    nodes = data.new_nodes(y0, contacts)
     size = nodes.y.shape[1]
-    kept = (capacity, size if states else 0)
-    return Run(
-        clock=np.array([(0.0, first_step, first_step, 0.0)], record(Clock)),
-        counters=records(Counters, 1),
+    return data.Run(
+        clock=np.array([(0.0, first_step, first_step, 0.0)], data.record(data.Clock)),
+        counters=data.records(data.Counters, 1),
         nodes=nodes,
-        modes=records(Mode, contacts),
-        current_events=records(Event, contacts),
-        events=records(Event, EVENT_BUFFER),
-        rows=Rows(
+        modes=data.records(data.Mode, contacts),
+        current_events=data.records(data.Event, contacts),
+        events=data.records(data.Event, data.EVENT_BUFFER),
+        rows=data.Rows(
             times=np.empty(capacity),
             cycles=np.empty(capacity),
             purposes=np.empty(capacity, dtype=np.int64),
-            touches=records(Touch, capacity, contacts),
-            slider=records(Motion, capacity),
-            y=np.empty(kept),
-            dy=np.empty(kept),
+            touches=data.records(data.Touch, capacity, contacts),
+            slider=data.records(data.Motion, capacity),
+            y=np.empty((capacity, size)),
+            dy=np.empty((capacity, size)),
         ),
         instants=instants,
-        worst=np.array([(0.0, 0.0, -1)] * len(WORST), record(Worst)),
+        worst=np.array([(0.0, 0.0, -1)] * len(data.WORST), data.record(data.Worst)),
         f=np.empty((7, size)),
         values=np.empty((contacts * MARGINS, POINTS)),
         scales=np.ones(contacts),
@@ -138,7 +81,7 @@ class Compiled:
 
     name = "DOP853 with located events"
 
-    def __init__(self, p: Parameters, model: Model, state: Run, t_end: float, limit: int) -> None:
+    def __init__(self, p: Parameters, model: Model, state: data.Run, t_end: float, limit: int) -> None:
         self._p, self._model, self._state, self._t_end = p, model, state, t_end
         self._settings = Settings(p.tolerance, p.period * LARGEST_STEP_PER_CYCLE, _room(p), limit)
         self.settings = {"tolerance": p.tolerance, "largest_step_s": self._settings.largest}
@@ -175,21 +118,15 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     model, name = formulation(p)
     y0, names = start(p, model), channel_names(p)
     instants = schedule(p.samples_per_cycle, p.cycles, p.period)
-    state = new_run(
-        y0,
-        len(p.contacts),
-        1e-3 * LARGEST_STEP_PER_CYCLE * p.period,
-        instants,
-        ROWS_AT_ONCE + _room(p),
-        states=needs_bodies(names) or isinstance(model, Linkage),
-    )
+    first_step = 1e-3 * LARGEST_STEP_PER_CYCLE * p.period
+    state = new_run(y0, len(p.contacts), first_step, instants, ROWS_AT_ONCE + _room(p))
     observation = Observation(model, p, names, state, times.size)
-    events = [records(Event, 0)]
+    events = [data.records(data.Event, 0)]
 
     def drain() -> None:
         """Hand the buffered rows and events over, and empty the buffers."""
         counters = state.counters[0]
-        observation.take(Rows._make(each[: counters["recorded"]] for each in state.rows))
+        observation.take(data.Rows._make(each[: counters["recorded"]] for each in state.rows))
         events.append(state.events[: counters["events"]].copy())
         counters["recorded"] = counters["events"] = 0
 
@@ -240,7 +177,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
     invariants = check(p, observation.worst(), contacts, observation.drift)
-    provenance["invariants"] = as_mapping(invariants)
+    provenance["invariants"] = {name: each._asdict() for name, each in invariants.items()}
     status, remedy = status_and_remedy(code, p)
     if status == "success" and (message := violation(invariants, p.method)):
         status, remedy = VIOLATED, message
@@ -250,11 +187,11 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
 
-def _unfinished_events(p: Parameters, state: Run) -> Records:
+def _unfinished_events(p: Parameters, state: data.Run) -> data.Records:
     """Return the events of the contacts that are still closed when the run ends."""
     closed = np.flatnonzero(state.modes["speed"] > 0.0)
     rows, contacts = state.current_events[closed].copy(), p.contacts
-    impulses = state.nodes.y[0, -WORKS - len(contacts) : -WORKS]
+    impulses = state.nodes.y[0, -data.WORKS - len(contacts) : -data.WORKS]
     for row, k in zip(rows, closed.tolist(), strict=True):
         side = impulses[contacts[k].other] if contacts[k].one_side else 0.0
         row["impulse"] = impulses[k] + side - row["impulse"]

@@ -9,6 +9,7 @@ Scipy looks for an event only if a margin has opposite signs at the two ends of 
 contact that begins and ends within one step (`reference_model.integrate` isolates it for certain), and over
 all else that turns twice. Steps of at most a fiftieth of a cycle make that rare, not impossible. Of two
 events in one step the first is taken. A mode that is still past its end at a new start ends again.
+Time counts from t = 0, not from the start of a cycle: beyond 16,000 cycles `cos_sin` loses digits.
 """
 
 import math
@@ -23,11 +24,12 @@ from scipy.optimize import minimize_scalar
 from reference_model import events, integrate
 from reference_model.compiled import kernel
 from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evaluate_nodes, free_states
-from reference_model.equations import Model
+from reference_model.formulations import Model
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
 from reference_model.parameters import Parameters
-from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
+from reference_model.recording import EXTREMUM, SAMPLE, STEP, record
+from reference_model.results import MARKS
 from reference_model.state import Records, Run
 from reference_model.steps import first_step_in_contact
 from reference_model.workpiece import kinks

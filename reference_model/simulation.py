@@ -93,8 +93,8 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     p = read_parameters(scene)
     if _is_prescribed(p):
         return {"formulation": "closed form", "bodies": [], "coordinates": 0, "constraints": 0}
+    from reference_model.formulations import formulation
     from reference_model.multiplier import Linkage
-    from reference_model.running import formulation
 
     model, name = formulation(p)
     if isinstance(model, Linkage):

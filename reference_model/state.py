@@ -180,7 +180,7 @@ class Rows(NamedTuple):
     slider: Records
     """`Motion`."""
     y: Array
-    """States, shape (n, size), or (n, 0) if no channel needs them."""
+    """States, shape (n, size)."""
     dy: Array
     """Derivatives of `y`."""
 
@@ -210,7 +210,7 @@ class Run(NamedTuple):
     f: Array
     """Work array: coefficients of the dense output, shape (7, size)."""
     values: Array
-    """Work array: margins along the step, shape (margins, isolation.POINTS)."""
+    """Work array: margins along the step, shape (margins, events.POINTS)."""
     scales: Array
     """Work array: `margins.pull_scale` of each contact."""
     unsettled: NDArray[np.bool_]

@@ -37,7 +37,7 @@ _DEPTH_SHARE = 0.25
 def first_step_in_contact(
     contacts: Records, k: int, speed: float, touches: Records, tolerance: float
 ) -> float:
-    """Return a first step (s) after a touch at `speed` (m/s), for the lightest mass m that it can hit.
+    """Return a first step (s) after a touch at `speed` (m/s), for the mass m of the contact.
 
     The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order knows nothing of it: the
     motion errs by about K v^1.5 h^3.5 / m in the first step, which is held against the tolerance. And no more

@@ -29,12 +29,6 @@ class Load(NamedTuple):
 NO_LOAD = Load(-np.inf, 0.0, 1.0, 1.0, np.empty(0), np.empty(0))
 
 
-def tabulated(surface: float, rows: Array) -> Load:
-    """Return the load of a table, shape (n, 2): linear between its rows (m, N), constant beyond them."""
-    depths, forces = np.ascontiguousarray(rows.T)
-    return NO_LOAD._replace(surface=surface, depths=depths, forces=forces)
-
-
 def exists(load: Load) -> bool:
     """Return whether there is a workpiece."""
     return load.surface > -np.inf

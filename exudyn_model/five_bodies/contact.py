@@ -1,7 +1,7 @@
 """Contacts of five bodies: impact speed in a trial state, update of the memory, and foresight.
 
 Exudyn advances the bodies in implicit steps and calls a force at trial states of the step's end. In the
-shortest step (``step_choice``), inside of which alone a contact may begin or end:
+shortest step (``settings``), inside of which alone a contact may begin or end:
 
 - A contact in progress at the step's start keeps its frozen speed.
 - One that was open and is closed in the trial state gets the speed at the instant of touch between the two,
@@ -10,10 +10,10 @@ shortest step (``step_choice``), inside of which alone a contact may begin or en
 
 In a longer step a contact that was open at its start stays without force.
 
-Memory: an impact speed is frozen or cleared by :func:`update_alone` and ``slider_contact.update_shared``
+Memory: an impact speed is frozen or cleared by :func:`update_alone` and ``slider_contact.update_side``
 alone, from accepted states (the last one is still in the memory), never from trial states of the iteration.
 
-Foresight, for ``step_choice``: zeros of gaps and kinks of friction (Eq. 13) from the latest rates; ticks that
+Foresight, for ``settings``: zeros of gaps and kinks of friction (Eq. 13) from the latest rates; ticks that
 resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic Hermite
 interpolants.
 
@@ -28,9 +28,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import Memory
 from exudyn_model.kernels import kernel, machine_code
 from exudyn_model.laws import FOUNDATION, Law
-from exudyn_model.memory import Memory
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]

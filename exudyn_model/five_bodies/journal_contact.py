@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import JournalMotion, bearing_load, journal_forces, journal_motion
 from exudyn_model.five_bodies.contact import (
     ANGLE,
     BEFORE,
@@ -27,7 +28,6 @@ from exudyn_model.five_bodies.contact import (
     zero_within,
 )
 from exudyn_model.invariants import Watch
-from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import entry, kernel, machine_code, record
 from exudyn_model.laws import Law, friction_in_regime, slip_regime
 

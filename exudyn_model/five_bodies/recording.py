@@ -6,16 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.clearances import CORNER_COUNT, FIELDS, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
 from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.journal_contact import JournalElement
-from exudyn_model.five_bodies.settings import Settings
+from exudyn_model.five_bodies.settings import Settings, StepChoice
 from exudyn_model.five_bodies.slider_contact import SliderElement
-from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
-from exudyn_model.memory import FIELDS
-from exudyn_model.run import Recorder
+from exudyn_model.run import BATCH, TABLE_FIELDS, Recorder
 from exudyn_model.tables import (
     ACCELERATION,
     ACCELERATIONS,
@@ -33,14 +31,10 @@ from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
-# Field of `memory` to its values, shape (contacts, states)
+# Field of a `clearances.Memory` to its values, shape (contacts, states)
 Memory = dict[str, Array]
 
 CONSTRAINTS = ("position", "velocity")
-# Fields of a memory that the table of contacts reads
-_TABLE_FIELDS = ("impact_speed", "start", "name")
-# Number of states that are observed at once: as many as the processor's cache holds
-_BATCH = 2048
 
 
 class BodiesRecorder(Recorder):
@@ -81,7 +75,7 @@ class BodiesRecorder(Recorder):
         sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.view(float).size]
         sizes += [len(element.load) for element in model.elements]
         ends = np.cumsum([0, *sizes])
-        self._log = np.zeros((_BATCH, ends[-1]))
+        self._log = np.zeros((BATCH, ends[-1]))
         self._columns = [slice(*pair) for pair in pairwise(ends)]
         self._count = 0
         self._stamp = np.zeros(2)
@@ -119,7 +113,7 @@ class BodiesRecorder(Recorder):
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.state_count += 1
-        if self._count == _BATCH:
+        if self._count == BATCH:
             self.observe()
         return longest
 
@@ -147,7 +141,7 @@ class BodiesRecorder(Recorder):
         for element in self._model.elements:
             forces, touches = (
                 np.stack([memory[name][element.rows] for name in names], axis=1)
-                for names in (("normal", "friction"), _TABLE_FIELDS)
+                for names in (("normal", "friction"), TABLE_FIELDS)
             )
             element.watch(self.watch, times, q, v, forces, touches)
         self._take_samples(times, ticks, values)
@@ -252,7 +246,7 @@ class BodiesRecorder(Recorder):
         for element in self._model.elements:
             end = element.rows.start + UPPER if element.law.shared else element.rows.stop
             for row in range(element.rows.start, end):
-                contact = np.array([memory[name][row] for name in _TABLE_FIELDS])
+                contact = np.array([memory[name][row] for name in TABLE_FIELDS])
                 normal, depth = memory["normal"][row], -memory["gap"][row]
                 if element.law.shared:  # the record of the lower corner is that of the side's contact
                     normal = normal + memory["normal"][row + UPPER]

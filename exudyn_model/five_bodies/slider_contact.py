@@ -5,7 +5,16 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion, side_load
+from exudyn_model.clearances import (
+    CORNER_COUNT,
+    ROUNDED,
+    UPPER,
+    Memory,
+    corner_load,
+    corner_motion,
+    side_load,
+    start_side,
+)
 from exudyn_model.five_bodies.contact import (
     ANGLE,
     BEFORE,
@@ -25,7 +34,6 @@ from exudyn_model.five_bodies.contact import (
 from exudyn_model.invariants import Watch
 from exudyn_model.kernels import entry, kernel, record
 from exudyn_model.laws import CornerMotion, Law, SideForces, side_forces
-from exudyn_model.memory import ROUNDED, Memory, start_side
 
 Array = NDArray[np.float64]
 
@@ -106,29 +114,6 @@ def slider_force(q: Triple, v: Triple, arrays: SliderArrays) -> tuple[float, flo
 
 
 @kernel
-def update_shared(
-    time: float,
-    step: float,
-    row: int,
-    lower: CornerMotion,
-    upper: CornerMotion,
-    low: Memory,
-    up: Memory,
-    law: Law,
-) -> None:
-    """Begin or end the contact of a side; ``row`` is that of its lower corner."""
-    is_open = lower.gap >= 0.0 and upper.gap >= 0.0
-    if (low.impact_speed > 0.0) != is_open:
-        return
-    end, at, speed = side_change(low, up, lower, upper, step, law)
-    now = time - (1.0 - at) * step
-    if is_open:
-        low.impact_speed, low.end = 0.0, now
-    else:
-        low.impact_speed, low.start, low.name = speed, now, row + UPPER * end
-
-
-@kernel
 def update_side(
     time: float,
     step: float,
@@ -145,7 +130,14 @@ def update_side(
     """
     # Before the forces: a contact that has ended has none
     if time > 0.0 and law.shared > 0.0:
-        update_shared(time, step, row, lower, upper, low, up, law)
+        is_open = lower.gap >= 0.0 and upper.gap >= 0.0
+        if (low.impact_speed > 0.0) == is_open:
+            end, at, speed = side_change(low, up, lower, upper, step, law)
+            now = time - (1.0 - at) * step
+            if is_open:
+                low.impact_speed, low.end = 0.0, now
+            else:
+                low.impact_speed, low.start, low.name = speed, now, row + UPPER * end
     elif time > 0.0:
         update_alone(time, step, row, lower.gap, lower.rate, low, law)
         update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law)

@@ -13,10 +13,10 @@ from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     Settings,
+    StepChoice,
     choose_settings,
     exudyn_settings,
 )
-from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model, System, build, press_system
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
@@ -63,7 +63,7 @@ class Solution:
     """A run by a single call of Exudyn's solver: a second call would start with new initial accelerations.
 
     The length of each step is set before it; a step in which a contact begins or ends is taken back after it
-    where it is longer than a tick (``step_choice``). Every accepted state goes to the recorder.
+    where it is longer than a tick (``settings``). Every accepted state goes to the recorder.
     """
 
     model: Model

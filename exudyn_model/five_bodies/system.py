@@ -22,14 +22,13 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, CORNERS
+from exudyn_model.clearances import CORNER_COUNT, CORNERS, new_contacts
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
 from exudyn_model.five_bodies.journal_contact import Bearing, JournalElement
 from exudyn_model.five_bodies.slider_contact import SliderElement
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import Law
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
-from exudyn_model.memory import new_contacts
 from exudyn_model.parameters import Load, Parameters
 from exudyn_model.tables import PIN
 from exudyn_model.workpiece import workpiece_array, workpiece_force
@@ -206,7 +205,7 @@ class Model:
     container: Any  # Owner of ``mbs``, which must not outlive it
     system: System
     elements: list[Element]
-    contacts: NDArray[Any]  # Memory of the contacts: see ``memory``
+    contacts: NDArray[Any]  # Memory of the contacts: see ``clearances``
     step: NDArray[Any]  # Step in progress, of ``contact.STEP``, shape (1,)
     workpiece: NDArray[Any]
 

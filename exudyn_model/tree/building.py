@@ -33,11 +33,11 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import new_contacts
 from exudyn_model.kernels import entry, machine_code, record
 from exudyn_model.laws import Law
 from exudyn_model.linkage import ROCKER, ROD2, ROD4, SLIDER, InitialState, carried_tip, driven_rod4
-from exudyn_model.memory import new_contacts
-from exudyn_model.parameters import Mechanism, Parameters
+from exudyn_model.parameters import Parameters
 from exudyn_model.tree.motion import CONTACTS, Press, State, chain_accelerations, contact_loads, rod4_moment
 from exudyn_model.workpiece import workpiece_array
 
@@ -64,19 +64,6 @@ class Tree:
     def kernel_arrays(self) -> tuple[NDArray[Any], ...]:
         """Arguments that every kernel takes after its own."""
         return self.press_record, self.workpiece, self.contacts
-
-
-@dataclass(frozen=True)
-class Link:
-    """One link of a tree; the origin of its frame is the joint that carries it."""
-
-    body: int  # Number in ``linkage``
-    parent: int  # Number in the tree of the link that carries it; -1: the tree's base
-    joint: tuple[float, float]  # Place of the joint in the parent's frame, or on the base, m
-    centre: float  # Centre of mass along the link, m
-    # kg; about the centre of mass, kg m^2
-    mass: float
-    inertia: float
 
 
 @entry
@@ -155,7 +142,7 @@ def build_tree(parameters: Parameters, state: InitialState) -> Tree:
     if journal is None:
         _add_rotors(tree, state)
     else:
-        _add_chain(tree, _links(mechanism, guide is None), state)
+        _add_chain(tree, state)
     mbs.Assemble()
     return tree
 
@@ -183,60 +170,55 @@ def _add_rotors(tree: Tree, state: InitialState) -> None:
     mbs.AddObject(ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((2, 2)), forceUserFunction=force))
 
 
-def _add_chain(tree: Tree, links: list[Link], state: InitialState) -> None:
-    mbs = tree.mbs
+def _add_chain(tree: Tree, state: InitialState) -> None:
+    """Add rocker, rod 2, rod 4 and, where it has clearance, the slider as links of a tree.
+
+    The origin of a link's frame is the joint that carries it.
+    """
+    mbs, mechanism = tree.mbs, tree.press.mechanism
+    rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
+    mass4, centre4, inertia4 = rod4.mass, rod4.centroid, rod4.inertia
+    if not tree.press.has_guide:
+        mass4 = rod4.mass + slider.mass
+        centre4 = (rod4.mass * rod4.centroid + slider.mass * rod4.length) / mass4
+        inertia4 += rod4.mass * (centre4 - rod4.centroid) ** 2 + slider.mass * (centre4 - rod4.length) ** 2
+    # Body, link that carries it (-1: the base), joint in that one's frame; centre along it, mass, inertia
+    links = [
+        (ROCKER, -1, (mechanism.pivot_x, mechanism.pivot_y), rocker.centroid, rocker.mass, rocker.inertia),
+        # Rod 2's frame sits at its end B and looks along it, away from A
+        (ROD2, 0, (rocker.centroid, 0.0), -rod2.to_tip, rod2.mass, rod2.inertia),
+        (ROD4, 0, (rocker.length, 0.0), centre4, mass4, inertia4),
+        (SLIDER, 2, (rod4.length, 0.0), 0.0, slider.mass, slider.inertia),
+    ][: 4 if tree.press.has_guide else 3]
+    bodies, parents, joints, centres, masses, inertias = (list(column) for column in zip(*links, strict=True))
+
+    def from_parents(values: Array) -> list[float]:
+        """Return the links' angles or rates, each less that of its parent."""
+        own = values[bodies]
+        return [float(one - (own[a] if a >= 0 else 0.0)) for one, a in zip(own, parents, strict=True)]
+
     node = mbs.AddNode(
         NodeGenericODE2(
             numberOfODE2Coordinates=len(links),
             referenceCoordinates=[0.0] * len(links),
-            initialCoordinates=_from_parents(state.positions[:, 2], links),
-            initialCoordinates_t=_from_parents(state.velocities[:, 2], links),
+            initialCoordinates=from_parents(state.positions[:, 2]),
+            initialCoordinates_t=from_parents(state.velocities[:, 2]),
         )
     )
     mbs.AddObject(
         ObjectKinematicTree(
             nodeNumber=node,
             jointTypes=[exu.JointType.RevoluteZ] * len(links),
-            linkParents=[link.parent for link in links],
+            linkParents=parents,
             jointTransformations=_LISTS.Matrix3DList([np.eye(3)] * len(links)),
-            jointOffsets=_LISTS.Vector3DList([[*link.joint, 0.0] for link in links]),
-            linkInertiasCOM=_LISTS.Matrix3DList([np.diag([0.0, 0.0, link.inertia]) for link in links]),
-            linkCOMs=_LISTS.Vector3DList([[link.centre, 0.0, 0.0] for link in links]),
-            linkMasses=[link.mass for link in links],
-            gravity=[0.0, -tree.press.mechanism.gravity, 0.0],
+            jointOffsets=_LISTS.Vector3DList([[*joint, 0.0] for joint in joints]),
+            linkInertiasCOM=_LISTS.Matrix3DList([np.diag([0.0, 0.0, inertia]) for inertia in inertias]),
+            linkCOMs=_LISTS.Vector3DList([[centre, 0.0, 0.0] for centre in centres]),
+            linkMasses=masses,
+            gravity=[0.0, -mechanism.gravity, 0.0],
             forceUserFunction=_user_function(tree),
         )
     )
-
-
-def _links(mechanism: Mechanism, ideal_slider: bool) -> list[Link]:
-    rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
-    pivot = mechanism.pivot_x, mechanism.pivot_y
-    carried = [
-        Link(ROCKER, -1, pivot, rocker.centroid, rocker.mass, rocker.inertia),
-        # Rod 2's frame sits at its end B and looks along it, away from A
-        Link(ROD2, 0, (rocker.centroid, 0.0), -rod2.to_tip, rod2.mass, rod2.inertia),
-    ]
-    tip = (rocker.length, 0.0)
-    if ideal_slider:
-        mass = rod4.mass + slider.mass
-        centre = (rod4.mass * rod4.centroid + slider.mass * rod4.length) / mass
-        inertia = rod4.inertia
-        inertia += rod4.mass * (centre - rod4.centroid) ** 2 + slider.mass * (centre - rod4.length) ** 2
-        return [*carried, Link(ROD4, 0, tip, centre, mass, inertia)]
-    return [
-        *carried,
-        Link(ROD4, 0, tip, rod4.centroid, rod4.mass, rod4.inertia),
-        Link(SLIDER, 2, (rod4.length, 0.0), 0.0, slider.mass, slider.inertia),
-    ]
-
-
-def _from_parents(values: Array, links: list[Link]) -> list[float]:
-    """Return the links' angles or rates, each less that of its parent."""
-    return [
-        float(values[link.body] - (0.0 if link.parent < 0 else values[links[link.parent].body]))
-        for link in links
-    ]
 
 
 def _user_function(tree: Tree) -> ForceUserFunction:

@@ -22,8 +22,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import ACROSS, CORNER_COUNT, UPPER, corner_motion, side_load
-from exudyn_model.journal import bearing_load, journal_forces, journal_motion
+from exudyn_model.clearances import (
+    ACROSS,
+    CORNER_COUNT,
+    UPPER,
+    bearing_load,
+    corner_motion,
+    journal_forces,
+    journal_motion,
+    side_load,
+)
 from exudyn_model.kernels import kernel
 from exudyn_model.laws import Law, side_forces
 from exudyn_model.linkage import TipMotion, carried_tip, driven_tip

@@ -8,12 +8,11 @@ balance of forces.
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
+from exudyn_model.clearances import CORNER_COUNT, CORNERS, ROUNDED, ROUNDED_SPEED, UPPER, start_side
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
-from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
 from exudyn_model.parameters import Parameters
-from exudyn_model.run import Recorder
+from exudyn_model.run import BATCH, TABLE_FIELDS, Recorder
 from exudyn_model.tables import ACCELERATIONS, CONTACT, JOURNAL, PER_CONTACT, PIN, STATE, corner_channels
 from exudyn_model.tree.building import Tree
 from exudyn_model.tree.motion import CONTACTS, DISTANCE, END, HEIGHT_ROW, PIN_ROW, VALUES, WIDTH
@@ -30,10 +29,6 @@ _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
 _SMOOTH = np.array([*range(CONTACT), len(CHANNELS) - 2, len(CHANNELS) - 1])
 # Up to this many steps, the pulse of a contact needs forces inside of them: loose tolerances take 6 steps
 _SHORT_CONTACT = 20
-# Fields of a memory that the table of contacts reads
-_TABLE_FIELDS = ("impact_speed", "start", "name")
-# Number of steps that are observed at once: as many as the processor's cache holds
-_BATCH = 2048
 
 
 def _largest(values: Array) -> Array:
@@ -68,7 +63,7 @@ class TreeRecorder(Recorder):
         super().__init__(CHANNELS, NAMES, bool(tree.press.guide.shared), parameters.samples, period, duration)
         self.steps = 0
         self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
-        log, vector = np.zeros(_BATCH, STEP), np.zeros(2)
+        log, vector = np.zeros(BATCH, STEP), np.zeros(2)
         self._count, self._log = 0, log
 
         def workspace() -> Workspace:
@@ -106,7 +101,7 @@ class TreeRecorder(Recorder):
 
         ``time`` in s; ``q``, ``v``: coordinates of the tree (rad) and their rates (see ``building``).
         """
-        if self._count == _BATCH:  # before a step: the last one waits for the samples at its end
+        if self._count == BATCH:  # before a step: the last one waits for the samples at its end
             self.observe()
         fraction = self._judge_step(time, q, v, self._count, *self._fixed)
         if fraction >= 1.0:
@@ -121,7 +116,7 @@ class TreeRecorder(Recorder):
         if last:  # also a contact that begins in the last state
             contacts = self._tree.contacts
             for row in np.flatnonzero(contacts["impact_speed"]):
-                contact = np.array([contacts[name][row] for name in _TABLE_FIELDS])
+                contact = np.array([contacts[name][row] for name in TABLE_FIELDS])
                 self.contacts.take(int(row), contact[:, None], np.full(1, np.inf), *np.zeros((3, 1)))
         if not count:
             if self.steps == 0:
@@ -133,7 +128,7 @@ class TreeRecorder(Recorder):
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
-        memory = np.array([steps[name].T for name in (*_TABLE_FIELDS, "end")]).swapaxes(0, 1)
+        memory = np.array([steps[name].T for name in (*TABLE_FIELDS, "end")]).swapaxes(0, 1)
         self._take_contacts(starts, ends - starts, values, memory)
         self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from kernel_cache import AS_FOREIGN, FOREIGN, PATH, interpreter, open_to_others
+from kernel_cache import AS_FOREIGN, PATH, interpreter, open_to_others
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
@@ -83,4 +83,3 @@ def test_a_foreign_user_with_read_only_home_and_package(foreign, sixbar, tmp_pat
     }  # fmt: skip
     sixbar(changes, warnings=1, program=foreign["program"], **AS_FOREIGN)
     assert not list((tmp_path / "home").iterdir())
-    assert (tmp_path / "tmp" / f"sixbar-crossval-{FOREIGN}").stat().st_mode & 0o777 == 0o700

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from exudyn_model.tree.isolation import NEVER, bernstein, first_change
 from exudyn_model.tree.motion import DISTANCE
+from exudyn_model.tree.steps import NEVER, bernstein, first_change
 
 
 @numba.njit

@@ -13,7 +13,7 @@ from page_formulas import Numbers, corner_load, friction
 from reference_states import constants, friction_regime
 
 from comparison.scene import load_scene
-from exudyn_model.memory import new_contacts
+from exudyn_model.clearances import new_contacts
 from exudyn_model.parameters import read_scene
 from reference_model.parameters import read_parameters
 

@@ -7,8 +7,9 @@ import numpy as np
 from reference_model import chain, contact, multiplier
 from reference_model.compiled import kernel
 from reference_model.dop853 import evaluate
+from reference_model.formulations import all_bodies
 from reference_model.minimal import minimal
-from reference_model.observation import all_bodies, motions
+from reference_model.observation import motions
 from reference_model.state import Mode, Touch, contact_list, new_nodes, record, records
 
 IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}

@@ -18,15 +18,13 @@ from reference_states import (
     slider_forces,
 )
 
-from exudyn_model.corners import corner_motion
+from exudyn_model.clearances import corner_motion, journal_motion, new_contacts
 from exudyn_model.five_bodies.contact import BEFORE, STEP
 from exudyn_model.five_bodies.journal_contact import Bearing as OwnBearing
 from exudyn_model.five_bodies.journal_contact import JournalArrays, journal_force
 from exudyn_model.five_bodies.slider_contact import SliderArrays, slider_force
-from exudyn_model.journal import journal_motion
 from exudyn_model.kernels import record
 from exudyn_model.laws import slip_regime
-from exudyn_model.memory import new_contacts
 
 LENGTH = 2e-6
 EACH = 20  # of each situation and slip: 240 states a law

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from reference_model import dop853, isolation
+from reference_model import dop853, events
 from reference_model.compiled import kernel
 from reference_model.dop853 import END, START
-from reference_model.isolation import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
+from reference_model.events import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
+from reference_model.formulations import formulation, start
 from reference_model.parameters import read_parameters
-from reference_model.running import formulation, start
 from reference_model.state import Mode, new_nodes, records
 from reference_model.trigonometry import LARGEST, cos_sin
 
@@ -19,12 +19,12 @@ EPS = np.finfo(float).eps
 
 @kernel
 def classified(values, starting):
-    return isolation.classify(values, starting)
+    return events.classify(values, starting)
 
 
 @kernel
 def crossed(values):
-    return isolation.crossing(values)
+    return events.crossing(values)
 
 
 @kernel
