@@ -250,12 +250,13 @@ class _Pair:
         elif source.nameless:
             frame, units = frame.rename(columns={source.names[0]: "time"}), {}
         with_unit = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
+        beside = source.beside
         return Table(
             frame.rename(columns=with_unit),
-            source.events,
-            source.extrema,
-            source.record or {},
-            cycle_extrema=source.cycle_extrema,
+            beside.events,
+            beside.extrema,
+            beside.provenance,
+            cycle_extrema=beside.cycle_extrema,
         )
 
 

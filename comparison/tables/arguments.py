@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from comparison.scene.keys import explain, short, unboxed
 from comparison.scene.schema import Section
 from comparison.tables import mapping as rules
-from comparison.tables.dialect import Column, Source, name_and_unit, read_column
+from comparison.tables.dialect import Column, Source, name_and_unit, read_column, time_place
 from comparison.tables.mapping import TIME, load_mapping
 from comparison.tables.table import Table, TableError
 
@@ -58,15 +58,7 @@ def as_source(results: Results, label: str) -> Path | Source:
         entries = table.frame.iloc[:, n]
         seconds = entries.dt.total_seconds() if entries.dtype.kind == "m" else entries
         columns.append(read_column(bare, unit, seconds))
-    return Source(
-        Path(label),
-        columns,
-        events=table.events,
-        pulses=table.pulses,
-        extrema=table.extrema,
-        cycle_extrema=table.cycle_extrema,
-        record=table.provenance,
-    )
+    return Source(Path(label), columns, beside=table)
 
 
 def as_mapping(mapping: rules.Mapping | str | Path | None) -> rules.Mapping | None:
@@ -83,17 +75,10 @@ def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
     if frame.columns.nlevels > 1:
         raise TableError(f"{label}: its columns have {frame.columns.nlevels} levels of names; one is read")
     index = frame.index
-    if any(_is_time(name) for name in frame):
+    if time_place([str(name) for name in frame]) is not None:
         return frame
     if isinstance(index, pd.DatetimeIndex):
         raise TableError(f"{label}: its index holds dates; the time is a number of seconds or a timedelta")
-    name = TIME if isinstance(index, pd.TimedeltaIndex) else str(index.name)
-    if _is_time(name):
-        frame = frame.reset_index(drop=True)
-        frame.insert(0, name, index.to_numpy())
-    return frame
-
-
-def _is_time(name: object) -> bool:
-    own, _ = name_and_unit(str(name))
-    return own.casefold() == TIME or own == "t"
+    if isinstance(index, pd.TimedeltaIndex):
+        index = index.rename(TIME)
+    return frame if time_place([str(index.name)]) is None else frame.set_axis(index).reset_index()

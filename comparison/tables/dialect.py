@@ -10,19 +10,17 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array, channels
 from comparison.tables.mapping import Dialect
-from comparison.tables.table import Columns, TableError
+from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
 
 _TITLES = 10_000  # lines among which the first row of numbers must be
-_LONGEST_LINE = 100_000
-_LONGEST_NAME = 1_000
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
@@ -64,13 +62,8 @@ class Source:
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
     nameless: bool = False  # whether the first column has no name and must be the time
-    plain: bool = False
-    """Whether it is in the layout of this project's tables: one line of names with ``time``, commas."""
-    events: pd.DataFrame | None = None
-    pulses: Columns | None = None
-    extrema: dict[str, Any] = field(default_factory=dict)
-    cycle_extrema: Columns | None = None
-    record: dict[str, Any] | None = None  # provenance of a table of this project; None without a record
+    beside: Table = field(default_factory=lambda: Table(pd.DataFrame()))
+    """Its events, pulses, extrema and provenance, where it has them; the frame does not count."""
 
     @property
     def names(self) -> list[str]:
@@ -99,12 +92,9 @@ class _Layout(NamedTuple):
         if self.comments and self.comments[0] in line:
             line = re.sub(rf'[ \t]{re.escape(self.comments[0])}[^"]*$', "", line)
         fields = self._split(line)
-        if self.thousands:
-            sign = re.escape(self.thousands)
-            grouped = rf"[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})"
-            for n, match in enumerate(re.match(grouped, field) for field in fields):
-                if match:
-                    fields[n] = match[0].replace(self.thousands, "") + fields[n][match.end() :]
+        if sign := re.escape(self.thousands):
+            grouped = re.compile(rf"^[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})")
+            fields = [grouped.sub(lambda match: match[0].replace(self.thousands, ""), f) for f in fields]
         return fields
 
     def _split(self, line: str) -> list[str]:
@@ -130,29 +120,20 @@ class _Layout(NamedTuple):
             fields = fields[:-1]
         if len(fields) == len(self.row) - 1 and not self.row[-1]:
             fields = [*fields, ""]
-        if len(fields) != len(self.row):
-            return []
-        if any(len(field) > _LONGEST_NAME for field in fields):
-            raise TableError(f"has a name of more than {_LONGEST_NAME} characters")
-        return fields
+        return fields if len(fields) == len(self.row) else []
 
-    def units(self, line: str, time: int | None) -> list[str]:
-        """Return the fields of a line that holds units; empty if it does not.
-
-        They are known units, or in brackets; all others must stand beside one of time in its column.
-        """
+    def units(self, line: str, time: int) -> list[str]:
+        """Return the fields of a line of units, which has one of time in the time's column; else none."""
         fields = self.words(line)
-        at_time = None if time is None or not fields else parse_unit(_bare(fields[time]) or "")
-        return fields if _are_units(fields) or same_dimension(at_time, parse_unit("s")) else []
+        at_time = parse_unit(_bare(fields[time]) or "") if fields else None
+        return fields if same_dimension(at_time, parse_unit("s")) else []
 
     def check_comment(self, line: _Line) -> None:
-        """Reject a comment below the names that may be a row or another heading, if its sign is guessed."""
-        words, fields = self.words(line.text), self.fields(line.text.strip(" "))
-        number = rf"(?i)[#%!].*|[^a-z]*\d[^a-z]*|{NUMBER.pattern}"
-        alike = self.separator != _SPACES or all(re.fullmatch(number, field) for field in fields)
-        is_row = alike and len(fields) == len(self.row)
-        if self.comments == _COMMENTS and (is_row or _time(words) is not None or _are_units(words)):
-            may_be = f"a comment, a row or another heading: {line.text.strip()[:60]!r}"
+        """Reject a comment that may be a row or another heading, if its sign is guessed."""
+        text = line.text.strip()
+        is_row = len(self.fields(text)) == len(self.row)
+        if self.comments == _COMMENTS and (is_row or self.words(text)):
+            may_be = f"a comment, a row or another heading: {text[:60]!r}"
             raise TableError(f"line {line.number} may be {may_be}: {remedy('comment')}")
 
 
@@ -183,15 +164,13 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     dialect = dialect or Dialect()
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
-    if any(len(line.text) > _LONGEST_LINE for line in lines):
-        raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
     titles = [line for line in lines if line.number > (dialect.skip or 0)]
     first, layout = _first_row(titles[:_TITLES], dialect)
     rows = dict(_rows(titles[first:], layout))
     size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
     above = [line for line in titles[:first] if line.text.split() != size]
     heading, notes = _heading(above, layout, dialect)
-    if heading is None and dialect.skip is None and dialect.names is None and dialect.separator is None:
+    if not heading and dialect.skip is None and dialect.names is None and dialect.separator is None:
         _check_nameless(titles[first], layout, len(rows), alone=not first)
     decimal = _decimal_sign(rows.values(), layout.separator, dialect)
     columns: list[Column] = []
@@ -202,16 +181,15 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
         entries = [fields[n] for fields in rows.values()]
         column = read_column(name or position(len(columns)), unit, entries, decimal, [*rows])
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
-        is_index = n == 0 and heading is not None and any(np.array_equal(column.numbers, c) for c in counted)
+        is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counted)
         if name or (any(entries) and not is_index):
             columns.append(column)
-    names = [name for name, _ in heading or ()]
+    has_time = time_place([name for name, _ in heading]) is not None
     return Source(
         path,
         columns,
         notes=notes,
-        nameless=[column.name for column in columns[:1]] == [position(0)] and _time(names) is None,
-        plain="time" in names and [line.text for line in above] == [",".join(names)],
+        nameless=not has_time and [column.name for column in columns[:1]] == [position(0)],
     )
 
 
@@ -258,49 +236,45 @@ def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
     """Return the place of the first row of numbers among lines, and how it is split.
 
     All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
-    as the next row has. Below names that a mapping states a row may hold any text beside that number.
+    as the next row has.
     """
     stated = _SPACES if dialect.separator == " " else dialect.separator
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
     separators = _SEPARATORS if stated is None else (stated,)
-    known = bool(dialect.names) or (dialect.skip is not None and dialect.names is None)
     ways = [_Layout(each, comments, dialect.thousands or "") for each in separators]
     rows = [n for n, line in enumerate(lines) if not ways[0].is_comment(line.text)]
-    for n, below in zip(rows, [*rows[1:], None], strict=True):
+    for n, below in zip(rows, [*rows[1:], *rows[-1:]], strict=True):
         layouts = [way._replace(row=way.fields(lines[n].text)) for way in ways]
-        layouts.sort(key=lambda layout: not all(map(NUMBER.fullmatch, filter(None, layout.row))))
-        for layout in layouts:
-            after = layout.row if below is None else layout.fields(lines[below].text)
+        for layout in sorted(layouts, key=lambda layout: not _are_numbers(layout.row)):
             above = (layout.words(line.text) for line in lines[max(n - 3, 0) : n])  # names, units, a remark
-            names = [*filter(None, [layout.fitted(dialect.names)] if dialect.names else above)]
-            if (names or not known) and _begins(layout.row, after, names, known=known):
+            names = [layout.fitted(dialect.names)] if dialect.names else [*above]
+            if len(layout.row) < 2 or (dialect.names and not any(names)):
+                continue
+            whole, after = _are_numbers(layout.row), layout.fields(lines[below].text)
+            alike = len(after) == len(layout.row) and any(map(NUMBER.fullmatch, after))
+            times = [place for place in map(time_place, names) if place is not None]
+            at_time = [place for place in times if NUMBER.fullmatch(layout.row[place])]
+            below_time = whole or (alike and any(NUMBER.fullmatch(after[place]) for place in at_time))
+            if (at_time and below_time) or (whole and alike):
                 return n, layout
     keys = remedy("separator, decimal, thousands, skip, names")
     raise TableError(f"contains no row of two or more numbers: {keys}")
 
 
-def _begins(
-    row: Sequence[str], after: Sequence[str], headings: Sequence[Sequence[str]], *, known: bool
-) -> bool:
-    """Return whether the numbers of a table begin in a row, below lines that may name its columns."""
-    numbers, again = ([bool(NUMBER.fullmatch(field)) for field in fields] for fields in (row, after))
-    whole = any(numbers) and all(number or not field for number, field in zip(numbers, row, strict=True))
-    alike = len(again) == len(row) and any(again)
-    places = [n for n in map(_time, headings) if n is not None]
-    below_time = any(numbers[n] and (whole or (alike and again[n])) for n in places)
-    return len(row) > 1 and (below_time or (whole and (known or alike)))
+def _are_numbers(fields: Sequence[str]) -> bool:
+    """Return whether all fields that are not empty, one at least, are numbers."""
+    written = [*filter(None, fields)]
+    return bool(written) and all(map(NUMBER.fullmatch, written))
 
 
 def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[str]]]:
     """Yield number and fields of each row; those of nothing but separators are a spreadsheet's."""
-    first = 0
     for line in lines:
         if layout.is_comment(line.text):
             layout.check_comment(line)
         elif any(fields := layout.fields(line.text)):
-            first = first or line.number
             if len(fields) != len(layout.row) or line.text.count('"') % 2:
-                rule = f"must hold {len(layout.row)} fields, as line {first}, and close quotation marks"
+                rule = f"must hold {len(layout.row)} fields, as the first row, and close quotation marks"
                 raise TableError(f"line {line.number} {rule}: {remedy('separator')}")
             yield line.number, fields
 
@@ -308,12 +282,11 @@ def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[s
 def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> None:
     """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
     written = [field for field in layout.row if field]
-    may_be = f"line {line.number} holds {', '.join(written)}, which may be"
-    if alone and any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1)):
-        raise TableError(f"{may_be} names or numbers: {remedy('skip = 0 (names) or names = [] (numbers)')}")
-    if written == [str(rows - 1), "2"]:
-        keys = remedy(f"names = [] (a row), and skip = {line.number} (its size)")
-        raise TableError(f"{may_be} a row, or the size of the table: {keys}")
+    counts = [[str(n + begin) for n in range(len(written))] for begin in (0, 1)]
+    if (alone and written in counts) or written == [str(rows - 1), "2"]:
+        may_be = f"line {line.number} holds {', '.join(written)}, which may be names or numbers, or a size"
+        keys = remedy(f"skip = 0 (names), names = [] (numbers) or both, with skip = {line.number} (size)")
+        raise TableError(f"{may_be}: {keys}")
     if layout.separator == _SPACES and "\t" in line.text.strip():
         raise TableError(f"line {line.number} has tabs and spaces between its numbers: {remedy('separator')}")
 
@@ -340,32 +313,35 @@ def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialec
 # ---- names of the columns
 
 
-def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading | None, list[str]]:
-    """Return names and units from the lines above the first row, None if they name no columns; and notes.
+def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading, list[str]]:
+    """Return names and units from the lines above the first row, none if they name no columns; and notes.
 
-    The names are in the last line that names the time, else in the last line, or in the one above it if the
-    last one holds units. Either may be a comment. Below the lines that a mapping skips they follow at once.
+    The names are in the last line that names the time, which may be a comment. Below the lines that a mapping
+    skips they follow at once. Without them, or above names that a mapping states, all lines are comments.
     """
     lines = [line for line in above if line.text.strip(_RULE)]
-    if dialect.names is not None:
-        _check_above(lines, layout)
-        stated = layout.fitted(dialect.names)
-        return (_named(stated, []) if stated else None), []
     names_in = [layout.words(line.text) for line in lines]
-    likely = [n for n, names in enumerate(names_in) if _time(names) is not None]
+    likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
     if dialect.skip is not None:
         likely = [n for n, line in enumerate(lines) if names_in[n] or not layout.is_comment(line.text)][:1]
-    place = likely[-1] if likely else _last_names(lines, names_in, layout)
-    if place is None:
-        return None, []
-    if not (names := names_in[place]):
-        count = f"line {lines[place].number} does not name as many"
-        raise TableError(
-            f"the rows hold {len(layout.row)} numbers, but {count}: {remedy('names, skip or separator')}"
-        )
-    units: list[str] = []
+    if dialect.names is not None or not likely:
+        for line in lines:
+            # A comment that begins with the time names the columns, but not all.
+            is_title = not layout.is_comment(line.text) or re.match(r"(?i)\W*time\b", line.text)
+            if NUMBER.fullmatch(layout.fields(line.text)[0]) or (dialect.names is None and is_title):
+                may_be = "may be a row, name the columns or be a title"
+                keys = remedy("decimal, thousands, names or skip (lines above the names, or the numbers)")
+                raise TableError(f"line {line.number} {may_be}: {keys}")
+        if lines and dialect.names is None:
+            layout.check_comment(lines[-1])
+        return _named(layout.fitted(dialect.names or []), []), []
+    place, names = likely[-1], names_in[likely[-1]]
+    if not names:
+        count = f"line {lines[place].number} does not name {len(layout.row)} columns"
+        raise TableError(f"{count}: {remedy('names, skip or separator')}")
+    time, units = time_place(names) or 0, list[str]()
     for line in lines[place + 1 :]:
-        fields = layout.units(line.text, _time(names))
+        fields = layout.units(line.text, time)
         if fields and not units:
             units = fields
         elif layout.is_comment(line.text):
@@ -373,33 +349,10 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
         else:
             problem = "is not one line of units, nor a row of numbers"
             raise TableError(f"line {line.number}, below the names, {problem}: {remedy('names')}")
-    return _named(names, units), list(_titles(lines[:place], layout, _time(names)))
+    return _named(names, units), list(_titles(lines[:place], layout, time))
 
 
-def _last_names(lines: Sequence[_Line], names_in: Sequence[list[str]], layout: _Layout) -> int | None:
-    """Return the place of the last line, or of the one above units; None if it is a comment without names."""
-    _check_above(lines, layout)
-    if not lines:
-        return None
-    last, names = lines[-1], names_in[-1]
-    if layout.is_comment(last.text) and (not names or any(map(NUMBER.fullmatch, names))):
-        layout.check_comment(last)
-        # One that begins with the time names the columns, but not all.
-        return len(lines) - 1 if re.match(r"(?i)[ #%!]*time\b", last.text) else None
-    return len(lines) - 1 - (len(lines) > 1 and _are_units(names) and bool(names_in[-2]))
-
-
-def _check_above(lines: Sequence[_Line], layout: _Layout) -> None:
-    """Reject a line that begins like a row and is none: it may be a damaged one and no title."""
-    for line in lines:
-        is_number = [bool(NUMBER.fullmatch(field)) for field in layout.fields(line.text)]
-        like_row = len(is_number) == len(layout.row) or 2 * sum(is_number) > max(len(is_number), 2)
-        if is_number[0] and like_row:
-            keys = remedy(f"skip = {line.number} (a title), or decimal, thousands")
-            raise TableError(f"line {line.number} begins like a row of numbers, but is none: {keys}")
-
-
-def _titles(lines: Sequence[_Line], layout: _Layout, time: int | None) -> Iterator[str]:
+def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]:
     """Yield the lines above the names that may be names too; reject those that are likely to be."""
     for line in lines:
         fields = [] if layout.is_comment(line.text) else layout.words(line.text)
@@ -412,7 +365,7 @@ def _titles(lines: Sequence[_Line], layout: _Layout, time: int | None) -> Iterat
             yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 
-def _time(fields: Sequence[str]) -> int | None:
+def time_place(fields: Sequence[str]) -> int | None:
     """Return the place of the name of the time, None without one."""
     names = [name_and_unit(field)[0] for field in fields]
     return next((n for n, name in enumerate(names) if name.casefold() == "time" or name == "t"), None)
@@ -449,10 +402,3 @@ def name_and_unit(field: str) -> tuple[str, str | None]:
     if is_name and not parts["space"]:
         return field, None
     return parts["name"].strip('"'), unit or None
-
-
-def _are_units(fields: Sequence[str]) -> bool:
-    """Return whether all fields are units or in brackets, and not all are numbers."""
-    written = [entry for entry in fields if entry and not NUMBER.fullmatch(entry)]
-    units = (parse_unit(entry) is not None or _bare(entry) != entry for entry in filter(None, fields))
-    return bool(written) and all(units)

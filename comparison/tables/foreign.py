@@ -5,16 +5,16 @@ What is no channel of the press is compared under its own name and in the tables
 
 import difflib
 import io
+import math
 import re
 import subprocess
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Pairs
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
@@ -38,8 +38,6 @@ from comparison.tables.mapping import (
     Mapping,
     Quantity,
     Rule,
-    check_rates,
-    own_channel,
 )
 from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
@@ -66,16 +64,16 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    source = replace(source, columns=columns)
+    beside = source.beside
     with table_files.unread(source.notes):
-        source = replace(source, events=table_files.read_contacts(path))
-        if source.events is not None:  # pulses are theirs
-            source = replace(source, pulses=table_files.read_columns(path, "pulses"))
-    if source.plain and path.suffix.lower() == (".parquet" if head.startswith(b"PAR1") else ".csv"):
+        beside = replace(beside, events=table_files.read_beside(path, "events"))
+        if beside.events is not None:  # pulses are theirs
+            beside = replace(beside, pulses=table_files.read_columns(path, "pulses"))
+    if path.suffix.lower() in table_files.FORMATS:
         with table_files.unread(source.notes):
             extrema, record = table_files.read_record(path)
-            source = replace(source, extrema=extrema, record=record)
-    return source
+            beside = replace(beside, extrema=extrema, provenance=record)
+    return replace(source, columns=columns, beside=beside)
 
 
 def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
@@ -83,9 +81,7 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
         raise TableError(rule)
     if head.startswith(b"PAR1"):
         frame = table_files.read_parquet(path)
-        return Source(
-            path, [read_column(str(name), None, frame[name]) for name in frame], plain="time" in frame
-        )
+        return Source(path, [read_column(str(name), None, frame[name]) for name in frame])
     if head.startswith(b"PK\x03\x04"):
         cells = {"separator": "\t", "decimal": ".", "thousands": None, "comment": dialect.comment or ""}
         return parse_text(path, _sheet(path), dialect.model_copy(update=cells))
@@ -100,28 +96,24 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
 
 def _sheet(path: Path) -> str:
     """Return as text the one sheet of a workbook with a table; a formula counts by its stored value."""
+    options: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
     try:
-        with ZipFile(path) as file:
-            unpacked = sum(part.file_size for part in file.infolist())
-        options: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # warnings of styles and extensions do not matter
-            small = unpacked <= table_files.LARGEST
-            sheets = pd.read_excel(path, sheet_name=None, **options) if small else {}
+            sheets = pd.read_excel(path, sheet_name=None, **options)
     except ImportError as error:
         extra = "pip install 'sixbar-crossval[excel]'"
         raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
     # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
     except Exception as error:
         raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
-    if unpacked > table_files.LARGEST:
-        raise TableError(f"holds more than {table_files.LARGEST} bytes once it is unpacked")
-    with_numbers = [name for name, sheet in sheets.items() if (sheet.map(_is_number).sum(axis=1) > 1).any()]
-    if not with_numbers:
-        raise TableError("no sheet contains a row of two or more numbers")
-    if len(with_numbers) > 1:
-        raise TableError(f"sheets {' and '.join(map(repr, with_numbers))} hold numbers: save one per file")
-    return str(sheets[with_numbers[0]].map(_cell_text).to_csv(sep="\t", header=False, index=False))
+    tables = {name: each for name, each in sheets.items() if (each.map(_is_number).sum(axis=1) > 1).any()}
+    if len(tables) != 1:
+        names = " and ".join(map(repr, tables)) or "none"
+        raise TableError(f"of its sheets {names} hold rows of two or more numbers: save one table per file")
+    return str(
+        *(each.map(_cell_text).to_csv(sep="\t", header=False, index=False) for each in tables.values())
+    )
 
 
 def _is_number(cell: object) -> bool:
@@ -155,20 +147,13 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
 
 # ---- columns as channels
 
-AT_EVENTS = ("left", "right", "both")
-"""Rows of one time that are compared: the first, the last, or these two."""
 _HINT = "a mapping file (--mapping) assigns columns to channels"
 _NO_RULE = Rule(channel="")
+# Of the largest value: a channel that varies by less varies by the rounding of its numbers.
+_ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
-
-@dataclass
-class _Assignment:
-    """Table whose columns are assigned to channels."""
-
-    source: Source
-    columns: dict[str, tuple[Column, Rule]]  # by channel; with `_NO_RULE` where its name alone assigns it
-    ruled: bool  # whether a rule of the mapping assigns one
-    left_out: list[str] = field(default_factory=list)
+Assigned = dict[str, tuple[Column, Rule]]
+"""Channel -> its column in one table, and the rule; `_NO_RULE` where its name alone assigns it."""
 
 
 def read_tables(
@@ -182,145 +167,188 @@ def read_tables(
     """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
     The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
-    the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count.
+    the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count:
+    "left" (the first), "right" (the last), "both" (these two).
     With ``only`` all other channels are left out without a warning, except rates that interpolate these.
     """
-    if at_events is not None and at_events not in AT_EVENTS:
-        raise TableError(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
-    if isinstance(only, str):
-        raise TableError(f"channels {only!r} must be a list of names")
     mapping = mapping or Mapping()
     if only is not None:
         mapping = mapping.model_copy(update={"compare": list(only)})
-    compare = None if mapping.compare is None else [TIME, *mapping.compare]
     sources = [
         each if isinstance(each, Source) else open_source(each, mapping.dialect.of(side))
         for each, side in zip(paths, sides, strict=True)
     ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
-    assigned = [_by_rules(source, side, mapping) for source, side in zip(sources, sides, strict=True)]
-    _add_shared(assigned, mapping, compare)
-    known = _definitions(assigned, mapping)
+    assigned, left_out = _assign(sources, sides, mapping)
+    known = _definitions(sources, assigned, mapping)
     warnings = [*_assumptions(sources, known)]
-    for each in assigned:
-        if each.left_out and only is None:
+    for source, names in zip(sources, left_out, strict=True):
+        if names and only is None:
             reason = "not compared, since the mapping leaves it out"
-            warnings.append(f"{each.source.path.name}: {reason}: {', '.join(each.left_out)}")
-    return [_table(each, known, mapping, at_events) for each in assigned], tuple(warnings)
+            warnings.append(f"{source.path.name}: {reason}: {', '.join(names)}")
+    tables = (_table(*each, known, mapping, at_events) for each in zip(sources, assigned, strict=True))
+    return [*tables], tuple(warnings)
 
 
-def _table(table: _Assignment, known: dict[str, Channel], mapping: Mapping, at_events: str | None) -> Table:
-    source, columns = table.source, table.columns
+def _table(
+    source: Source, columns: Assigned, known: dict[str, Channel], mapping: Mapping, at_events: str | None
+) -> Table:
     names = [TIME, *(name for name in columns if name != TIME)]
     converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
     frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
-    provenance = source.record
-    if provenance is None or table.ruled:
+    beside, provenance = source.beside, source.beside.provenance
+    if not provenance or any(rule.channel for _, rule in columns.values()):
         settings = {name: description for name, (_, description) in converted.items()}
         provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
     own = {name: channel for name, channel in known.items() if name in columns}
     rows = _select_rows(frame, at_events, str(source.path))
-    result = Table(rows, source.events, source.extrema, provenance, own)
-    return replace(result, pulses=source.pulses, cycle_extrema=source.cycle_extrema)
+    return Table(rows, beside.events, beside.extrema, provenance, own, beside.pulses, beside.cycle_extrema)
 
 
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping, compare: str) -> None:
     """Reject rules for missing columns: a misspelt name would leave a channel out."""
-    every = [name for source in sources for name in source.names]
-    most = max(len(source.columns) for source in sources)
-    checks = [
-        (str(source.path), getattr(mapping, side), source.names, len(source.columns))
-        for source, side in zip(sources, sides, strict=True)
-    ]
-    for where, rules, shown, count in [*checks, ("either table", mapping.columns, every, most)]:
-        for name in rules:
-            if name not in shown and name not in map(position, range(count)):
-                close = difflib.get_close_matches(name, shown, n=1)
-                columns = f"columns: {', '.join(sorted(set(shown)))}"
-                meant = f"did you mean {close[0]!r}?" if close else columns
-                raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
+    checks = [([source], getattr(mapping, side)) for source, side in zip(sources, sides, strict=True)]
+    for tables, rules in [*checks, (sources, mapping.columns)]:
+        names = {name for source in tables for name in source.names}
+        places = {position(n) for source in tables for n, _ in enumerate(source.columns)}
+        for name in sorted(rules.keys() - names - places):
+            close = difflib.get_close_matches(name, sorted(names), n=1)
+            meant = f"did you mean {close[0]!r}?" if close else f"columns: {', '.join(sorted(names))}"
+            where = tables[0].path if len(tables) == 1 else "either table"
+            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
     for name in mapping.compare or ():
-        if name not in {*channels(), *mapping.channels, *every}:
+        if name not in {*channels(), *mapping.channels, *names}:
             raise TableError(f"{compare}: {name!r} is not a channel")
 
 
-def _by_rules(source: Source, side: str, mapping: Mapping) -> _Assignment:
-    """Assign columns to channels by rules, else by their names; one is the time."""
+def _assign(
+    sources: Sequence[Source], sides: Sequence[str], mapping: Mapping
+) -> tuple[list[Assigned], list[list[str]]]:
+    """Assign columns to channels by rules, else by their names; return those that are left out, too.
+
+    A name that is no channel's counts if all tables have it, and, where there are rules, if the mapping
+    compares it. Of channels that are not to be compared the rates remain by which positions are
+    interpolated, where all tables have them.
+    """
+    rules = [_rules(source, side, mapping) for source, side in zip(sources, sides, strict=True)]
+    shared = set.intersection(*({*each.names} - own.keys() for each, own in zip(sources, rules, strict=True)))
+    definitions: dict[str, Channel | Quantity] = {**channels(), **mapping.channels}
+    compare = mapping.compare
+    known = {TIME, *definitions} | (shared & {*(compare or ())} if any(rules) else shared)
+    assigned: list[Assigned] = []
+    left_out: list[list[str]] = []
+    for source, own in zip(sources, rules, strict=True):
+        columns: Assigned = {}
+        for column in source.columns:
+            rule = own.get(column.name, _NO_RULE)
+            channel = rule.channel or (TIME if column.name in times(source, own) else column.name)
+            if channel in columns:
+                both = f"{columns[channel][0].name!r} and {column.name!r}"
+                raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
+            if rule.channel or channel in known:
+                columns[channel] = column, rule
+        taken = {column.name for column, _ in columns.values()}
+        left = [*(name for name in source.names if name not in taken), *source.others]
+        if TIME not in columns:
+            names = ", ".join(sorted(source.names))
+            raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
+        unknown = [name for name in left if name not in shared]
+        if unknown and not own and compare is None:
+            rule_of_names = "is not a channel, nor a column of both tables"
+            raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {_HINT}")
+        assigned.append(columns)
+        left_out.append(left)
+    if compare is not None:
+        rates = {definitions[name].rate for name in compare if name in definitions}
+        for columns in assigned:  # not one that is missing, or holds text
+            rates &= {name for name, (column, _) in columns.items() if not column.text}
+        for columns, left in zip(assigned, left_out, strict=True):
+            for name in [name for name in columns if name not in (TIME, *compare)]:
+                left.append(name)
+                if name not in rates:
+                    del columns[name]
+    return assigned, left_out
+
+
+def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
+    """Return the rules for the columns of a table by their names."""
     special: dict[str, Rule] = getattr(mapping, side)
     if side == "ideal" and not special:  # it has the rules of the program that wrote it
         special = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
     rules = {**mapping.columns, **special}
-    own = [rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)]
-    times = [name for name in source.names if name.casefold() == TIME]
-    if not times and not any(rule and rule.channel == TIME for rule in own):
-        usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
-        times = source.names[:1] if source.nameless else usual
-    known = {TIME, *channels(), *mapping.channels}
-    assigned: dict[str, tuple[Column, Rule]] = {}
-    for column, rule in zip(source.columns, own, strict=True):
-        name = TIME if column.name in times else column.name
-        channel = rule.channel if rule else name
-        if channel in assigned:
-            both = f"{assigned[channel][0].name!r} and {column.name!r}"
-            raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-        if rule or name in known:
-            assigned[channel] = column, rule or _NO_RULE
-    if TIME not in assigned:
-        names = ", ".join(sorted(source.names))
-        raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
-    return _Assignment(source, assigned, ruled=any(own))
+    own = {name: rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)}
+    return {name: rule for name, rule in own.items() if rule}
 
 
-def _add_shared(assigned: Sequence[_Assignment], mapping: Mapping, compare: list[str] | None) -> None:
-    """Assign columns that have one name in all tables, and leave out those that are not to be compared.
+def times(source: Source, rules: Pairs[str, Rule] | None = None) -> list[str]:
+    """Return the columns that are the time by their names, where no rule says which one is."""
+    named = [name for name in source.names if name.casefold() == TIME]
+    if named or any(rule.channel == TIME for rule in (rules or {}).values()):
+        return named
+    usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
+    return source.names[:1] if source.nameless else usual
 
-    The rates by which positions are interpolated remain, where all tables have them.
+
+def _definitions(
+    sources: Sequence[Source], assigned: Sequence[Assigned], mapping: Mapping
+) -> dict[str, Channel]:
+    """Return the channels of these tables that are not the press's, or have a scale of their own.
+
+    The unit is the one that a mapping gives, else that of the tables. A rate must be in that unit per second,
+    since a cubic through both would be wrong otherwise.
     """
-    for each in assigned:
-        taken = {column.name for column, _ in each.columns.values()}
-        each.left_out = [name for name in each.source.names if name not in taken]
-    shared = set.intersection(*(set(each.left_out) for each in assigned))
-    # A mapping that names columns leaves out the others, even if both tables have them.
-    wanted = shared & set(compare or ()) if any(each.ruled for each in assigned) else shared
-    pairs = {name: each.rate for name, each in channels().items()}
-    pairs |= {name: each.rate for name, each in mapping.channels.items()}
-    rates = {pairs.get(name) for name in compare or ()}
-    for each in assigned:  # not one that is missing, or holds text
-        rates &= {name for name, (column, _) in each.columns.items() if not column.text}
-    for each in assigned:
-        columns = each.columns
-        columns |= {own.name: (own, _NO_RULE) for own in each.source.columns if own.name in wanted}
-        each.left_out = [*(name for name in each.left_out if name not in wanted), *each.source.others]
-        unknown = [name for name in each.left_out if name not in shared]
-        if unknown and not each.ruled and compare is None:
-            rule = "is not a channel, nor a column of both tables"
-            raise TableError(f"{each.source.path}: {unknown[0]!r} {rule}; {_HINT}")
-        for name in [name for name in columns if compare is not None and name not in compare]:
-            each.left_out.append(name)
-            if name not in rates:
-                del columns[name]
-
-
-def _definitions(assigned: Sequence[_Assignment], mapping: Mapping) -> dict[str, Channel]:
-    """Return the channels of these tables that are not the press's, or have a scale of their own."""
-    defined = {}
-    for name in dict.fromkeys(name for each in assigned for name in each.columns if name != TIME):
+    defined: dict[str, Channel] = {}
+    for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
-        if name not in channels():
-            owning = [each for each in assigned if name in each.columns]
-            stated = [
-                (each.source.path.name, _unit(*each.columns[name]), each.columns[name][0].numbers)
-                for each in owning
-            ]
-            defined[name] = own_channel(name, quantity, stated, mapping.file)
-        elif quantity.scale is not None:
-            defined[name] = replace(channels()[name], given=quantity.scale)
-    check_rates(defined, mapping.file)
+        where = f"{mapping.file}: channels.{name!r}"
+        if name in channels():
+            if quantity.scale is not None:
+                defined[name] = replace(channels()[name], given=quantity.scale)
+            continue
+        stated = [
+            (source.path.name, *columns[name])
+            for source, columns in zip(sources, assigned, strict=True)
+            if name in columns
+        ]
+        unit = _common_unit(name, stated) if quantity.unit is None else quantity.unit
+        known, rad = parse_unit(unit), parse_unit("rad")
+        if quantity.angle and not same_dimension(known, rad):
+            raise TableError(f"{where}: angle = true, but its unit {unit!r} is no angle")
+        numbers = np.concatenate([column.numbers for _, column, _ in stated])
+        largest = float(np.abs(numbers[np.isfinite(numbers)]).max(initial=0.0))
+        defined[name] = Channel(
+            name=name,
+            label=name,
+            unit=unit,
+            floor=max(_ROUND_OFF * largest, float(np.finfo(np.float64).tiny)),
+            rate=quantity.rate,
+            angle=quantity.angle,
+            turn=2 * math.pi / float(known.factor if known and quantity.angle else 1),
+            given=quantity.scale,
+        )
+    for channel in defined.values():
+        rate = (channels() | defined).get(channel.rate or "")
+        unit_of, of_rate, per = (
+            parse_unit(channel.unit),
+            parse_unit(rate.unit) if rate else None,
+            parse_unit("s"),
+        )
+        if rate and unit_of and of_rate and per and of_rate.times(per) != unit_of:
+            units = f"is in {rate.unit}, which is not {channel.unit} per second"
+            raise TableError(f"{mapping.file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
     return defined
 
 
-def _unit(column: Column, rule: Rule) -> str | None:
-    return column.unit if rule.unit is None else rule.unit
+def _common_unit(name: str, stated: Sequence[tuple[str, Column, Rule]]) -> str:
+    """Return the unit of a channel in several tables: the first one's, if the others measure the same."""
+    units = {column.unit if rule.unit is None else rule.unit: table for table, column, rule in stated}
+    (first, table), *others = units.items()
+    for other, beside in others[:1]:
+        if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):
+            one, two = (f"in {unit}" if unit else "without a unit" for unit in (first, other))
+            rule = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
+            raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
+    return first or ""
 
 
 def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterator[str]:
@@ -346,24 +374,20 @@ def _converted(
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
-    stated = _unit(column, rule)
+    stated = column.unit if rule.unit is None else rule.unit
     if stated is None and rule is not _NO_RULE and not own:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     if stated is None or (own and parse_unit(stated) is None):
         stated = wanted
     usual = mapping.channels.get(name, Quantity()).factor
     factor = rule.sign * (usual if rule.factor is None else rule.factor)
-    values, description = factor * column.numbers, f"{column.name} in {stated}" if stated else column.name
-    if factor != 1:
-        description = f"{factor:g} {description}"
-    if rule.offset:
-        values, description = values + rule.offset, description + f" {rule.offset:+g}"
+    values = factor * column.numbers + rule.offset if rule.offset else factor * column.numbers
+    parts = [f"{factor:g}" * (factor != 1), column.name, f"in {stated}" * bool(stated)]
+    description = " ".join(filter(None, [*parts, f"{rule.offset:+g}" * bool(rule.offset)]))
     unit, to = parse_unit(stated), parse_unit(wanted)
     in_table = parse_unit(column.unit) if column.unit is not None else None
     if abs(factor) != 1 and unit == parse_unit("1"):
         in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
-    if unit is None and (stated != wanted or not own):
-        raise TableError(f"{where}: unit {stated!r} is not known")
     if stated != wanted and not same_dimension(unit, to):
         raise TableError(f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}")
     if in_table is not None and in_table != unit:
@@ -383,7 +407,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
-        events = f"if these are events, say by --at-events which rows count: {', '.join(AT_EVENTS)}"
+        events = "if these are events, --at-events left, right or both says which rows count"
         raise TableError(f"{where}: {events}")
     first, last = ~again, np.append(~again[1:], True)
     if at_events == "both" and (inner := time[~(first | last)]).size:

@@ -1,25 +1,21 @@
 """The mapping file: channel, unit and sign of other programs' columns, and definitions of new channels."""
 
-import math
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
 from comparison.scene.keys import explain
 from comparison.scene.schema import Positive, Real, Section, Sign
-from comparison.tables.channels import Array, Channel, channels
+from comparison.tables.channels import channels
 from comparison.tables.table import TableError
 from comparison.tables.table_files import readable
-from comparison.tables.units import parse_unit, same_dimension
+from comparison.tables.units import parse_unit
 
 TIME = "time"
-# Of the largest value: a channel that varies by less varies by the rounding of its numbers.
-_ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 
 
 class Rule(Section):
@@ -129,52 +125,3 @@ def _faults(mapping: Mapping) -> Iterator[str]:
                 yield f"{where}: rate = {rate!r} is not another {known}"
     if not mapping.model_fields_set:
         yield "names no column"
-
-
-Stated = tuple[str, str | None, Array]
-"""A channel in one table: name of the table, unit (None without one), numbers."""
-
-
-def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
-    """Return the definition of a new channel, in the given unit or else in that of the tables."""
-    unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
-    turn = 2 * math.pi
-    if quantity.angle:
-        known = parse_unit(unit)
-        if known is None or not same_dimension(known, parse_unit("rad")):
-            raise TableError(f"{file}: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
-        turn /= float(known.factor)
-    finite = (values[np.isfinite(values)] for _, _, values in stated)
-    largest = float(np.abs(np.concatenate([[0.0], *finite])).max())
-    return Channel(
-        name=name,
-        label=name,
-        unit=unit,
-        floor=max(_ROUND_OFF * largest, float(np.finfo(np.float64).tiny)),
-        rate=quantity.rate,
-        angle=quantity.angle,
-        turn=turn,
-        given=quantity.scale,
-    )
-
-
-def check_rates(defined: dict[str, Channel], file: str) -> None:
-    """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong."""
-    known, second = channels() | defined, parse_unit("s")
-    for channel in defined.values():
-        rate = known.get(channel.rate or "")
-        unit, of_rate = parse_unit(channel.unit), parse_unit(rate.unit) if rate else None
-        if rate and unit and of_rate and second and of_rate.times(second) != unit:
-            units = f"is in {rate.unit}, which is not {channel.unit} per second"
-            raise TableError(f"{file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
-
-
-def _common_unit(name: str, stated: Sequence[Stated]) -> str:
-    units = {unit: table for table, unit, _ in stated}
-    (first, table), *others = units.items() or [(None, "")]
-    for other, beside in others[:1]:
-        if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):
-            one, two = (f"in {unit}" if unit else "without a unit" for unit in (first, other))
-            rule = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
-            raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
-    return first or ""

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-_KINDS = {"c": "complex numbers", "U": "text", "b": "booleans"}
 _OWN = "times of its own"
 _TIMES = ("time", "t", "tout")
 
@@ -96,22 +95,19 @@ def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     signals = fields["signals"]
     variables = {"time": fields["time"]} if np.size(fields.get("time", [])) else {}
     for n, signal in enumerate(signals if isinstance(signals, list) else [signals], 1):
-        texts = (signal.get(key, "") for key in ("label", "blockName"))
-        label, block = (str(text) if np.size(text) else "" for text in texts)
-        label = label or block.rpartition("/")[2] or f"{name}.signals({n})"
+        label, block = (np.atleast_1d(signal.get(key, "")).tolist() for key in ("label", "blockName"))
+        label = "".join(label) or "".join(block).rpartition("/")[2] or f"{name}.signals({n})"
         variables[f"{label}.signals({n})" if label in variables else label] = signal["values"]
     return variables
 
 
 def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
-    if isinstance(value, dict) or (isinstance(value, str) and value.endswith(_OWN)):
-        return "structure" if isinstance(value, dict) else value
+    if isinstance(value, str) and value.endswith(_OWN):
+        return value
     value = np.asarray(value)
-    if value.dtype.kind not in "fiu":
-        return _KINDS.get(value.dtype.kind, "objects or cells")
-    shape = " x ".join(map(str, value.shape))
-    return "" if value.ndim == 1 else f"matrix of {shape}" if shape else "single number"
+    is_vector = value.ndim == 1 and value.dtype.kind in "fiu"
+    return "" if is_vector else f"{value.dtype.name} of shape {value.shape}"
 
 
 if __name__ == "__main__":

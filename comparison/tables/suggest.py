@@ -1,13 +1,12 @@
 """Suggestion of a mapping: channel, unit and sign of each column of another program's table.
 
-A column is converted and compared with each column of the other table, on a grid of times that both span. The
-names of the columns, and units that the tables state, narrow the choice.
+Each column is compared with each column of the other table at times that both span; with a channel of the
+press in all units that programs use. Names say no more than which column is the time.
 """
 
-import re
+import math
 import textwrap
 from collections.abc import Iterator, Sequence
-from functools import cache
 from itertools import product, starmap
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,39 +17,21 @@ from comparison.formatting import number
 from comparison.scene.keys import toml
 from comparison.tables.channels import Array, channels
 from comparison.tables.dialect import Source
-from comparison.tables.foreign import open_source
+from comparison.tables.foreign import open_source, times
 from comparison.tables.mapping import TIME, Dialects
 from comparison.tables.units import alternatives, parse_unit, same_dimension
 
 _GRID = 2000  # times at which columns are compared
-# RMS distances as shares of the larger standard deviation: of unrelated columns they are 1 and more.
-_NEAR = 0.3  # two models of one motion are nearer, except where chatter separates them
-_ALIKE = 0.9  # for two columns whose names denote one channel
+# RMS distance as a share of the larger standard deviation: of unrelated columns it is 1 and more, two models
+# of one motion are nearer, except where chatter separates them.
+_NEAR = 0.3
 _CONSTANT = 1e-9  # standard deviation of a constant column, as a share of its largest value
-
-# Words of channel names -> their spellings in other programs.
-_WORDS = {
-    "time": "t time tout",
-    "angle": "phi theta psi rot rotation ang angle angular rz",
-    "velocity": "v vel velocity speed dot d",
-    "acceleration": "a acc accel acceleration ddot dd",
-    "torque": "tq torque moment",
-    "slider": "slider piston ram",
-    "velocity x": "vx xd xdot dx",
-    "velocity y": "vy yd ydot dy",
-    "velocity angle": "omega w wz phid phidot dphi",
-    "acceleration x": "ax xdd xddot ddx",
-    "acceleration y": "ay ydd yddot ddy",
-    "acceleration angle": "alpha phidd phiddot ddphi",
-}
-_MEANING = {spelling: words.split() for words, spellings in _WORDS.items() for spelling in spellings.split()}
 
 
 class _Column(NamedTuple):
     side: str
     name: str
-    meaning: str  # the channel that the name denotes, or the time; empty for none
-    known: bool  # whether it is that channel without a rule
+    known: bool  # whether it is a channel of the press, or the time, without a rule
     unit: str | None  # None: to be guessed
     values: Array
 
@@ -69,10 +50,9 @@ class Guess(NamedTuple):
 
     pair: tuple[_Column, _Column]
     channel: str  # a channel of the press, or a new one with the name of a column
-    units: tuple[str, ...]  # units of both columns; none for a new channel
+    units: tuple[str, ...]  # units of both columns; none for a new channel of numbers
     sign: int = 1
-    named: bool = True  # whether the names denote the channel
-    distance: float = 0.0  # RMS, as a share of the standard deviation
+    distance: float = 0.0  # RMS, as a share of the larger standard deviation
 
     def rules(self) -> Iterator[dict[str, Any]]:
         """Yield side, column, channel, unit, sign and partner of each column that needs a rule."""
@@ -84,60 +64,61 @@ class Guess(NamedTuple):
 
 
 Left = dict[str, list[str]]
-"""Side -> its columns that are not assigned, each with the channel that its name denotes."""
+"""Side -> its columns that are not assigned."""
 
 
 def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], Left]:
     """Guess the channels of the columns of two tables, the time first; errors of reading are `TableError`."""
     dialects = dialects or Dialects()
     sources = {side: open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))}
-    times, tables = _on_one_grid([_columns(side, source) for side, source in sources.items()])
-    matches = filter(None, starmap(_match, product(*tables)))
-    chosen: dict[str, Guess] = {}
-    taken: set[tuple[str, str]] = set()
-    for guess in [*times, *sorted(matches, key=lambda guess: guess.distance - guess.named)]:
+    guesses, tables = _on_one_grid(sources)
+    taken = {(column.side, column.name) for guess in guesses for column in guess.pair}
+    for guess in sorted(filter(None, starmap(_match, product(*tables))), key=lambda guess: guess.distance):
         columns = {(column.side, column.name) for column in guess.pair}
-        if guess.channel not in chosen and not taken & columns:
-            chosen[guess.channel] = guess
+        if guess.channel not in (each.channel for each in guesses) and not taken & columns:
+            guesses.append(guess)
             taken |= columns
-    left: Left = {}
+    order = [TIME, *channels(), *(guess.channel for guess in guesses)]
+    guesses.sort(key=lambda guess: order.index(guess.channel))
+    left = {
+        side: [name for name in source.names if (side, name) not in taken and name != TIME] + source.others
+        for side, source in sources.items()
+    }
+    return guesses, left
+
+
+def _on_one_grid(sources: dict[str, Source]) -> tuple[list[Guess], list[list[_Column]]]:
+    """Return the guess of the times, and the other columns of numbers at times that both span.
+
+    Channels without a unit, and the time of our own tables, are in SI. Without times nothing is returned.
+    """
+    own: list[_Column] = []
+    others: list[list[_Column]] = []
     for side, source in sources.items():
-        names = [name for name in source.names if (side, name) not in taken and name != TIME]
-        meanings = [_meaning(name) for name in names]
-        said = [f"{name} ({meant}?)" if meant else name for name, meant in zip(names, meanings, strict=True)]
-        left[side] = said + source.others
-    return [chosen[name] for name in dict.fromkeys([TIME, *channels(), *chosen]) if name in chosen], left
-
-
-def _columns(side: str, source: Source) -> list[_Column]:
-    """Return the columns of numbers; channels without a unit, and the time of our own tables, are in SI."""
-    si = {name: channel.unit for name, channel in channels().items()}
-    if source.record is not None:
-        si[TIME] = "s"
-    columns: list[_Column] = []
-    for each in source.columns:
-        if each.text is None:
-            meaning = TIME if source.nameless and not columns else _meaning(each.name)
-            known = each.unit is None and each.name in si
-            unit = si[each.name] if known else each.unit
-            columns.append(_Column(side, each.name, meaning, known, unit, each.numbers))
-    return columns
-
-
-def _words(name: str) -> frozenset[str]:
-    """Return the words of a name that denote a quantity: of ``.slider.cm_vel.X`` slider, velocity, x."""
-    parts = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)
-    words = {word for part in parts for word in _MEANING.get(part.lower(), [part.lower()])}
-    usual = {word for channel in channels() for word in channel.split("_")}
-    return frozenset(words & usual.union(*_MEANING.values()))
-
-
-@cache
-def _meaning(name: str) -> str:
-    """Return the channel that a name denotes, by default of the slider, or the time; empty for none."""
-    meanings = {_words(channel): channel for channel in (TIME, *channels())}
-    words = _words(name)
-    return name if name in channels() else meanings.get(words, meanings.get(words | {"slider"}, ""))
+        si = {name: channel.unit for name, channel in channels().items()}
+        si |= {TIME: "s"} if source.beside.provenance else {}
+        columns = []
+        for each in source.columns:
+            if each.text is None:
+                known = each.unit is None and each.name in si
+                unit = si[each.name] if known else each.unit
+                columns.append(_Column(side, each.name, known, unit, each.numbers))
+        own += [column for column in columns if column.name in times(source) and column.varies()][:1]
+        others.append(columns)
+    options = list(product(*(time.units("s") for time in own)))
+    if len(own) < 2 or not options:
+        return [], [[], []]
+    # The units in which both last equally long.
+    ratio = float(np.ptp(own[0].values) / np.ptp(own[1].values))
+    units = min(options, key=lambda pair: round(abs(np.log(ratio * _factor(pair[0]) / _factor(pair[1]))), 2))
+    seconds = [time.values * _factor(unit) for time, unit in zip(own, units, strict=True)]
+    start, end = max(each[0] for each in seconds), min(each[-1] for each in seconds)
+    grid = np.linspace(start, end, _GRID if start < end else 0)
+    tables = [
+        [each._replace(values=np.interp(grid, at, each.values)) for each in columns if each not in own]
+        for columns, at in zip(others, seconds, strict=True)
+    ]
+    return [Guess((own[0], own[1]), TIME, units)], tables
 
 
 def _factor(unit: str) -> float:
@@ -145,54 +126,29 @@ def _factor(unit: str) -> float:
     return np.nan if known is None else float(known.factor)
 
 
-def _on_one_grid(tables: Sequence[list[_Column]]) -> tuple[list[Guess], list[list[_Column]]]:
-    """Return the guess of the times, and the other columns at times that both span; none without times."""
-    times = [[each for each in table if each.meaning == TIME and each.varies()][:1] for table in tables]
-    options = [pair for own in product(*times) for pair in product(*(time.units("s") for time in own))]
-    if not options:
-        return [], [[], []]
-    one, other = times[0][0], times[1][0]
-    ratio = float(np.ptp(one.values) / np.ptp(other.values))
-    # The units in which both last equally long.
-    units = min(options, key=lambda pair: round(abs(np.log(ratio * _factor(pair[0]) / _factor(pair[1]))), 2))
-    at = [time.values * _factor(unit) for time, unit in zip((one, other), units, strict=True)]
-    start, end = max(each[0] for each in at), min(each[-1] for each in at)
-    grid = np.linspace(start, end, _GRID if start < end else 0)
-    others = [
-        [each._replace(values=np.interp(grid, seconds, each.values)) for each in table if each is not time]
-        for table, time, seconds in zip(tables, (one, other), at, strict=True)
-    ]
-    return [Guess((one, other), TIME, units)], others
-
-
 def _match(one: _Column, other: _Column) -> Guess | None:
-    """Return the guess, of all channels, units and signs, by which two columns are nearest; None if far."""
+    """Return the guess, of all units and signs, by which two columns are nearest; None if they are far."""
     known = [column.name for column in (one, other) if column.known]
-    options: list[tuple[str, tuple[str, ...]]] = [
-        (name, units)
-        for name in dict.fromkeys(known or (one.meaning, other.meaning))
-        if name in channels() and len(known) < 2
-        for units in product(*(column.units(channels()[name].unit) for column in (one, other)))
-    ]
-    if not known and one.unit == other.unit:
-        options.insert(len(options) if one.unit else 0, (one.name, ()))
-    if not (one.varies() and other.varies()):  # in some unit a constant equals any other
+    # In some unit a constant equals any other.
+    if len(known) > 1 or not (one.varies() and other.varies()):
         return None
-    best, least = None, np.inf
-    for (channel, units), sign in product(options, (1, -1)):
-        first, second = (
-            column.values * _factor(unit)
-            for column, unit in zip((one, other), units or ("1", "1"), strict=True)
-        )
-        difference = (first - sign * second) / max(np.std(first), np.std(second))
-        spread, distance = round(float(np.std(difference)), 6), float(np.sqrt(np.mean(difference**2)))
-        if spread < least:
-            least, meant = (
-                spread,
-                one.meaning == other.meaning == channel if units else one.name == other.name,
-            )
-            best = Guess((one, other), channel, units, sign, meant, distance)
-    return best if best and best.distance <= (_ALIKE if best.named else _NEAR) else None
+    options: list[tuple[str, ...]] = [()] * (one.unit == other.unit)
+    if known:
+        options = [*product(*(column.units(channels()[known[0]].unit) for column in (one, other)))]
+    elif one.unit and other.unit and same_dimension(parse_unit(one.unit), parse_unit(other.unit)):
+        options = [(one.unit, other.unit)]
+    x, y = one.values, other.values
+    xx, xy, yy = (float(np.mean(both)) for both in (x * x, x * y, y * y))
+    deviations = float(np.std(x)), float(np.std(y))
+    best, least = None, _NEAR
+    for units, sign in product(options, (1, -1)):
+        ratio = _factor(units[0]) / _factor(units[1]) if units else 1.0
+        squared = max(ratio * ratio * xx - 2 * sign * ratio * xy + yy, 0.0)
+        distance = math.sqrt(squared) / max(ratio * deviations[0], deviations[1])
+        if round(distance, 6) < least:
+            least = round(distance, 6)
+            best = Guess((one, other), (known or [one.name])[0], units, sign, distance)
+    return best
 
 
 def mapping_text(guesses: Sequence[Guess], left: Left, dialects: Dialects | None, command: str) -> str:
@@ -211,9 +167,8 @@ def mapping_text(guesses: Sequence[Guess], left: Left, dialects: Dialects | None
         data = f"{number(100 * rule['distance'], 2)} % (RMS) away from {rule['partner']}"
         lines += ["", f"# {data}"] if rule["channel"] != TIME else [""]
         lines += [f"[{rule['side']}.{toml(rule['column'])}]", f"channel = {toml(rule['channel'])}"]
-        lines += [f'unit = "{rule["unit"]}"'] * (rule["unit"] is not None) + ["sign = -1"] * (
-            rule["sign"] < 0
-        )
+        lines += [f'unit = "{rule["unit"]}"'] * (rule["unit"] is not None)
+        lines += ["sign = -1"] * (rule["sign"] < 0)
     lines += [line for name in names if name not in channels() for line in ("", f"[channels.{toml(name)}]")]
     for side, columns in left.items():
         listed = textwrap.wrap("; ".join(columns), 100, break_long_words=False)

@@ -76,10 +76,8 @@ class Table:
         """Describe the table in a few lines, without its numbers."""
         head = " ".join(str(self.provenance[key]) for key in ("model", "status") if self.provenance.get(key))
         contacts = "" if self.events is None else f", {len(self.events)} contacts"
-        shape = f"{type(self).__name__}: {len(self.frame)} samples{contacts}"
-        return textwrap.fill(
-            f"{shape}{f' ({head})' if head else ''} of {', '.join(self.names)}", 100, max_lines=5
-        )
+        text = f"{type(self).__name__}: {len(self.frame)} samples{contacts}{f' ({head})' if head else ''} of "
+        return textwrap.fill(text + ", ".join(self.names), 100, max_lines=5)
 
     @property
     def known(self) -> dict[str, Channel]:
@@ -151,11 +149,10 @@ def slacks(*times: Array) -> tuple[float, float]:
 
 
 def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
-    missing = [channel for channel in ("time", *channels) if channel not in table.names]
-    unexpected = [channel for channel in table.channels if channel not in channels]
-    for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
-        if names:
-            yield f"channel {names[0]} is {fault}{_and_more(names)}"
+    if missing := [channel for channel in ("time", *channels) if channel not in table.names]:
+        yield f"channel {missing[0]} is missing{_and_more(missing)}"
+    if unexpected := [channel for channel in table.channels if channel not in channels]:
+        yield f"channel {unexpected[0]} is unexpected{_and_more(unexpected)}"
     # All columns at once, since checking each alone takes as long as a short run.
     frame = table.frame if all(dtype.kind in "fiu" for dtype in table.frame.dtypes) else None
     if frame is None or not (np.abs(frame.to_numpy(dtype=np.float64)) <= _LARGEST).all():

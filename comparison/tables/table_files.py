@@ -4,7 +4,6 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 (their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
 """
 
-import errno
 import json
 import warnings
 from collections.abc import Iterator
@@ -15,14 +14,15 @@ from typing import Any
 
 import pandas as pd
 import pyarrow as pa
-from pyarrow import csv, parquet
+from pyarrow import csv
 
 from comparison.files import check_size, contents, reading, replacing_in, write_json
 from comparison.tables.table import Columns, Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
 """Largest size of a table, bytes, as a file and as numbers in memory."""
-_FORMATS = (".csv", ".parquet")
+FORMATS = (".csv", ".parquet")
+"""Endings of the tables of this project."""
 _ENDS = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
 """Attribute of a table -> ending of its file."""
 _CONTACT = {"corner", "start", "end"}  # columns by which events are known as contacts
@@ -58,27 +58,14 @@ def _read_csv(path: Path) -> pd.DataFrame:
 def read_parquet(path: Path) -> pd.DataFrame:
     """Read a Parquet file; any other or damaged file is a `ValueError`."""
     try:
-        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
+        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow")
     except OSError:
         raise
     except Exception as error:  # pandas and pyarrow trust the sizes and types stated in a file
         raise ValueError(f"is no readable Parquet file: {error}") from error
-    finally:
-        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
     if not frame.columns.is_unique:
         raise ValueError("has two columns of one name")
     return frame
-
-
-def _texts(path: Path) -> list[str]:
-    """Return the columns of text, to be read as dictionaries: a small file may repeat one long text often."""
-    with parquet.ParquetFile(path) as file:
-        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
-    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
-    size = max(sum(8 * part.num_values for part in parts), sum(p.total_uncompressed_size for p in parts))
-    if size > LARGEST:  # the file is compressed, and may be small
-        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
-    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})
 
 
 def read_beside(path: Path, name: str) -> pd.DataFrame | None:
@@ -88,15 +75,10 @@ def read_beside(path: Path, name: str) -> pd.DataFrame | None:
         if not beside.is_file():
             return None
         check_size(beside, LARGEST)
-        return _read_csv(beside)
-
-
-def read_contacts(path: Path) -> pd.DataFrame | None:
-    """Read the contacts beside a table; None where there are none."""
-    events = read_beside(path, "events")
-    if events is not None and not _CONTACT.issubset(events):
-        raise TableError(f"{_companion(path, 'events')}: has no columns {', '.join(sorted(_CONTACT))}")
-    return events
+        frame = _read_csv(beside)
+        if name == "events" and not _CONTACT.issubset(frame):
+            raise ValueError(f"has no columns {', '.join(sorted(_CONTACT))}")
+        return frame
 
 
 def read_columns(path: Path, name: str) -> Columns | None:
@@ -107,11 +89,10 @@ def read_columns(path: Path, name: str) -> Columns | None:
     frame = read_beside(path, name)
     if frame is None:
         return None
-    columns = {str(name): column.to_numpy() for name, column in frame.items()}
-    for name, values in columns.items():
-        if name != "row" and values.dtype.kind in "iu":  # such as a force
-            columns[name] = values.astype(float)
-    return columns
+    whole = [name for name, column in frame.items() if name != "row" and column.dtype.kind in "iu"]
+    return {
+        str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(whole, float)).items()
+    }
 
 
 @contextmanager
@@ -193,8 +174,8 @@ def companions(table: Table, path: Path) -> list[Path]:
 
 def check_format(path: Path) -> None:
     """Reject, by a `TableError`, a file name that ends neither in ``.csv`` nor in ``.parquet``."""
-    if path.suffix.lower() not in _FORMATS:
-        raise TableError(f"{path}: the name must end in {' or '.join(_FORMATS)}")
+    if path.suffix.lower() not in FORMATS:
+        raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
 
 
 def _companion(path: Path, name: str) -> Path:

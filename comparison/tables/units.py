@@ -6,6 +6,7 @@ as a difference, and take ``T``, ``t`` and ``a`` for units.
 
 import math
 import re
+import unicodedata
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -22,12 +23,12 @@ _TABLE: dict[tuple[int, ...], dict[str, str | Fraction]] = {
         "cm centimeter centimetre": "1e-2",
         "in inch inches": "0.0254",
         "ft foot feet": "0.3048",
-        "um µm μm micrometer micrometre": "1e-6",
+        "um μm micrometer micrometre": "1e-6",
     },
     (0, 0, 1, 0): {
         "s sec second seconds": "1",
         "ms msec millisecond milliseconds": "1e-3",
-        "us µs μs microsecond microseconds": "1e-6",
+        "us μs microsecond microseconds": "1e-6",
         "min minute minutes": "60",
         "h hr hour hours": "3600",
         "ns nanosecond nanoseconds": "1e-9",
@@ -53,7 +54,6 @@ _TABLE: dict[tuple[int, ...], dict[str, str | Fraction]] = {
 _FACTOR = re.compile(r"(?P<name>[^\W\d]+|°|1(?!\d))(?:(?:\^|\*\*)?\(?(?P<exponent>[+-]?\d)\)?)?")
 # A hyphen joins two names, but after a power sign it is the sign of the number.
 _BETWEEN = re.compile(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])")
-_SUPERSCRIPT = {"⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3"}
 
 
 class Unit(NamedTuple):
@@ -90,9 +90,7 @@ def parse_unit(text: str) -> Unit | None:
 
     A space, ``*``, ``·``, ``.`` or ``-`` separates factors; what follows a ``/`` divides.
     """
-    text = text.strip()
-    for sign, plain in _SUPERSCRIPT.items():
-        text = text.replace(sign, plain)
+    text = unicodedata.normalize("NFKC", text.strip()).replace("\u2212", "-")  # mm/s², m s⁻²
     if text in _NAMED:
         return _NAMED[text]
     unit = _NAMED["1"]

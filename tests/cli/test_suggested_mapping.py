@@ -5,11 +5,10 @@ import tomllib
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.io import savemat
 
 POSITIONS = {"slider_x": "cm.x", "slider_y": "cm.y", "slider_angle": "rot"}
 RATES = {"slider_vx": "vel.x", "slider_vy": "vel.y", "slider_omega": "omega"}
-MATLAB = dict(zip([*POSITIONS, *RATES], ("x", "y", "phi", "xd", "yd", "phid"), strict=True))
+ALL = POSITIONS | RATES
 NUMBERS = ("max_difference", "worst_difference", "worst_time", "rms_difference", "scale")
 
 
@@ -25,48 +24,49 @@ def adams(sixbar, name, columns):
 
 
 def in_adams_units(frame):
-    factors = {name: 180 / np.pi if name in ("slider_angle", "slider_omega") else 1e3 for name in MATLAB}
-    named = {name: f".press.slider.{own}" for name, own in (POSITIONS | RATES).items()}
+    factors = {name: 180 / np.pi if name in ("slider_angle", "slider_omega") else 1e3 for name in ALL}
+    named = {name: f".press.slider.{own}" for name, own in ALL.items()}
     return {
         "TIME": frame.time * 1e3,
-        **{named[name]: frame[name] * factors[name] for name in MATLAB},
+        **{named[name]: frame[name] * factors[name] for name in ALL},
         ".press.MEA_7": 1e3 + np.cos(900 * frame.time),
     }
 
 
 @pytest.fixture(scope="module")
 def written(make):
-    """Two runs of the reference with other friction, and both as MATLAB and Adams would write them."""
+    """Two runs of the reference with other friction, the second one also as Adams would write it."""
     sixbar = make()
     for name, samples, friction in (("ours", 1000, 0.15), ("other", 750, 0.16)):
         changes = {"drive.cycles": 0.5, "output.samples_per_cycle": samples, "friction.coefficient": friction}
         options = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
         sixbar("run", "150rpm-0.2mm", "--model", "reference", "--out", f"{name}.csv", "-q", *options)
-    ours, other = (pd.read_csv(sixbar.folder / f"{name}.csv") for name in ("ours", "other"))
-    columns = {own: ours[name].to_numpy() for name, own in MATLAB.items()}
-    savemat(sixbar.folder / "ours.mat", {"t": ours.time.to_numpy(), **columns, "mass": 2.0})
+    other = pd.read_csv(sixbar.folder / "other.csv")
     adams(sixbar, "other.tab", in_adams_units(other))
     (sixbar.folder / "other.json").unlink()  # with two recorded scenes their clearance is the scale
     return sixbar
 
 
-@pytest.mark.parametrize(("first", "rules"), [("ours.mat", 14), ("ours.csv", 7)])
-def test_tables_of_matlab_and_adams_are_compared_as_the_models_own(first, rules, written):
+def test_a_table_of_adams_is_compared_as_the_models_own(written):
     """By the mapping as it is written: the same verdicts, differences, peaks and instants."""
-    sixbar, out = written, f"{rules}.toml"
-    said = sixbar("compare", "--suggest-mapping", first, "other.tab", "--out", out, "--json").err
+    sixbar, out = written, "suggested.toml"
+    said = sixbar("compare", "--suggest-mapping", "ours.csv", "other.tab", "--out", out, "--json").err
     assert said.splitlines()[-1] == out
-    assert len(sixbar.numbers) == rules  # 7 columns of each foreign table
+    # The two chatter with angular velocities that are 80 % (RMS) apart.
+    near = [name for name in ALL if name != "slider_omega"]
+    assert [rule["channel"] for rule in sixbar.numbers] == ["time", *near]
     options = ["--tolerance", "0.01", "--json"]
-    sixbar("compare", "ours.csv", "other.csv", "--channels", ",".join(MATLAB), *options, code=1)
+    sixbar("compare", "ours.csv", "other.csv", "--channels", ",".join(near), *options, code=1)
     expected = sixbar.numbers["channels"]
-    warned = sixbar("compare", first, "other.tab", "--mapping", out, *options, code=1).err
+    warned = sixbar("compare", "ours.csv", "other.tab", "--mapping", out, *options, code=1).err
     assert ".press.MEA_7" in warned  # it is not compared, and that is said
     converted = sixbar.numbers["channels"]
-    assert list(converted) == list(expected) == list(MATLAB)
+    assert list(converted) == list(expected) == near
     for name, channel in converted.items():
         own = expected[name]
         assert channel["verdict"] == own["verdict"]
+        if name == "slider_angle":  # interpolated without its rate
+            continue
         # A conversion rounds at 2e-16 of sizes up to 0.6 m and 8 rad/s; the smallest RMS is 1e-7 of them.
         assert [channel[key] for key in NUMBERS] == pytest.approx([own[key] for key in NUMBERS], rel=1e-7)
 
@@ -121,7 +121,6 @@ def test_what_the_data_do_not_show_is_listed(case, sixbar):
     assert ("compare" not in written, set(written["b"])) == (True, {"TIME"})
     left = sixbar.text("b.mapping.toml").partition("# Not assigned")[2]
     assert all(name in left for name in (*OPEN[case], *MOTION))
-    assert "(slider_x?)" in left
     sixbar.refused("compare --suggest-mapping ours.csv b.tab", "b.mapping.toml", "not overwritten")
 
 

@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from pyarrow import parquet
 
 from comparison.tables.table import Table, TableError, check
-from comparison.tables.table_files import companions, read, read_parquet, write
+from comparison.tables.table_files import companions, read, write
 
 PARTS = {
     "events": pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]}),
@@ -107,15 +107,6 @@ def test_unknown_endings_and_missing_files_and_a_byte_order_mark(tmp_path, make_
     path.write_text("slider_x,time\r\n1,0\r\n2,1\r\n", encoding="utf-8-sig")
     assert read(path).names == ["time", "slider_x"]
     assert read(path).values("slider_x").tolist() == [1.0, 2.0]
-
-
-def test_a_text_that_is_repeated_takes_no_memory_but_once(tmp_path):
-    path = tmp_path / "own.parquet"
-    note = pa.DictionaryArray.from_arrays(np.zeros(100_000, np.int32), ["a" * 100_000])  # 10 GB, repeated
-    parquet.write_table(pa.table({"time": np.arange(1e5), "note": note}), path, store_schema=False)
-    frame = read_parquet(path)
-    assert len(frame) == 100_000
-    assert frame.memory_usage(deep=True).sum() < 10_000_000
 
 
 def test_damaged_metadata_of_parquet_and_two_columns_of_one_name_are_one_line(tmp_path):

@@ -98,9 +98,9 @@ def test_what_is_no_vector_is_refused_or_listed():
     savemat(MAT, COLUMNS | others)  # a variable may have the name of an argument
     table, _, warnings = read_pair(MAT, None, '[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
     same(table)
-    listed = "file (objects or cells), m (matrix of 3 x 3), n (single number), t (text), c (complex numbers)"
-    assert warnings[0].endswith(listed)
-    refused("a.mat: 'file (objects or cells)' is not a channel", MAT)
+    for listed in ("m (float64 of shape (3, 3))", "n (float64 of shape ())", "t (str", "c (complex128 of "):
+        assert listed in warnings[0]
+    refused("a.mat: 'file (object of shape (2,))' is not a channel", MAT)
 
 
 def test_a_broken_file_is_one_line():
@@ -115,37 +115,30 @@ def test_a_broken_file_is_one_line():
         refused("a.mat: is not a readable .mat file", put("a.mat", broken))
 
 
+def dymola(places, *, transposed=True, **matrices):
+    """Write a result of Dymola: of each name its matrix and row; a matrix has its times in the first row."""
+    padded = [name.ljust(12) for name in places]
+    matrices["dataInfo"] = np.array([[*place, 0, -1] for place in places.values()]).T
+    content = {
+        "Aclass": [
+            "Atrajectory",
+            "1.1".ljust(11),
+            " " * 11,
+            ("binTrans" if transposed else "binNormal").ljust(11),
+        ],
+        "name": ["".join(column) for column in zip(*padded, strict=True)] if transposed else padded,
+    }
+    content |= {name: np.array(each if transposed else np.transpose(each)) for name, each in matrices.items()}
+    savemat(MAT, content, format="4")
+
+
 @pytest.mark.parametrize("transposed", [True, False])
 def test_a_result_of_dymola(transposed):
     """Names and matrices by their index, an alias with the opposite sign, a constant."""
     time, y, angle = COLUMNS.values()
-    names = [name.ljust(12) for name in ("Time", "slider_y", "slider_angle", "reaction_A_x")]
-    matrices = {
-        "dataInfo": np.array([[0, 1, 0, -1], [2, 2, 0, -1], [2, -3, 0, -1], [1, 2, 0, 0]]).T,
-        "data_1": np.array([[0.0, 0.01], [7.5, 7.5]]),
-        "data_2": np.array([time, y, -angle]),
-    }
-    kind = "binTrans" if transposed else "binNormal"
-    content = {
-        "Aclass": [line.ljust(11) for line in ("Atrajectory", "1.1", "", kind)],
-        "name": ["".join(column) for column in zip(*names, strict=True)] if transposed else names,
-    }
-    content |= {name: matrix if transposed else matrix.T for name, matrix in matrices.items()}
-    savemat(MAT, content, format="4")
+    places = {"Time": (0, 1), "slider_y": (2, 2), "slider_angle": (2, -3), "reaction_A_x": (1, 2)}
+    dymola(places, transposed=transposed, data_1=[[0.0, 0.01], [7.5, 7.5]], data_2=[time, y, -angle])
     same(read_pair(MAT)[0], COLUMNS | {"reaction_A_x": np.full(11, 7.5)})
-
-
-def trajectory(**matrices):
-    """A result of Dymola with a variable in the second row of each matrix."""
-    names = ["time", *matrices]
-    info = [[0, 1, 0, -1], *([int(name[-1]), 2, 0, -1] for name in matrices)]
-    padded = [name.ljust(10) for name in names]
-    return {
-        "Aclass": [line.ljust(11) for line in ("Atrajectory", "1.1", "", "binTrans")],
-        "name": ["".join(column) for column in zip(*padded, strict=True)],
-        "dataInfo": np.array(info).T,
-        **{f"data_{name[-1]}": np.array(matrix) for name, matrix in matrices.items()},
-    }
 
 
 @pytest.mark.parametrize(
@@ -158,7 +151,8 @@ def trajectory(**matrices):
     ],
 )
 def test_a_further_matrix_of_a_result_is_read_if_its_times_are_the_same(third, rule):
-    savemat(MAT, trajectory(v2=[[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]], v3=third), format="4")
+    places = {"time": (0, 1), "v2": (2, 2), "v3": (3, 2)}
+    dymola(places, data_2=[[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]], data_3=third)
     if rule:
         refused(rule, MAT)
     else:
@@ -202,7 +196,7 @@ def test_what_simulink_saves(content, names):
 @pytest.mark.parametrize("matrix", [np.eye(21), np.ones((3, 21)), np.ones((21, 2, 2)), np.ones((4, 2))])
 def test_a_matrix_whose_rows_are_no_times_is_refused(matrix):
     savemat(MAT, {"tout": COLUMN, "yout": matrix})
-    refused("a.mat: 'yout (matrix of ", MAT)
+    refused("a.mat: 'yout (float64 of shape ", MAT)
 
 
 # Excel
@@ -234,7 +228,7 @@ def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row(head):
         ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in line 5: 'late'"),
         ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in line 5"),
         ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
-        ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
+        ([["time", "slider_y"], ["0.1", "0.2"]], "of its sheets none hold rows of two or more numbers"),
     ],
 )  # fmt: skip
 def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
@@ -243,7 +237,7 @@ def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
 
 def test_a_damaged_workbook_and_two_sheets_are_one_line():
     path = workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]})
-    refused("run.xlsx: sheets 'Table' and 'Run 2' hold numbers: save one per file", path)
+    refused("of its sheets 'Table' and 'Run 2' hold rows of two or more numbers: save one", path)
     for share in (0.1, 0.5, 0.9):
         content = path.read_bytes()
         refused("is not a readable .xlsx workbook", put("b.xlsx", content[: int(share * len(content))]))

@@ -74,7 +74,12 @@ ANGLES = "time,slider_y,slider_angle\n"
     ("a", "b", "mapping", "rule"),
     [
         (text(ANGLES + "ms,deg,deg"), "", None, "'slider_y': unit 'deg' does not fit the channel slider_y"),
-        (text(ANGLES + "mm,mm,deg"), "", None, "unit 'mm' does not fit the channel time, which is in s"),
+        (
+            text("time [mm],slider_y [mm],slider_angle [deg]"),
+            "",
+            None,
+            "'mm' does not fit the channel time, which",
+        ),
         (
             text("TIME,slider_y,time\nms,mm,s"),
             "",
