@@ -1,7 +1,6 @@
 """Scenes for the tests of the models, straight from the printed numbers; what holds on any machine."""
 
 import os
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -21,32 +20,6 @@ pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the to
 
 PAPER = Path(__file__).parents[1] / "comparison" / "scene" / "shipped" / "paper.toml"
 Scene = dict[str, Any]
-
-
-@pytest.fixture
-def lines_run():
-    """Return what counts the lines of Python that a call runs: on any machine what a time would say on one.
-
-    Work in compiled code does not count; a loop over samples does, once a sample.
-    """
-
-    def count(call):
-        lines = 0
-
-        def trace(_frame, event, _argument):
-            nonlocal lines
-            lines += event == "line"
-            return trace
-
-        before = sys.gettrace()
-        sys.settrace(trace)
-        try:
-            call()
-        finally:
-            sys.settrace(before)
-        return lines
-
-    return count
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from reference_states import IDEAL, PIN
 
 import exudyn_model
 import reference_model
@@ -33,11 +34,7 @@ THROWN = {
     "initial.slider_omega": 0.01,
     "solver.exudyn.formulation": "tree",
 }
-JOINTS = {
-    "slider": {"joints.slider": "clearance", "joints.crank_pin": "ideal"},
-    "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
-    "both": {"joints.slider": "clearance", "joints.crank_pin": "clearance"},
-}
+JOINTS = {"slider": {}, "pin": IDEAL | PIN, "both": PIN}
 
 
 def test_every_key_of_a_contact_is_changed():

@@ -1,38 +1,11 @@
-"""Contacts: signs of forces, the table of contacts beside the samples, momentum."""
+"""Contacts: the table of contacts beside the samples and the pulses, grazing ones, those of a whole side."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from page_formulas import CORNERS, Numbers
 from scipy.integrate import trapezoid
-
-CORNERS = {"ll": 1, "lr": -1, "ul": 1, "ur": -1}
-"""With the sign of the wall's normal into the guide, along x."""
-
-
-def test_gaps_and_forces_are_those_of_the_slider_s_motion(short):
-    """Gap from its wall; normal >= 0; |friction| <= c_f normal, opposite to the slip; J5 alpha = moment."""
-    mechanism, law = short.scene["mechanism"], short.scene["friction"]
-    half_gap = mechanism["slider"]["width"] / 2 + short.scene["clearance"]["slider"]
-    pressed, moment = 0, np.zeros_like(short.columns["time"])
-    for corner, inward in CORNERS.items():
-        gap, normal, friction, rx, ry, _, slip = short.corner(corner)
-        # To the round-off of 0.55 m coordinates.
-        own = inward * (short.columns["slider_x"] + rx - mechanism["guide_x"]) + half_gap
-        assert np.abs(gap - own).max() <= 1e-15
-        assert np.all(normal >= 0.0)
-        assert np.all(friction * slip <= 0.0)
-        largest = law["coefficient"] * normal
-        assert np.all(np.abs(friction) <= largest * (1 + 1e-12))  # a few roundings
-        full = np.abs(slip) > 1.01 * law["transition_speed"]
-        np.testing.assert_allclose(np.abs(friction)[full], largest[full], rtol=1e-9)
-        pressed += np.count_nonzero(normal[full])
-        moment += rx * friction - ry * inward * normal
-    assert pressed > 100  # samples that could have the wrong sign
-    spin = mechanism["slider"]["inertia"] * short.columns["slider_alpha"]
-    assert np.ptp(spin) > 0.01
-    # Arms of up to 0.05 m times forces of up to 100 N: some 1e-15 N m of rounding.
-    assert np.abs(spin - moment).max() <= 1e-13
 
 
 def test_table_of_contacts_is_that_of_the_samples(short):
@@ -47,8 +20,10 @@ def test_table_of_contacts_is_that_of_the_samples(short):
     assert events["end"].max() <= time[-1] * (1 + 1e-12)
     assert events["normal_speed"].min() >= short.scene["contact"]["impact_speed_floor"]
     assert events["peak_force"].min() > 0.0
-    for corner in CORNERS:
-        gap, normal, *_, rate, _ = short.corner(corner)
+    motion = [short.columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
+    for number, corner in enumerate(CORNERS):
+        gap, normal = (short.columns[f"corner_{corner}_{part}"] for part in ("gap", "normal"))
+        rate = Numbers(short.scene).corner(number, *motion)[1]
         inside, near = np.zeros(time.size, bool), np.zeros(time.size, bool)
         for earlier, later in pairwise(short.contacts(corner)):
             assert earlier["end"] <= later["start"]
@@ -73,6 +48,49 @@ def test_table_of_contacts_is_that_of_the_samples(short):
         assert np.all(gap[inside & ~near] <= 0.0), corner
 
 
+def assert_pulses(simulated):
+    """Sorted, within their contacts, up to the peak; those of Exudyn have the impulse, too."""
+    events, pulses = simulated.result.events, simulated.result.pulses
+    row, time, force = (pulses[name] for name in ("row", "time", "force"))
+    assert np.all(np.diff(row) >= 0)
+    assert np.all(np.diff(time)[np.diff(row) == 0] > 0.0)
+    assert np.all((time >= events["start"][row]) & (time <= events["end"][row]))
+    assert np.all((force >= 0.0) & (force <= events["peak_force"][row] * (1.0 + 1e-12)))
+    each = [np.flatnonzero(row == i) for i in range(events["start"].size)]
+    shares = np.array([force[own].max(initial=0.0) for own in each]) / events["peak_force"]
+    assert np.median(shares) > 0.95
+    if not simulated.reference:
+        # The pulse has states at the ends of steps, forty in the shortest contact: 1 - cos(pi / 80) = 8e-4.
+        assert shares.min() >= 1.0 - 1e-3
+        for own, start, end, impulse in zip(
+            each, *(events[k] for k in ("start", "end", "impulse")), strict=True
+        ):
+            first, last = (
+                force[k] if edge == time[k] else 0.0 for k, edge in ((own[0], start), (own[-1], end))
+            )
+            area = np.trapezoid([first, *force[own], last], [start, *time[own], end])
+            # Of a half sine the trapezoids of ten samples miss (pi / 10)^2 / 12 = 0.8 %, unequal ones more.
+            assert area == pytest.approx(impulse, rel=0.02)
+
+
+def test_pulses_are_the_forces_of_the_contacts(short):
+    assert_pulses(short)
+
+
+@pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-tree"])
+def test_a_grazing_touch_within_one_step_is_seen(run, variant):
+    """The turning point of a first flight lies 1e-9 m inside the wall, for a part of a step."""
+    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
+    free = run("reference-minimal", "150rpm-0.2mm", wide | {"output.samples_per_cycle": 200_000})
+    assert free.result.events["start"].size == 0
+    turn = free.columns["slider_x"].max() + 0.55
+    loose = {"solver.reference.tolerance": 3e-6, "solver.exudyn.tolerance": 1e-9}
+    touched = run(variant, "150rpm-0.2mm", wide | loose | {"clearance.slider": turn - 1e-9}).result.events
+    assert set(touched["corner"]) == {"lr", "ur"}
+    # The sampled turning point is off by at most a sample's fall, (2e-6 s)^2 * 10 m/s^2 = 4e-11 m.
+    assert touched["largest_depth"].max() == pytest.approx(1e-9, rel=0.05)
+
+
 @pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-tree"])
 @pytest.mark.parametrize(
     ("changes", "count"),
@@ -87,6 +105,7 @@ def test_table_of_contacts_is_that_of_the_samples(short):
 def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, count):
     """From the first corner's touch, at its speed, to the last one's separation, by the gaps alone."""
     simulated = run(variant, "150rpm-0.2mm", changes | {"contact.law": "foundation"})
+    assert_pulses(simulated)
     events, columns, time = simulated.result.events, simulated.columns, simulated.columns["time"]
     joined, outlasted = [], []
     for side in (("ll", "ul"), ("lr", "ur")):
@@ -127,23 +146,3 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
         assert first["normal_speed"] == pytest.approx(speed, rel=1e-9)
         assert first["largest_depth"] >= 2e-6 * (1 - 1e-9)
     assert not simulated.contacts("ll") + simulated.contacts("ul")
-
-
-@pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-tree"])
-def test_what_starts_far_inside_its_wall_leaves_where_damping_has_taken_the_force_away(run, variant):
-    """Its force of 9 MN accelerates it outwards until 1 + C d'/v = 0, within some 1e-11 s.
-
-    On the way nothing else moves it, so the impulse is mass times v / C; the mass is that which the force
-    accelerates at t = 0. Samples are 4e-9 s apart.
-    """
-    changes = {"initial.slider_offset": 0.01, "initial.slider_vx": 0.0, "friction.coefficient": 0.0}
-    dense = {"drive.cycles": 1e-7, "output.samples_per_cycle": 100_000_000}
-    simulated = run(variant, "150rpm-0.2mm", changes | dense)
-    contact, pressed = simulated.scene["contact"], ("lr", "ur")
-    force = sum(simulated.columns[f"corner_{corner}_normal"][0] for corner in pressed)
-    mass = -force / simulated.columns["slider_ax"][0]
-    speed = contact["impact_speed_floor"] / (0.75 * (1.0 - contact["restitution"] ** 2))
-    # The linkage's own 3 m/s^2 give 1e-6 of v / C until the force is gone; measured 1.1e-6 and 1.6e-6.
-    impulse = sum(simulated.contacts(corner)[0]["impulse"] for corner in pressed)
-    assert impulse == pytest.approx(mass * speed, rel=1e-5)
-    assert np.all(simulated.columns["corner_lr_normal"][1:] == 0.0)

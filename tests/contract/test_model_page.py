@@ -80,13 +80,18 @@ MOTIONS = {
     # Two bounces of the journal, 305 and 1559 N.
     "crank-pin": 0.0195,
 }
-# The same with the law adams-impact and with a workpiece right below the slider.
 ROWS = [[0.0, 0.0], [2e-4, 30.0], [3e-4, 10.0]]
+MIRRORED = {
+    "drive.speed_rpm": -150.0, "mechanism.rocker_branch": -1, "mechanism.rocker_pivot": [-0.2568, 0.2],
+    "mechanism.crank_angle_deg": 68.64, "mechanism.guide_x": 0.55, "mechanism.reference_offset": -5e-5,
+}  # fmt: skip
+# The same with another law, mirrored about the y axis, and with a workpiece right below the slider.
 OTHERS = {
     "adams-impact": ("150rpm-0.2mm", {"contact.law": "adams-impact"}),
     "adams-impact at the pin": ("crank-pin", {"contact.law": "adams-impact"}),
     "gonthier": ("150rpm-0.2mm", {"contact.damping_model": "gonthier"}),
     "hunt-crossley at the pin": ("crank-pin", {"contact.damping_model": "hunt-crossley"}),
+    "mirrored at the pin": ("crank-pin", MIRRORED),
     "power": ("150rpm-0.2mm", {"load.surface": 0.1885, "load.depth": 1e-3, "load.force": 50.0}),
     "table": ("crank-pin", {"load.surface": 0.189, "load.table": ROWS, "drive.cycles": 0.0185}),
 }

@@ -119,8 +119,14 @@ def by_reference(corners, times, tolerance, baumgarte=(0.0, 0.0)):
     return np.stack([slider["x"], slider["angle"]]), run.counters["contacts"][0]
 
 
-def by_exudyn(law, times, step):
-    """The same by Exudyn's five-body builder, and how many contacts there were."""
+def turn(vector, angle):
+    """Return x and y turned about the crank's pivot, and the third number as it is."""
+    (x, y, third), c, s = vector, math.cos(angle), math.sin(angle)
+    return x * c - y * s, x * s + y * c, third
+
+
+def by_exudyn(law, times, step, turned=0.0, gravity=GRAVITY):
+    """The same by Exudyn's five-body builder, turned with its guide, and how many contacts there were."""
     name, damping = LAWS[int(law.law)], law.C
     if name == "adams-impact":
         damping = law.c_max
@@ -128,15 +134,17 @@ def by_exudyn(law, times, step):
         float(law.law), CLEARANCE, law.K, law.n, damping, law.speed_floor, law.c_f, law.v0, law.v1, law.d_max,
         half_width=WIDTH / 2, half_length=LENGTH / 2,
     )  # fmt: skip
+    motion = zip(BODIES, *start(), strict=True)
     system = System(
-        [Body(*body, place, rate) for body, place, rate in zip(BODIES, *start(), strict=True)],
+        [Body(*body, turn((x, y, angle + turned), turned), turn(rate, turned))
+         for body, (x, y, angle), rate in motion],
         [Pin("O", -1, (0.0, 0.0), 0, (-CRANK / 2, 0.0)), Pin("A", 0, (CRANK / 2, 0.0), 1, (-ROD / 2, 0.0)),
          Pin("B", 1, (ROD / 2, 0.0), 2, (0.0, 0.0))],
         [],
-        [SliderContact(2, (0.0, 0.0), 0.0, own)],
+        [SliderContact(2, (0.0, 0.0), turned, own)],
         Drive(0, OMEGA),
         2,
-        GRAVITY,
+        gravity,
     )  # fmt: skip
     ticks = round(times[1] / step)
     # Index 2, where Newton's tolerance is absolute: index 3 leaves 2.5e-9 of the weights unbalanced
@@ -145,8 +153,9 @@ def by_exudyn(law, times, step):
     )
     recorder, _, outcome = run_system(system, settings)
     assert outcome.status == "success", outcome.remedy
-    simulated = recorder.columns(("slider_x", "slider_angle"))
-    return np.stack([simulated["slider_x"], simulated["slider_angle"]]), len(recorder.event_table()["corner"])
+    simulated = recorder.columns(("slider_x", "slider_y", "slider_angle"))
+    across, _, angle = turn([simulated[f"slider_{name}"] for name in ("x", "y", "angle")], -turned)
+    return np.stack([across, angle - turned]), len(recorder.event_table()["corner"])
 
 
 @each_law
@@ -175,3 +184,13 @@ def test_both_models_agree_on_a_slider_crank_to_their_uncertainties(scene, law):
     u = np.hypot(moved[0], 4 / 3 * moved[1]) + 1e-14
     assert (u <= 0.01 * np.array([[CLEARANCE], [CLEARANCE / LENGTH]])).mean() >= 0.95
     assert (np.abs(exact - five) <= 2.0 * u).mean() >= 0.99
+
+
+@pytest.mark.parametrize("turned", [1.0, -math.pi / 2, 2.5])
+def test_five_bodies_turned_with_their_guide_move_as_before(scene, turned):
+    corner, times = read_parameters(scene()).corners[0], np.linspace(0.0, 0.04, 201)
+    (upright, contacts), other = (by_exudyn(corner, times, 5e-6, by, 0.0) for by in (0.0, turned))
+    assert contacts == other[1] >= 2
+    # Newton's tolerance, which impacts magnify
+    for row, bound in ((0, 1e-8), (1, 1e-6)):
+        np.testing.assert_allclose(other[0][row], upright[row], rtol=0, atol=bound)

@@ -1,6 +1,7 @@
 """The plan of a run is what the models do: names, channels left out, the smallest by default."""
 
 import pytest
+from reference_states import IDEAL, PIN
 
 import exudyn_model
 import reference_model
@@ -10,12 +11,7 @@ from comparison.scene import load_scene
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 AUTO = {"solver.exudyn.formulation": "auto"}
 SHORT = {"drive.cycles": 0.002}
-JOINTS = {
-    "slider": {"joints.slider": "clearance", "joints.crank_pin": "ideal"},
-    "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
-    "both": {"joints.slider": "clearance", "joints.crank_pin": "clearance"},
-    "none": {"joints.slider": "ideal", "joints.crank_pin": "ideal"},
-}
+JOINTS = {"slider": {}, "pin": IDEAL | PIN, "both": PIN, "none": IDEAL}
 
 
 @pytest.mark.parametrize("groups", [[], ["joints"]])
@@ -42,39 +38,32 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert not any(name.startswith("reaction") for name in result.columns) or groups
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "contacts", "load"),
-    [
-        ("150rpm-0.2mm", {}, "hertz-corners; 210 GPa, Poisson's ratio 0.28", ""),
-        (
-            "adams-impact",
-            {},
-            "adams-impact; 210 GPa, Poisson's ratio 0.28; damping up to 260 N s/m, from",
-            "",
-        ),
-        ("adams-impact", {"contact.stiffness": 5e9}, "adams-impact; k = 5e+09 N/m^n; damping up to", ""),
-        ("workpiece", {}, "", "below y = -0.0318 m: 500 N at a depth of 0.003 m, exponent 1.5"),
-        ("ideal", {"load.table": [[0.0, 0.0], [1e-3, 9.0], [2e-3, 3.0]]}, "", "m: a table up to 9 N"),
-    ],
-)
-def test_the_plan_tells_law_and_load(name, changes, contacts, load):
+CHANGES = {
+    "hertz-corners; 210 GPa, Poisson's ratio 0.28": ("150rpm-0.2mm", {}),
+    "adams-impact; 210 GPa, Poisson's ratio 0.28; damping up to 260 N s/m, from": ("adams-impact", {}),
+    "adams-impact; k = 5e+09 N/m^n; damping up to": ("adams-impact", {"contact.stiffness": 5e9}),
+    "below y = -0.0318 m: 500 N at a depth of 0.003 m, exponent 1.5": ("workpiece", {}),
+    "m: a table up to 9 N": ("ideal", {"load.table": [[0.0, 0.0], [1e-3, 9.0], [2e-3, 3.0]]}),
+}
+
+
+@pytest.mark.parametrize("words", CHANGES)
+def test_the_plan_tells_law_and_load(words):
     for model in MODELS:
-        made = plan(load_scene(name, changes), model)
-        assert contacts in "".join(made.contacts)
-        assert made.load.endswith(load) if load else not made.load
+        made = plan(load_scene(*CHANGES[words]), model)
+        assert words in "; ".join([*made.contacts, made.load])
+        assert bool(made.load) == (words.startswith(("below", "m: ")))
 
 
-@pytest.mark.parametrize("joints", ["slider", "none"])
-def test_a_larger_formulation_runs_on_request_and_costs_more(joints):
-    small = load_scene("150rpm-0.2mm", JOINTS[joints] | AUTO)
+def test_a_larger_formulation_of_the_reference_runs_on_request():
+    small = load_scene("150rpm-0.2mm", AUTO | SHORT)
     large = small.with_values({"solver.reference.formulation": "multiplier"})
     few, many = plan(small, "reference"), plan(large, "reference")
     assert many.coordinates - many.constraints == few.coordinates
-    result = MODELS["reference"].simulate(large.with_values(SHORT).data)
-    assert result.provenance["formulation"] == many.formulation
-    assert many.expected.seconds > 5 * few.expected.seconds
-    ratio = pytest.approx(many.expected.seconds / few.expected.seconds, rel=1e-12)
-    assert few.instead == (("solver.reference.formulation = 'multiplier'", many.formulation, ratio),)
+    assert reference_model.simulate(large.data).provenance["formulation"] == many.formulation
+    assert [each[:2] for each in few.instead] == [
+        ("solver.reference.formulation = 'multiplier'", many.formulation)
+    ]
 
 
 def test_five_bodies_and_the_tree_are_reported_beside_each_other():

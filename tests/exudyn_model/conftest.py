@@ -2,12 +2,9 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from exudyn_model import simulate
-
-TREE = {"formulation": "tree", "method": "dopri5", "step": 1e-4}
 
 
 @pytest.fixture(scope="session")
@@ -15,11 +12,9 @@ def make_scene(scene):
     """Function from changes with dotted keys, and a tree's tolerance (None: five bodies), to a scene."""
 
     def make(*changes, tree=None):
-        solver = TREE | {"tolerance": tree} if tree else {}
+        solver = {"formulation": "tree", "method": "dopri5", "step": 1e-4, "tolerance": tree} if tree else {}
         merged = {f"solver.exudyn.{key}": value for key, value in solver.items()}
-        for more in changes:
-            merged |= more
-        return scene(merged)
+        return scene(merged | {key: value for more in changes for key, value in more.items()})
 
     return make
 
@@ -37,9 +32,3 @@ def run(make_scene):
         return known[key]
 
     return result
-
-
-@pytest.fixture(scope="session")
-def error():
-    """Function from two results and a channel to the largest difference at a sample."""
-    return lambda result, exact, name: float(np.max(np.abs(result.columns[name] - exact.columns[name])))

@@ -1,8 +1,7 @@
-"""Runs of every formulation: settings, refusals, failures, pulses of the contacts."""
+"""Runs of every formulation: settings, refusals, failures."""
 
 import json
 
-import numpy as np
 import pytest
 
 from exudyn_model import simulate
@@ -82,24 +81,6 @@ def test_failures_keep_what_was_computed_and_say_what_to_try(
     assert capfd.readouterr() == ("", "")
 
 
-def test_steps_far_longer_than_a_contact_are_no_success(run):
-    """A linear wall and steps a hundred times as long: another Jacobian would spin rod 4 a thousand times."""
-    step, way = 1e-3, 5e-5  # s, and m in a step
-    result = run(
-        {
-            "contact.exponent": 1.0, "contact.restitution": 1.0, "contact.youngs_modulus": 1e11,
-            "friction.coefficient": 0.0, "environment.gravity": 0.0, "drive.speed_rpm": 1e-6,
-            "drive.cycles": 48 * step / 6e7, "output.samples_per_cycle": round(6e7 / step),
-            "initial.slider_vx": -way / step, "initial.slider_offset": 3.375 * way - 2e-4,
-            STEP: step * (1 + 1e-6),
-        }
-    )  # fmt: skip
-    assert result.provenance["counters"]["steps"] == 48
-    assert np.ptp(result.columns["slider_y"]) < 0.01
-    assert result.status == "invariant-violated"
-    assert STEP in result.remedy
-
-
 @pytest.mark.parametrize("tree", [None, 1e-8])
 def test_ctrl_c_in_progress_arrives_unchanged(make_scene, tree):
     def stop(fraction):
@@ -107,49 +88,3 @@ def test_ctrl_c_in_progress_arrives_unchanged(make_scene, tree):
 
     with pytest.raises(KeyboardInterrupt, match="at"):
         simulate(make_scene({"drive.cycles": 0.02}, tree=tree), progress=stop)
-
-
-# Each formulation, each law; the impact of a whole side is twenty times as short
-PULSES = {
-    "full": ({}, None),
-    "tree": ({}, 1e-10),
-    "loose": ({}, 1e-6),
-    "foundation": ({"contact.law": "foundation", STEP: 1e-7}, None),
-    "foundation-tree": ({"contact.law": "foundation"}, 1e-10),
-    "pin": (PIN | {"clearance.crank_pin": 1e-4}, 1e-8),
-    "pressed": ({"initial.slider_offset": 2.05e-4}, None),
-    "pressed-tree": ({"initial.slider_offset": 2.05e-4}, 1e-9),
-}
-
-
-@pytest.mark.parametrize("name", PULSES)
-def test_every_contact_of_a_corner_has_a_pulse_whose_peak_and_impulse_are_those_of_its_row(run, name):
-    changes, tree = PULSES[name]
-    result = run(changes, {"drive.cycles": 0.15}, tree=tree)
-    assert result.status == "success"
-    rows = np.flatnonzero(result.events["corner"] != "pin")
-    assert len(rows) >= 5
-    assert np.unique(result.pulses["row"]).tolist() == rows.tolist()
-    for row in rows:
-        own = result.pulses["row"] == row
-        time, force = (result.pulses[name][own] for name in ("time", "force"))
-        start, end, impulse, peak = (
-            result.events[name][row] for name in ("start", "end", "impulse", "peak_force")
-        )
-        assert np.all(np.diff(time) > 0.0)
-        assert np.all(force >= 0.0)
-        # The longest step in a contact, of the loose tree
-        reach = 0.15 * (end - start)
-        assert start <= time[0] < start + reach
-        assert end - reach < time[-1] <= end
-        assert time.size >= 10
-        # Of a tree the row has it at quarters of steps, the pulse after 20 steps at their ends: it lies
-        # there in contacts of 40 steps and more, of which a half sine is 1 - cos(pi / 80) = 8e-4 below
-        assert (1.0 - 1e-3) * peak <= force.max() <= peak
-        # Of a half sine the trapezoids of ten samples miss (pi / 10)^2 / 12 = 0.8 %, unequal ones more
-        first, last = (force[k] if edge == time[k] else 0.0 for k, edge in ((0, start), (-1, end)))
-        assert np.trapezoid([first, *force, last], [start, *time, end]) == pytest.approx(impulse, rel=0.02)
-    if "pressed" in name:
-        # 5 um inside the right wall: the largest force of the first contacts is at once
-        assert result.pulses["time"][0] == 0.0
-        assert result.pulses["force"][0] == result.events["peak_force"][0]

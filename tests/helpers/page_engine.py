@@ -28,6 +28,21 @@ def across(u):
     return np.array([-u[1], u[0]])
 
 
+def at_time(scene, time, x=None, angle=0.0, vx=0.0, omega=0.0):
+    """Return the engine whose start is at a time (s), a slider with clearance at x (m, fixed frame)."""
+    m, degrees = scene["mechanism"], 6.0 * scene["drive"]["speed_rpm"] * time
+    moved = {"mechanism": m | {"crank_angle_deg": m["crank_angle_deg"] + degrees}}
+    if x is not None:
+        start = {
+            "slider_offset": x - m["guide_x"],
+            "slider_angle": angle,
+            "slider_vx": vx,
+            "slider_omega": omega,
+        }
+        moved["initial"] = start
+    return Engine(scene | moved)
+
+
 class Engine:
     """The press as the page describes it, in 15 coordinates without Baumgarte's terms.
 

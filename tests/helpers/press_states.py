@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from page_engine import Engine
+from page_engine import at_time
 from page_formulas import Numbers, corner_load, friction
-from reference_states import constants, friction_regime
+from reference_states import constants, friction_regime, new_modes
 
 from comparison.scene import load_scene
 from exudyn_model.clearances import new_contacts
@@ -52,11 +52,8 @@ class Press:
 
     def state(self, time, x, angle, vx, w, speeds):
         """Close the linkage at ``time`` with the slider at ``x`` (m, fixed frame), turned by ``angle``."""
-        m, degrees = self.data["mechanism"], 6.0 * self.data["drive"]["speed_rpm"] * time
-        start = {"slider_offset": x - m["guide_x"], "slider_angle": angle, "slider_vx": vx, "slider_omega": w}
-        moved = {"mechanism": m | {"crank_angle_deg": m["crank_angle_deg"] + degrees}, "initial": start}
         joints = {"joints": {"slider": "clearance", "crank_pin": "ideal"}}
-        q, v = Engine(self.data | moved | joints).start()[:30].reshape(2, 15)
+        q, v = at_time(self.data | joints, time, x, angle, vx, w).start()[:30].reshape(2, 15)
         return State(time, q, v, np.asarray(speeds, dtype=float))
 
     def corner(self, state, number):
@@ -73,12 +70,12 @@ class Press:
         )
 
     def modes(self, state):
-        """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
-        modes = np.zeros((3, 5))
+        """Modes of the contacts as the reference keeps them."""
+        modes = new_modes()
         for number in np.flatnonzero(state.speeds):
             (gap, rate, slip, _, _), speed = self.corner(state, int(number)), state.speeds[number]
             pulls = self.pulls(self.page.K, gap, rate, speed)
-            modes[:, number] = speed, friction_regime(self.numbers, slip), pulls
+            modes[number] = speed, friction_regime(self.numbers, slip), pulls, True
         return modes
 
     def memory(self, state):

@@ -1,4 +1,4 @@
-"""The reference in one state: forces, rows of Eq. 16, accelerations; contacts in rows of five."""
+"""The reference in one state: forces, rows of Eq. 16, accelerations; its records of five contacts."""
 
 from types import SimpleNamespace
 
@@ -9,8 +9,7 @@ from reference_model.compiled import kernel
 from reference_model.dop853 import evaluate
 from reference_model.formulations import all_bodies
 from reference_model.minimal import minimal
-from reference_model.observation import motions
-from reference_model.state import Mode, Touch, contact_list, new_nodes, record, records
+from reference_model.state import Mode, Touch, contact_list, new_nodes, records
 
 IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
@@ -23,12 +22,8 @@ EACH = {
     "multiplier ideal": MULTIPLIER | IDEAL,
 }
 """What selects each formulation of the reference, for each of its joints with clearance."""
-MEMORY, REGIME, CLIPPED, INSIDE = range(4)
-"""Rows of the modes, shape (4, 5): of the corners and the journal."""
-TOUCH = ("rate", "slip", "gap", "normal", "friction", "stored")
-RATE, SLIP, GAP, NORMAL, FRICTION = range(5)
-"""Rows of the contact states, shape (6, 5)."""
 CORNERS, JOURNAL = slice(4), 4
+"""Places among five contacts."""
 
 
 def constants(p):
@@ -44,18 +39,9 @@ def friction_regime(c, slip):
     return regime if slip >= 0.0 else -regime
 
 
-def all_modes(modes, places=slice(None)):
-    """Return modes as the reference keeps them; of three rows INSIDE follows the memory."""
-    rows = [*modes, *[np.asarray(modes[MEMORY]) > 0.0][: 4 - len(modes)]]
-    return np.array([tuple(column) for column in zip(*rows, strict=True)], record(Mode))[places]
-
-
-def in_rows(touches, places):
-    """Return states of contacts by the rows above; a contact that there is not is open."""
-    rows = np.zeros((len(TOUCH), 5))
-    rows[GAP] = np.inf
-    rows[:, places] = [touches[name] for name in TOUCH]
-    return rows
+def new_modes():
+    """Return the modes of five open contacts."""
+    return records(Mode, 5)
 
 
 @kernel
@@ -66,9 +52,8 @@ def _slider_forces(contacts, pose, modes, touches):
 def slider_forces(p, pose, modes):
     """Return force and moment on the slider (3,), and the states of the contacts."""
     touches = records(Touch, 4)
-    pose = tuple(map(float, pose))
-    forces = _slider_forces(contact_list(p.corners), pose, all_modes(modes, CORNERS), touches)
-    return np.array(forces[:3]), in_rows(touches, CORNERS)
+    forces = _slider_forces(contact_list(p.corners), tuple(map(float, pose)), modes[CORNERS], touches)
+    return np.array(forces[:3]), touches
 
 
 @kernel
@@ -90,22 +75,13 @@ class Bearing:
         tip = p.mechanism.L1 * np.exp(1j * (p.mechanism.theta0 + omega * time))
         e, v = complex(tip - centre), complex(1j * omega * tip - velocity)
         self._normal = _journal_motion(self._contacts, e, v, (omega, float(w2)), self._touches)
-        self.rate, self.slip, self.gap = (self._touches[name][0] for name in TOUCH[: GAP + 1])
+        self.rate, self.slip, self.gap = (self._touches[name][0] for name in ("rate", "slip", "gap"))
         self.point = centre + p.journal.radius * complex(*self._normal)
 
     def force(self, modes):
         """Return G on rod 2 and the normal force, N."""
-        modes = all_modes(modes, [JOURNAL])
-        Gx, Gy, _, _ = _journal_force(self._contacts, modes, *self._normal, self._touches)
+        Gx, Gy, _, _ = _journal_force(self._contacts, modes[[JOURNAL]], *self._normal, self._touches)
         return complex(Gx, Gy), float(self._touches["normal"][0])
-
-
-def in_state(model, p, time, head, modes):
-    """Return states of the contacts, and motions of the slider (9,) and of all bodies (5, 9)."""
-    nodes = new_nodes(np.asarray(head, dtype=float), model.contacts.size)
-    evaluate(model, time, 0, modes, nodes)
-    bodies = all_bodies(model, p.mechanism, np.array([time]), nodes.y[:1].T, nodes.dy[:1].T)[:, :, 0]
-    return nodes.touches[0], motions(nodes.slider)[:, 0], bodies
 
 
 def _multiplier(p):
@@ -121,8 +97,11 @@ def by_formulation(p, name, time, head, modes):
         "both": lambda: (slice(None), chain.Chain(m, contact_list(every), load, False)),
         "multiplier": lambda: (CORNERS, _multiplier(p)),
     }[name]()
-    touches, _, bodies = in_state(model, p, time, head, all_modes(modes, places))
-    return in_rows(touches, places), bodies
+    nodes, touches = new_nodes(np.asarray(head, dtype=float), model.contacts.size), records(Touch, 5)
+    evaluate(model, time, 0, modes[places], nodes)
+    touches["gap"] = np.inf  # a contact that there is not is open
+    touches[places] = nodes.touches[0]
+    return touches, all_bodies(model, m, np.array([time]), nodes.y[:1].T, nodes.dy[:1].T)[:, :, 0]
 
 
 @kernel

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from press_states import Press, states
 from reference_states import (
-    GAP,
-    RATE,
-    SLIP,
+    JOURNAL,
     Bearing,
     by_formulation,
     friction_regime,
     masses_and_weights,
+    new_modes,
 )
 from reference_states import rows_of as reference_rows
 
@@ -27,7 +26,7 @@ from reference_model.workpiece import load_energy, load_force
 
 STEP = 2e-6
 EACH = 5  # of each situation and slip: 60 states
-DRIVER_ROW, JOURNAL = 12, 4
+DRIVER_ROW = 12
 # A workpiece over most of the slider's way, which ends at -0.035 m and begins 0.19 m above
 POWER = {"load.surface": 0.15, "load.force": 300.0, "load.depth": 0.1}
 ROWS = [[0.0, 0.0], [0.03, 500.0], [0.05, 0.0], [0.09, 200.0]]
@@ -104,8 +103,8 @@ def contact_force(press, state, contacts):
     force = np.zeros(3)
     for number in range(4):
         _, _, _, rx, ry = press.corner(state, number)
-        fx = (1 if number % 2 == 0 else -1) * contacts[3, number]
-        force += [fx, contacts[4, number], rx * contacts[4, number] - ry * fx]
+        fx = (1 if number % 2 == 0 else -1) * contacts["normal"][number]
+        force += [fx, contacts["friction"][number], rx * contacts["friction"][number] - ry * fx]
     return force
 
 
@@ -266,13 +265,12 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(slider, law, load
             head = head[[0, 1, 4, 5]] + shift[[0, 1, 4, 5]] * rng.normal(size=4)
         else:
             head += shift * rng.normal(size=8)
-        modes = np.zeros((4, 5))
+        modes = new_modes()
         contacts, bodies = by_formulation(press.reference, kind, time, head, modes)
-        if contacts[GAP, JOURNAL] < 0.0:  # a force only where the pin touches
-            modes[0, JOURNAL] = 10.0
-            modes[1, JOURNAL] = friction_regime(c, contacts[SLIP, JOURNAL])
-            modes[2, JOURNAL] = press.pulls(c.Kj, contacts[GAP, JOURNAL], contacts[RATE, JOURNAL], 10.0)
-            modes[3, JOURNAL] = 1.0
+        pin = contacts[JOURNAL]
+        if pin["gap"] < 0.0:  # a force only where the pin touches
+            pulls = press.pulls(c.Kj, pin["gap"], pin["rate"], 10.0)
+            modes[JOURNAL] = 10.0, friction_regime(c, pin["slip"]), pulls, True
             contacts, bodies = by_formulation(press.reference, kind, time, head, modes)
         # The pin's force on rod 2 and the point where it acts, as the reference has them.
         ends = [press.data["mechanism"]["rod2"][k] for k in ("centroid", "length")]

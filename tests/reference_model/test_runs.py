@@ -1,4 +1,4 @@
-"""Runs of the press: convergence, energy, events and peaks, laws, starts at walls, what ends a run, refusals.
+"""Runs of the press: events and peaks, energy, loads, refusals, scipy's solvers, long runs.
 
 What either model has to fulfil, this one too, is in tests/contract.
 """
@@ -6,9 +6,12 @@ What either model has to fulfil, this one too, is in tests/contract.
 import json
 import subprocess
 import sys
+from itertools import product
 
+import corner_depths
 import numpy as np
 import pytest
+from reference_states import EACH
 
 from reference_model import simulate
 from reference_model.parameters import SCIPY_METHODS
@@ -20,22 +23,16 @@ DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 2_000_000}
 """Samples 2e-7 s apart."""
 
 
-def test_error_follows_the_tolerance(run):
-    """First-cycle error of x over five decades: fitted slope 0.9-1.4, no point tenfold off the fit.
+@pytest.fixture
+def run(scene):
+    """Simulate the paper's press with dotted keys replaced, of which all runs succeed."""
 
-    The median of five starts 10 nm apart: one run can be right by chance, or miss a contact that grazes.
-    Below 1e-11 rounding, which a cycle's contacts magnify to some 5e-12 m, hides what the tolerance does.
-    """
-    tolerances = 10.0 ** -np.arange(6.0, 11.1, 0.5)
-    errors = []
-    for offset in 5e-5 + 1e-8 * np.arange(5):
-        cycle = {"drive.cycles": 1.0, "initial.slider_offset": offset}
-        exact, *others = (run(cycle, {TOLERANCE: t}).columns["slider_x"] for t in (1e-13, *tolerances))
-        errors.append([np.abs(x - exact).max() for x in others])
-    middle = np.log10(np.median(errors, axis=0))
-    fit = np.polynomial.Polynomial.fit(np.log10(tolerances), middle, 1).convert()
-    assert 0.9 < fit.coef[1] < 1.4
-    assert np.abs(middle - fit(np.log10(tolerances))).max() < 1.0
+    def simulated(*changes):
+        result = simulate(scene({key: value for part in changes for key, value in part.items()}))
+        assert result.status == "success", result.remedy
+        return result
+
+    return simulated
 
 
 def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
@@ -82,34 +79,33 @@ def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(
         run(FOUNDATION, soft, {"initial.slider_angle": float(angle), "drive.cycles": 1.0})
 
 
-def test_pulses_are_the_forces_of_the_contacts(run):
-    """Sorted, within their contacts, up to the peak."""
-    whole = run({"drive.cycles": 0.3}, FOUNDATION)
-    row, time, force = (whole.pulses[name] for name in ("row", "time", "force"))
-    events = whole.events
-    assert np.all(np.diff(row) >= 0)
-    assert np.all((time > events["start"][row]) & (time <= events["end"][row]))
-    assert np.all(force <= events["peak_force"][row] * (1.0 + 1e-12))
-    assert np.all(np.diff(time)[np.diff(row) == 0] > 0.0)
-    largest = np.array([force[row == i].max(initial=0.0) for i in range(events["start"].size)])
-    assert np.median(largest / events["peak_force"]) > 0.95
+POWER = {"load.force": 500.0}
+TABLE = {"load.table": [[0.0, 0.0], [1e-3, 500.0], [1.2e-3, 50.0], [2e-3, 50.0]]}
+LOADS = {"power": POWER, "linear": POWER | {"load.exponent": 1.0}, "table": TABLE}
+GROUPS = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
-def test_a_grazing_touch_within_one_step_is_seen_but_by_scipy_s_events(run):
-    """The turning point of a first flight lies 1e-9 m inside the wall, for a hundredth of a step.
+@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize(
+    ("name", "law"), [(name, law) for name in EACH for law in ({}, ADAMS) if "ideal" not in name or not law]
+)
+def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name, load, law):
+    """At strict tolerance. With steps over the kinks 1e-9 J are left, and of a prescribed motion 0.2 J."""
+    columns = run(EACH[name], LOADS[load], law, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0}).columns
+    assert np.abs(columns["energy_residual"]).max() <= 1e-8
+    assert 0.3 < columns["energy_load"].max() < 1.0
+    assert columns["energy_load"][0] == columns["energy_load"][-1] == 0.0
 
-    `solve_ivp` looks at the ends of steps, as is said of it, and a graze lies between them.
-    """
-    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
-    free = run(wide, {"output.samples_per_cycle": 200_000})
-    assert free.events["start"].size == 0
-    turn = free.columns["slider_x"].max() + 0.55
-    grazing = {**wide, "clearance.slider": turn - 1e-9, TOLERANCE: 3e-6}
-    touched = run(grazing).events
-    assert set(touched["corner"]) == {"lr", "ur"}
-    # The sampled turning point is off by at most a sample's fall, (2e-6 s)^2 * 10 m/s^2 = 4e-11 m.
-    assert touched["largest_depth"].max() == pytest.approx(1e-9, rel=0.05)
-    assert run(grazing, {METHOD: "scipy-DOP853"}).events["start"].size == 0
+
+def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run):
+    """The force of a table is largest at its second row, between two marks; within 1e-6 s by 0.2 N."""
+    few, many = (
+        run(EACH["ideal"], TABLE, GROUPS, {"drive.cycles": 1.0, "output.samples_per_cycle": n})
+        for n in (1000, 400_000)
+    )
+    least = many.columns["reaction_F_y"].min()
+    assert few.extrema["reaction_F_y"]["min"] == pytest.approx(least, abs=0.2)
+    assert few.columns["reaction_F_y"].min() > least + 1.0
 
 
 @pytest.mark.parametrize(
@@ -141,26 +137,119 @@ def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integ
     assert angle[-1] > 0.1
 
 
+@pytest.mark.parametrize(("name", "method"), [*product(EACH, ["dop853"]), ("multiplier", "LSODA")])
+def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name, method):
+    """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
+    short = {METHOD: method, "drive.cycles": 0.1}
+    few, all_ = (run(EACH[name], short, groups) for groups in ({"output.groups": []}, GROUPS))
+    assert len(few.columns) == 7
+    # Of the ideal mechanism the terms have another order: rounding of 0.55 m and some m/s.
+    for channel, values in few.columns.items():
+        np.testing.assert_allclose(values, all_.columns[channel], rtol=0, atol=1e-14)
+    for channel, values in few.extrema.items():
+        for end in ("min", "max"):
+            assert values[end] == pytest.approx(all_.extrema[channel][end], rel=0, abs=1e-14)
+    for column, values in few.events.items():
+        np.testing.assert_array_equal(values, all_.events[column])
+
+
+@pytest.mark.parametrize("gain", [0.0, 3.0, 300.0])
+def test_baumgarte_bounds_the_drift(run, gain):
+    """Without it Phi grows, with the time or its square; with it after 1 / alpha it does so no longer."""
+    gains = {"solver.reference.baumgarte_alpha": gain, "solver.reference.baumgarte_beta": gain}
+    usual = EACH["multiplier ideal"] | gains | {METHOD: "BDF", TOLERANCE: 1e-8, "output.groups": []}
+    results = [run(usual, {"drive.cycles": cycles}) for cycles in (4.0, 16.0)]
+    early, late = (result.provenance["constraints"]["position"] for result in results)
+    assert (late < 1.3 * early) == (gain > 0.0)
+    assert gain > 0.0 or 4.0 < late / early < 32.0
+
+
+def test_a_flight_is_integrated_in_few_steps_as_by_scipy(run):
+    """Eighth order and its dense output: 31 steps for 500 samples, whose difference is rounding, 2e-14 m."""
+    flight = {
+        "clearance.slider": 2e-2,
+        "initial.slider_offset": 0.0,
+        "drive.cycles": 0.5,
+        "output.groups": [],
+    }
+    own, other = (run(flight, {METHOD: method, TOLERANCE: 1e-13}) for method in ("dop853", "scipy-DOP853"))
+    assert own.provenance["counters"]["steps"] < 40
+    for name, bound in (("slider_x", 1e-13), ("slider_y", 1e-13), ("slider_vx", 2e-12)):
+        assert np.abs(own.columns[name] - other.columns[name]).max() < bound
+
+
+QUARTER = {"drive.cycles": 0.25}
+"""The first quarter cycle: twelve contacts, among them some of two corners at once."""
+
+
+@pytest.mark.parametrize("method", SCIPY_METHODS)
+def test_scipy_s_multiplier_form_follows_the_minimal_form(run, method):
+    few = run(QUARTER, {TOLERANCE: 1e-13})
+    full = run(QUARTER, EACH["multiplier"], {METHOD: method, TOLERANCE: 1e-12})
+    assert full.columns.keys() == few.columns.keys()
+    np.testing.assert_array_equal(full.events["corner"], few.events["corner"])
+    assert len(full.events["corner"]) == 12
+    # Some 2000 local errors of 1e-12 m (or rad, at an arm of 0.05 m), not all of one sign: 1e-9 m at most.
+    # In the angle times 1 / 35 mm; a contact of 0.2 ms makes a velocity of it, 1e-9 m / 2e-4 s.
+    errors = {"slider_x": 1e-9, "slider_y": 1e-9, "slider_angle": 3e-8, "slider_vx": 5e-6}
+    # 1e-9 m at the slowest touch, 0.01 m/s: 1e-7 s. An impulse by the speed's times the 0.3 kg that a corner
+    # can hit. Depths really differ by 1e-12 m, which 1.5 F / d = 1.7e7 N/m makes 2e-5 N; in either run a peak
+    # that is missed for the end of its step may be short by as much (see the compiled integrator's test).
+    errors |= {"start": 1e-7, "end": 1e-7, "normal_speed": 5e-6, "impulse": 1.5e-6, "largest_depth": 1e-9}
+    for name, error in (errors | {"peak_force": 1e-4}).items():
+        a, b = ((of.columns if name in of.columns else of.events)[name] for of in (full, few))
+        np.testing.assert_allclose(a, b, rtol=0, atol=error, err_msg=name)
+
+
+def test_modes_that_hand_over_to_each_other_do_not_hang(run):
+    """A tolerance of 3e-3 m/s cannot tell on which side of the friction's kink at 1e-4 m/s a step ends."""
+    pin = {"clearance.crank_pin": 1e-4, "drive.cycles": 0.05}
+    result = run(EACH["pin"], pin, {METHOD: "BDF", TOLERANCE: 3e-6})
+    assert result.provenance["counters"]["steps"] < 10_000
+
+
+@pytest.mark.parametrize("method", ["BDF", "Radau", "LSODA", "scipy-DOP853"])
+def test_scipy_s_solvers_start_anew_at_the_kinks_of_a_load(run, method):
+    """Their errors, 1e-10 m, magnified by the contacts of half a cycle."""
+    short = {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
+    for load in (TABLE, POWER | ADAMS):
+        usual, computed = (run(short, load, of).columns for of in ({}, {METHOD: method}))
+        np.testing.assert_allclose(computed["slider_x"], usual["slider_x"], rtol=0, atol=1e-7)
+        assert usual["slider_y"].min() < 0.17 - 2e-3
+
+
 _LONG_RUN = """
-import json, re, sys
-from pathlib import Path
+import json, resource, sys
 from reference_model import simulate
 result = simulate(json.loads(sys.argv[1]))
-assert result.status == "success", result.status
-assert result.columns["time"].size == 1_000_001
-peak = re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())
-print(result.events["start"].size, int(peak[1]) / 1e6)
+assert result.columns["time"].size == 1_000_001, result.status
+print(result.events["start"].size, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-@pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_ten_thousand_cycles_fit_into_a_gigabyte(scene, slider):
+@pytest.mark.skipif(sys.platform != "linux", reason="kB on Linux alone")
+def test_ten_thousand_cycles_fit_into_a_gigabyte(scene):
     """At 100 samples a cycle, with accelerations and corners; the peak of the whole process counts."""
-    changes = {"drive.cycles": 10_000.0, "output.samples_per_cycle": 100, "joints.slider": slider}
-    data = scene(changes | {"output.groups": ["accelerations", "corners"]})
+    data = scene(
+        {"drive.cycles": 1e4, "output.samples_per_cycle": 100, "output.groups": ["accelerations", "corners"]}
+    )
     command = [sys.executable, "-c", _LONG_RUN, json.dumps(data)]
-    contacts, gigabytes = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split()
-    assert float(gigabytes) < 1.0
-    assert int(contacts) > 500_000 or slider == "ideal"  # some hundred contacts a cycle
+    contacts, peak = map(int, subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout.split())
+    assert peak < 1e6
+    assert contacts > 500_000  # some hundred a cycle
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("draws", "judge"),
+    [
+        (corner_depths.grazing_runs(60, seed=1), corner_depths.followed),
+        (corner_depths.random_runs(60, seed=1), corner_depths.followed),
+        (corner_depths.scipy_runs(4, seed=1), corner_depths.tabulated),
+    ],
+    ids=["grazing", "random", "scipy"],
+)
+def test_no_contact_is_missed(draws, judge):
+    """A small share of the runs of `benchmarks/corner_depths.py`."""
+    assert {draw.number: computed for draw in draws if (computed := judge(draw)).too_deep} == {}

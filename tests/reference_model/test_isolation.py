@@ -1,0 +1,64 @@
+"""What nine values of a function tell of its zeros; a step that is absurd is not accepted."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from reference_model.isolation import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
+
+from reference_model import dop853, isolation
+from reference_model.compiled import kernel
+
+
+@kernel
+def classified(values, starting):
+    return isolation.classify(values, starting)
+
+
+@kernel
+def crossed(values):
+    return isolation.crossing(values)
+
+
+@kernel
+def norm(h, k, free, tolerance):
+    return dop853.error_norm(h, k, free, tolerance)
+
+
+@pytest.mark.parametrize(
+    ("function", "starting", "expected"),
+    [
+        (lambda x: 1.0 + x, False, {SETTLED}),
+        (lambda x: 0.3 - x, False, {CROSSES}),
+        (lambda x: -0.1 - x, False, {BELOW}),
+        (lambda x: (x - 0.3) * (x - 0.6), False, {UNCLEAR}),
+        (lambda x: np.sin(40.0 * x) + 1.5, False, {UNCLEAR}),  # nine points cannot tell
+        (lambda x: (x - 0.4142) ** 2 - 1e-9, False, {UNCLEAR}),
+        # What starts wrong and turns right has not ended, unless it is not the start.
+        (lambda x: x - 1e-3, True, {SETTLED}),
+        (lambda x: x - 1e-3, False, {CROSSES, BELOW, UNCLEAR}),
+    ],
+)
+def test_classes(function, starting, expected):
+    assert classified(function(ABSCISSAE), starting) in expected
+
+
+@settings(max_examples=60)
+@given(root=st.floats(0.01, 0.99), frequency=st.floats(0.1, 2.0), scale=st.sampled_from([1e-9, 1e-5, 1e-2]))
+def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, scale):
+    def gap(x):
+        return scale * np.sin(frequency * (root - x)) * (1.0 + x)
+
+    computed = gap(ABSCISSAE)
+    assume(classified(computed, False) == CROSSES)  # else not resolved by nine points, or too flat
+    assert abs(gap(crossed(computed))) <= 2.0 * RESOLUTION
+
+
+@pytest.mark.parametrize("stage", [0, 5, 11])
+def test_a_step_whose_stages_are_absurd_is_never_accepted(stage):
+    """In a stiff contact they grew until their squares were infinite, and an error over infinity was 0."""
+    k = np.zeros((dop853.ROWS, 4))
+    assert norm(1e-6, k, 4, 1e-10) == 0.0
+    for size in (*np.geomspace(1e3, 1e300, 100), np.inf, np.nan):
+        k[stage] = size
+        assert not norm(1e-6, k, 4, 1e-10) <= 1.0, size
