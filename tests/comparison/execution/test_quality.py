@@ -63,6 +63,3 @@ def test_each_doubt_is_reported_alone(run, words):
     warnings = quality_warnings(run)
     assert len(warnings) == (words is not None)
     assert all(words in warning for warning in warnings)
-
-
-# Alpha 1000/s with steps of up to 8 ms: the feedback multiplies what the stages of a step miss.

@@ -35,11 +35,7 @@ IMPACT = {LAW: "adams-impact"}
         (PAPER, {"load.depth": 0.01}, "has no effect without load.force or load.table"),
         ("workpiece", {"load.depth": 3.0}, "3 m is as large as the linkage, 1.365 m"),
         (PAPER, {STIFFNESS: 1e9}, "has no effect under contact.law = 'hertz-corners'"),
-        (
-            PAPER,
-            IMPACT | {"contact.restitution": 0.5},
-            "contact.restitution = 0.5 has no effect under",
-        ),
+        (PAPER, IMPACT | {"contact.restitution": 0.5}, "contact.restitution = 0.5 has no effect under"),
         (PAPER, IMPACT | {STIFFNESS: 1e9, MODULUS: 210.0}, "effect beside contact.stiffness"),
         (PAPER, {LAW: "foundation", EXPONENT: 1.2}, "contact.exponent = 1.2 has no effect"),
         # Of an ideal slider, a tree's largest step, a counterweight, the journal's law

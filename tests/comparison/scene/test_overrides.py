@@ -4,7 +4,6 @@ import re
 import shlex
 import tomllib
 
-import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -99,50 +98,37 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
 
 
 @pytest.mark.parametrize(
-    ("assignments", "held"),
+    ("assignments", "moduli"),
     [
         (["{0}.slider=69e9"], {"slider": 69e9, "guide": 210e9}),
-        (["{0}={{slider=69e9}}"], {"slider": 69e9, "guide": 210e9}),
         (["{0}={{slider=69e9, guide=100e9}}"], {"slider": 69e9, "guide": 100e9}),
         (["{0}=69e9", "{0}.guide=210e9"], {"slider": 69e9, "guide": 210e9}),
         (["{0}.guide=210e9", "{0}=69e9"], 69e9),
         (["{0}.guide=210e9"], 210e9),  # that of both
     ],
 )
-def test_a_material_is_a_number_or_one_of_each_partner(assignments, held, tmp_path):
+def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli, tmp_path):
     scene = load_scene(PAPER, parse_set([text.format(BOTH) for text in assignments]))
-    assert scene.data["contact"]["youngs_modulus"] == held
+    assert scene.data["contact"]["youngs_modulus"] == moduli
     assert repeated(scene).hash == scene.hash
-    if isinstance(held, dict):
+    if isinstance(moduli, dict):
         file = tmp_path / "own.toml"
-        file.write_text(f'scene.extends = "{PAPER}"\n[{BOTH}]\nslider = {held["slider"]}\n')
-        in_file = load_scene(file, {GUIDE: held["guide"]})
-        assert in_file.hash == scene.hash
-        assert in_file.with_values({BOTH: 210e9}).hash == load_scene(PAPER).hash
+        file.write_text(f'scene.extends = "{PAPER}"\n[{BOTH}]\nslider = {moduli["slider"]}\n')
+        assert load_scene(file, {GUIDE: moduli["guide"]}).hash == scene.hash
 
 
 def test_one_partner_and_both_replace_one_another():
-    scene, held = load_scene(PAPER, {BOTH: 100e9}), []
+    scene, moduli = load_scene(PAPER, {BOTH: 100e9}), []
     for change in ({SLIDER: 210e9}, {BOTH: 50e9}, {GUIDE: 1e9}, {BOTH: 210e9}):
         scene = scene.with_values(change)
-        held.append(scene.data["contact"]["youngs_modulus"])
-    assert held == [{"slider": 210e9, "guide": 100e9}, 50e9, {"slider": 50e9, "guide": 1e9}, 210e9]
+        moduli.append(scene.data["contact"]["youngs_modulus"])
+    assert moduli == [{"slider": 210e9, "guide": 100e9}, 50e9, {"slider": 50e9, "guide": 1e9}, 210e9]
     assert scene.overrides == {}
-
-
-def test_two_scenes_have_two_names():
-    changes = [{"clearance.slider": value} for value in (np.float64(4e-4), 4.1e-4, 1 / 3e4)]
-    changes += [{"mechanism.rocker_pivot": [0.25, value]} for value in (0.2, 0.21)]
-    names = [load_scene(PAPER, change).name for change in (*changes, changes[0] | {"drive.cycles": 1})]
-    assert len(set(names)) == len(names)
-    assert names[0] == "150rpm-0.2mm+clearance.slider=0.0004"
 
 
 def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp_path):
     own = {"scene.name": "mine", "drive.cycles": 1}
     assert load_scene(PAPER, own).title == "mine with drive.cycles = 1"
-    scene = load_scene(PAPER, own | {"scene.title": "Mine", "scene.description": "One cycle."})
-    assert (scene.name, scene.title, scene.description) == ("mine", "Mine", "One cycle.")
     path = tmp_path / "my press.toml"
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n[clearance]\nslider = 4e-4\n')
     scene = load_scene(path)
@@ -150,8 +136,6 @@ def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp
     changed = scene.with_values({"drive.cycles": 1})
     assert changed.title == "own with drive.cycles = 1"
     assert repeated(changed).hash == changed.hash  # the path has a space
-    with pytest.raises(SceneError, match="scene = 3 must be a section"):
-        changed.with_values({"scene": 3})
 
 
 def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
