@@ -1,7 +1,6 @@
 """The store of runs and rows: what is damaged is not used, what nobody uses is dropped."""
 
 import logging
-import multiprocessing
 import os
 import random
 import stat
@@ -90,22 +89,3 @@ def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_tab
     drop_unused()
     assert [path.exists() for path in files] == [False, True, True, False, False]
     assert fetched() is not None
-
-
-def keep_many(folder, writer, together):
-    together.wait()
-    for number in range(200):
-        keep_row(folder, f"{number}", {"text": str(writer) * (1 + number)})
-
-
-def test_two_processes_may_write_the_same_at_once(tmp_path):
-    context = multiprocessing.get_context("spawn")
-    together = context.Barrier(2)
-    writers = [context.Process(target=keep_many, args=(tmp_path, writer, together)) for writer in (1, 2)]
-    for writer in writers:
-        writer.start()
-    for writer in writers:
-        writer.join()
-    texts = [fetch_row(tmp_path, f"{number}")["text"] for number in range(200)]
-    assert all(text in (str(writer) * (1 + n) for writer in (1, 2)) for n, text in enumerate(texts))
-    assert len(list(tmp_path.iterdir())) == 200

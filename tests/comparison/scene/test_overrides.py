@@ -12,24 +12,17 @@ from comparison.scene import SceneError, load_scene, parse_set
 from comparison.scene.keys import toml
 
 PAPER = "150rpm-0.2mm"
-SCALAR = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5))
-ANYTHING = st.dictionaries(
-    st.sampled_from(["drive", "clearance.slider", "contact.law", "output.groups", "scene"]),
-    st.one_of(SCALAR, st.lists(SCALAR, max_size=3)),
-    min_size=1,
-)
 RANDOM = {"key": "drive.speed_rpm", "distribution": "normal", "deviation": 1e-3}
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
+COORDINATE = st.floats(-1, 1).map(lambda x: round(x, 12))
 MODULUS = st.sampled_from([50e9, 69e9, 210e9])
 CHANGES = st.fixed_dictionaries(
     {},
     optional={
         "clearance.slider": st.floats(1e-6, 1e-2),
         "drive.cycles": st.integers(1, 9),
-        "mechanism.rocker_pivot": st.lists(
-            st.floats(-1, 1).map(lambda x: round(x, 12)), min_size=2, max_size=2
-        ),
+        "mechanism.rocker_pivot": st.tuples(COORDINATE, COORDINATE).map(list),
         "joints.slider": st.just("clearance"),
         "output": st.fixed_dictionaries({"groups": st.just(["energy", "joints"])}),
         "scene.title": TEXT,
@@ -48,15 +41,6 @@ def repeated(scene):
     sixbar, verb, source, *options = shlex.split(scene.command("plan"))
     assert (sixbar, verb, set(options[::2])) == ("sixbar", "plan", {"--set"} if options else set())
     return load_scene(source, parse_set(options[1::2]))
-
-
-@given(ANYTHING)
-def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
-    try:
-        outcome = f"clearance {load_scene(PAPER, values).data['clearance']['slider']}"
-    except SceneError as error:
-        outcome = str(error)
-    assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", outcome)
 
 
 @given(CHANGES, CHANGES)
@@ -86,15 +70,12 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
     assert changed.title == (
         "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
     )
-    assert changed.data["scene"] == {"name": changed.name, "title": changed.title, "description": ""}
     # What is there already is no change, nor is what is changed back.
     same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
     back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
     for scene in (same, back.with_values({"joints.slider": "clearance"})):
         assert (scene.overrides, scene.data) == ({}, load_scene(PAPER).data)
         assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
-    with pytest.raises(SceneError, match="must not be zero"):
-        changed.with_values({"drive.speed_rpm": 0})
 
 
 @pytest.mark.parametrize(
