@@ -90,6 +90,12 @@ def test_where_a_setting_fails_another_is_taken(wanted, fails, limit, taken):
     assert error(result).max() <= result.estimate.error_on(1.0)
 
 
+def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
+    coarsest = refined(1e-6, growing, fails=lambda t: "bad input" if t > 0.9e-8 else "").tried[0]
+    # A billionth of the clearance, magnified by 1e8, with the safety factor.
+    assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)
+
+
 def test_the_reference_keeps_an_accuracy_on_a_scene_that_nobody_measured():
     """Against its own run at 1e-14, whose error is decades below the wanted one where predictable."""
     changes = {"clearance.slider": 3e-4, "drive.speed_rpm": 90, "output.groups": [], "drive.cycles": 1.0}
