@@ -15,6 +15,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import pytest
+from installed import write_package
 from platformdirs import user_cache_path
 
 from comparison.cli import main
@@ -129,30 +130,13 @@ class Sixbar:
 
 
 @pytest.fixture(scope="session")
-def install(tmp_path_factory):
-    """Put a package with models where Python may find it, as an installer would, and return that place."""
-
-    def write(module, source, **models):
-        site = tmp_path_factory.mktemp("site")
-        info = site / f"{module}-1.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1\n")
-        points = "".join(f"{name} = {module}:{function}\n" for name, function in models.items())
-        (info / "entry_points.txt").write_text(f"[sixbar.models]\n{points}")
-        (site / f"{module}.py").write_text(source)
-        return site
-
-    return write
-
-
-@pytest.fixture(scope="session")
-def make(tmp_path_factory, install):
+def make(tmp_path_factory):
     """The program in a new folder, with a cache of the session, the models of `presses`, and unbroken lines.
 
     Machine code may come from where the user's own runs left it: only the first run of a version compiles.
     """
-    source = Path(__file__).with_name("presses.py").read_text("utf-8")
-    site = install("presses", source, alpha="alpha", beta="beta", gamma="gamma")
+    source, site = Path(__file__).with_name("presses.py").read_text("utf-8"), tmp_path_factory.mktemp("site")
+    write_package(site, "presses", source, {name: f"presses:{name}" for name in ("alpha", "beta", "gamma")})
     kernels = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("SIXBAR_CACHE_DIR") or user_cache_path()
     cache = tmp_path_factory.mktemp("cache")
     variables = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(kernels), "COLUMNS": "2000"}

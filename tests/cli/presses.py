@@ -4,6 +4,7 @@ Keys of ``[solver.alpha]``: ``tolerance``, of which ten times are the error, and
 """
 
 import os
+import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -45,6 +46,8 @@ def motion(scene, error, does):
         columns["slider_vy"][7] = np.nan
     if does == "lacks":
         del columns["slider_omega"]
+    if does == "more":
+        columns["slider_z"] = t
     return {name: values[: -3 if does == "short" else None] for name, values in columns.items()}
 
 
@@ -58,6 +61,13 @@ def model(name):
             progress(0.5)
         if does == "die":
             os._exit(3)
+        if does == "exit":
+            sys.exit(4)
+        if does == "nothing":
+            return None
+        if does == "print":
+            print("hello")  # noqa: T201
+            progress(float("nan"))
         if does == "refuse" or (does == "free" and scene["joints"]["slider"] == "ideal"):
             raise ValueError("contact.law = 'hertz-corners' is not simulated yet")
         if does == "bug":
@@ -66,6 +76,7 @@ def model(name):
             time.sleep(0.05)
         status, remedy = STOPPED.get(does, ("success", ""))
         columns = motion(scene, 10 * settings.get("tolerance", 1e-9), does)
+        scene["drive"]["speed_rpm"] = 1.0  # of its own copy
         end = float(columns["time"][-1])
         contact = {"start": 0.25 * end, "end": 0.3 * end, "normal_speed": 0.1, "impulse": 0.02}
         contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
@@ -73,7 +84,7 @@ def model(name):
             columns=columns,
             events={"corner": np.array(["ll"])} | {key: np.array([of]) for key, of in contact.items()},
             extrema={c: {"min": v.min(), "max": v.max()} for c, v in columns.items() if c != "time"},
-            provenance={"model": name, "counters": {"steps": 5}},
+            provenance={"model": name, "counters": {"steps": columns["time"] if does == "arrays" else 5}},
             status=status,
             remedy=remedy,
         )

@@ -6,6 +6,7 @@ RUN = "run ideal --model reference --out new.csv"
 GRID = "study sweep ideal --grid drive.speed_rpm=100"
 LATIN = "study sweep ideal --latin drive.cycles"
 COMPARE = "compare x.csv y.csv"
+FLORES = "plan 150rpm-0.2mm --set contact.damping_model=flores"
 MANY = ",".join(["1"] * 1001)
 LISTS = {
     "short": "drive.speed_rpm,contact.law\n100\n",
@@ -57,6 +58,7 @@ MISTAKES = {
     f"{COMPARE} --at-events before": "at_events = 'before' must be 'left', 'right' or 'both'",
     f"{COMPARE} --refinement-a 2": "--refinement-a '2'|2,4",
     f"{COMPARE} --finer-a y.csv": "y |finer",
+    f"{COMPARE} --finer-b y.csv": "x |finer",
     f"{COMPARE} --coarser-a y.csv": "x|finer",
     f"{COMPARE} --perturbed-b y.csv": "y|finer",
     f"{COMPARE} --scene ideal --tolerance 0.1": "x: |slider_y",
@@ -108,6 +110,8 @@ MISTAKES = {
     "compare nowhere.csv y.csv": "nowhere.csv: |No such file",
     f"{COMPARE} --mapping nowhere.csv": "nowhere.csv: |No such file",
     "study sweep ideal --list nowhere.csv": "nowhere.csv: |No such file",
+    f"{FLORES} --set contact.law=adams-impact": "contact.damping_model = 'flores' needs contact.law = 'hertz",
+    f"{FLORES} --set contact.restitution=0": "contact.restitution = 0.0 must be >= 0.01, by which",
     "validate one.toml other/one.toml": "'one'|two scenes",
     "gate one.toml other/one.toml --update": "'one'|two scenes",
 }
@@ -142,6 +146,9 @@ VALUES = {
     "drive.cycles": "--set 'drive.cycles'|key=value",
     "=3": "--set '=3'|key=value",
     "drive.speed_rpm=fast": "drive.speed_rpm = 'fast'|number",
+    "drive.speed_rpm=true": "drive.speed_rpm = True must be a number",
+    "drive.cycles.x=1": "drive.cycles = {'x': 1} must be a number",
+    "a..b=1": "--set 'a..b=1'|key=value",
     "drive.speed_rpm=nan": "drive.speed_rpm = nan rpm|finite",
     "drive.speed_rpm=0": "drive.speed_rpm = 0.0 rpm|zero",
     "drive.cycles=-1": "drive.cycles = -1|> 0",
@@ -155,6 +162,9 @@ VALUES = {
     "contact.law=nope": "contact.law = 'nope'|'hertz-corners'|'paper-switching'|'foundation'|'adams-impact'",
     "contact.law=strip": "contact.law = 'strip'|'foundation'",  # a law of earlier versions
     "contact.impact_speed=current": "contact.impact_speed |contact.impact_speed_floor",  # of earlier versions
+    "contact.youngs_modulus.guide=0": "contact.youngs_modulus.guide = 0 Pa must be > 0",
+    "contact.youngs_modulus.slidr=1": "is not a known key; did you mean contact.youngs_modulus.slider?",
+    "contact.youngs_modulus={}": "contact.youngs_modulus.slider is missing",
     "load.table=[[0, 0], [0, 5]]": "load.table|rising depths",
     "load.table=[[1e-3, 5]]": "load.table|begin with [0, 0]",
     "contact.restitution=1.1": "contact.restitution = 1.1|<= 1",
@@ -162,13 +172,18 @@ VALUES = {
     "friction.transition_speed=1e-5": "friction.transition_speed = 1e-05 m/s|friction.static_speed",
     "joints.slider=free": "joints.slider = 'free'|'clearance' or 'ideal'",
     "mechanism.rocker_branch=0": "mechanism.rocker_branch = 0|-1 or 1",
+    # true is equal to 1, but not meant as such
+    **{f"mechanism.slider_branch={value}": "must be -1 or 1" for value in ("true", "1.0", "'1'")},
     "mechanism.rocker_pivot=[1]": "mechanism.rocker_pivot = [1]|2 values",
+    "mechanism.rocker_pivot=['x', 1.0]": "mechanism.rocker_pivot.0 = 'x' must be a number",
     'output.groups=["corner"]': "'corner'|'accelerations', 'corners', 'joints' or 'energy'",
+    'output.groups=["corners", "corners"]': "must not contain a group twice",
     "output.samples_per_cycle=10.5": "output.samples_per_cycle = 10.5|integer",
     "solver.exudyn.step=0": "solver.exudyn.step = 0 s|> 0",
     "solver.adams.step=1": "solver.adams|installed",
     "compare.tolerance=-1": "compare.tolerance = -1|> 0",
     "reliability.bins=-1": "reliability.bins = -1|>= 1",
+    "reliability.velocity.lower=0.5": "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02",
     "mechanism.crank.length=9": "mechanism|assembled",
 }
 
@@ -190,6 +205,16 @@ FILES = {
     PAPER + "[contact]\nfriction = 0.3\n": "contact.friction |did you mean friction.coefficient?",
     "drive = 3\n" + PAPER: "drive = 3|section",
     PAPER + f"x = {'[' * 2000}{']' * 2000}\n": "nested",
+    PAPER + '["a b"]\nc = 1\n': "'a b' is not a known key",
+    PAPER + f"[{'.'.join('a' * 3000)}]\nb = 1\n": "is nested too deeply",
+    PAPER + f"[drive]\ncycles = {'9' * 5000}\n": "cannot be read as TOML: Exceeds the limit",
+    PAPER + "[drive]\ncycles = 1e308\n": "must give 1 to 100000000 samples, not inf",
+    PAPER + "[drive]\nspeed_rpm = 1e-310\n": "last for ever",
+    PAPER + f'name = "{"a" * 240}"\n': "must have at most 100 characters",
+    PAPER
+    + '[[random]]\nkey = "a"\ndistribution = "normal"\ndeviation = 1.0\nelment = 1\n': "random[].element?",
+    PAPER.replace("paper", "a" * 5000): "File name too long",
+    PAPER.replace('"paper"', "3"): "scene.extends = 3 must be a shipped name or a path",
     PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",
     b'[scene]\ntitle = "\xff"\n': "utf-8",
     b"#" * 20_000_000: "larger than",

@@ -57,6 +57,9 @@ def test_ctrl_c_leaves_the_report_of_the_scenes_that_are_finished(sixbar):
     assert [tag for tag, _ in sixbar.junit("v/junit.xml").values()].count("error") == 1
     assert "incomplete" in sixbar.text("v/report.html")
     assert not (sixbar.folder / "v/tables/hang-beta.csv").exists()
+    log = sixbar.folder / "log"
+    sixbar(*VALIDATE, good, PRESSES_LOG=str(log))
+    assert not log.exists()  # its runs are kept
 
 
 @pytest.mark.parametrize("command", [VALIDATE, RUN], ids=lambda command: command[0])

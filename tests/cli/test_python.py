@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from installed import write_package
 from scipy.io import savemat
 
 import sixbar as package
@@ -80,13 +81,11 @@ def test_a_result_becomes_a_table_for_notebooks(model):
 TIME = np.arange(101) * 0.004
 A = pd.DataFrame({"time": TIME, "slider_x": np.sin(TIME), "slider_vx": np.cos(TIME)})
 B = A.assign(slider_vx=A.slider_vx * 1.0001)
+SPIKE = A.assign(slider_x=A.slider_x + 8.0 * (A.index == 3))
 
 
-def test_the_fixture_of_pytest_passes(assert_agree, tmp_path):
-    A.to_csv(tmp_path / "a.csv", index=False)
-    assert_agree(str(tmp_path / "a.csv"), Table(A), tolerance=1e-12)
+def test_the_fixture_of_pytest_passes(assert_agree):
     assert_agree(A, B, tolerance=1e-2)
-    assert_agree(A, B, allow_indeterminate=True)
     assert_agree(A, B, tolerances={"slider_x": 1e-9}, allow_indeterminate=True)
     outlier = B.assign(slider_vx=B.slider_vx + 0.3 * (np.arange(101) == 3))
     assert_agree(A, outlier, tolerance=1e-2, share=0.98)
@@ -94,9 +93,8 @@ def test_the_fixture_of_pytest_passes(assert_agree, tmp_path):
 
 def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
     """MATLAB's own names and units by a mapping, one channel of several, tolerances of single channels."""
-    savemat(
-        tmp_path / "a.mat", {"t": 1e3 * TIME, "x": 1e3 * np.sin(TIME), "v": B.slider_vx.to_numpy(), "n": TIME}
-    )
+    signals = {"t": 1e3 * TIME, "x": 1e3 * np.sin(TIME), "v": B.slider_vx.to_numpy(), "n": TIME}
+    savemat(tmp_path / "a.mat", signals)
     rules = {"t": ("time", "ms"), "x": ("slider_x", "mm"), "v": ("slider_vx", "m/s")}
     lines = [f'[a.{own}]\nchannel = "{name}"\nunit = "{unit}"' for own, (name, unit) in rules.items()]
     (tmp_path / "m.toml").write_text("\n".join(lines))
@@ -105,11 +103,8 @@ def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
     # v is off by 1e-4 of at most 1, and its range is 0.08.
     assert_agree(tmp_path / "a.mat", A, tolerances={"slider_vx": 1e-2}, **given)
     assert_agree(tmp_path / "a.mat", A, tolerances={"slider_vx": 1.01e-4}, absolute=True, **given)
-    for options in (
-        {},
-        {"tolerances": {"slider_vx": 1e-3}},
-        {"tolerances": {"slider_vx": 9e-5}, "absolute": True},
-    ):
+    own = {"slider_vx": 9e-5}
+    for options in ({}, {"tolerances": {"slider_vx": 1e-3}}, {"tolerances": own, "absolute": True}):
         with pytest.raises(AssertionError, match="1 of 2 channels differ, most of all slider_vx"):
             assert_agree(tmp_path / "a.mat", A, **given, **options)
     with pytest.raises(AssertionError, match="'slider_y' is not among the compared channels"):
@@ -124,16 +119,14 @@ def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
         # One channel that nothing limits: any value of it would pass.
         (B, {"tolerances": {"slider_x": 1e-9}}, "indeterminate: |1 of 2 channels|neither an uncertainty nor"),
         (A, {"tolerances": {"slider_vx": 1e-9}}, "indeterminate: 1 of 2 channels"),
+        # A spike of 20 ranges in the table obtained does not widen what is allowed.
+        (SPIKE, {"tolerance": 0.5}, "differ: 1 of 2 channels"),
         (B, {"tolerance": 1e-5, "allow_indeterminate": True}, "differ: "),
         (A.drop(columns="slider_vx"), {"tolerance": 1.0}, "slider_vx"),
         (A.assign(slider_vx=float("nan")), {"tolerance": 1.0}, "slider_vx|nan"),
         (A.iloc[:50], {"tolerance": 1.0}, "truncated"),
         ("nowhere.mat", {"tolerance": 1.0}, "nowhere.mat"),
-        (A, {"tolerance": 1.0, "channels": "slider_x"}, "channels = 'slider_x' must be a list of names"),
-        (A, {"tolerance": math.nan}, "tolerance = nan must be finite"),
         (A, {"tolerence": 1.0}, "did you mean tolerance?"),
-        (A, {"tolerance": 1.0, "scene": "nowhere"}, "'nowhere' is neither a shipped scene nor a file"),
-        ({"time": [0, 1]}, {"tolerance": 1.0}, "table obtained: must be a path, a table or a pandas data"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -194,13 +187,6 @@ def test_a_mapping_as_compare_suggests_it_serves_the_fixture(assert_agree, sixba
         assert_agree(tmp_path / "late.csv", A, mapping=other, tolerance=1e-9)
 
 
-def test_the_scale_of_a_tolerance_is_that_of_the_expected_table(assert_agree):
-    """A spike of 100 ranges in the table obtained does not widen what is allowed."""
-    spike = A.assign(slider_x=A.slider_x + 100 * np.ptp(A.slider_x) * (np.arange(101) == 3))
-    with pytest.raises(AssertionError, match="differ: 1 of 2 channels differ"):
-        assert_agree(A, spike, tolerance=0.5)
-
-
 FRAMES = {
     "index named time": A.set_index("time"),
     "index named t": A.set_index(A.time.rename("t")).drop(columns="time"),
@@ -230,7 +216,6 @@ MISUSES = [
     *((f"compare(A, B, time_tolerance={x!r})", "time_tolerance = ") for x in (NAN, INF, -1, True, "1")),
     *((f"compare(A, B, tolerances={{'slider_x': {value!r}}})", "slider_x = ") for value in BAD_NUMBERS),
     *((f"reliability(X, ideal=X, period={value!r})", "period = ") for value in BAD_NUMBERS),
-    ("compare(A, B, tolerances=1e-3)", "tolerances = 0.001 must be a dict"),
     ("compare(A, B, tolerances=[('slider_x', 1)])", "must be a dict"),
     ("compare(A, B, tolerances={'slider_z': 1.0})", "'slider_z' is not among the compared channels"),
     ("compare(A, B, gate={'rms': 1})", "gate: 'rms' is not a metric"),
@@ -239,8 +224,6 @@ MISUSES = [
     ("compare(A, B, gate={'correlation': 94})", "gate: correlation = 94 must be -1 to 1"),
     ("compare(A, B, gate='max_scaled')", "gate = 'max_scaled' must be a dict"),
     ("compare(A, B, channels='slider_x')", "channels = 'slider_x' must be a list of names"),
-    ("compare(A, B, channels=[])", "channels = []"),
-    ("compare(A, B, channels=[1])", "channels.0 = 1 must be a string"),
     ("compare(A, B, channels=['slider_q'])", "'slider_q' is not a channel"),
     ("compare(A, B, absolute='no')", "absolute = 'no' must be true or false"),
     ("compare(A, B, at_events='before')", "at_events = 'before'"),
@@ -256,7 +239,6 @@ MISUSES = [
     ("compare(None, B)", "not a NoneType"),
     ("compare(A, A.to_numpy())", "not a numpy.ndarray"),
     ("compare(A, A.slider_x)", "not a pandas"),
-    ("compare([A, B], B)", "not a list"),
     ("compare(A, pd.concat([A, A], axis=1))", "b: column 'time' occurs twice"),
     ("compare(A, pd.concat([A, A.slider_x], axis=1))", "b: column 'slider_x' occurs twice"),
     ("compare(A, A.assign(**{'slider_x [mm]': 1.0}))", "b: column 'slider_x' occurs twice"),
@@ -267,7 +249,6 @@ MISUSES = [
     ("compare(A, A.assign(slider_x='fast'), tolerance=1)", "'fast'"),
     ("compare(A, A.iloc[:0], tolerance=1)", "0 data rows"),
     ("reliability(X, ideal={})", "table ideal: must be a path"),
-    ("reliability(X, 3, ideal=X)", "table b: must be a path"),
     ("reliability(X, ideal=X, limits=3)", "limits = 3 must be a dict"),
     ("reliability(X, ideal=X, limits={'velocity': 3})", "limits.velocity = 3 must be two numbers"),
     ("reliability(X, ideal=X, limits={'velocity': (0, nan)})", "nan must be finite"),
@@ -277,13 +258,11 @@ MISUSES = [
     ("reliability(X, ideal=X, mapping=3)", "mapping = 3"),
     ("reliability(X, ideal=X, at_events=3)", "at_events = 3"),
     ("validate({})", "scene = {} must be a name, a path"),
-    ("validate(3)", "scene = 3 must be a name, a path"),
     ("validate([])", "scenes names none"),
     ("validate(['ideal', None])", "scene = None must be a name, a path"),
     ("validate('idael')", "did you mean 'ideal'?"),
     ("validate('ideal', n_jobs=-1)", "n_jobs = -1 must be >= 0"),
     ("validate('ideal', n_jobs=True)", "n_jobs = True must be an integer"),
-    ("validate('ideal', n_jobs=1.5)", "n_jobs = 1.5 must be an integer"),
     ("validate('ideal', tiers='tihgt')", "tiers.0 = 'tihgt'"),
     ("validate('ideal', tiers=[])", "tiers = []"),
     ("validate('ideal', models='reference')", "two or more different names"),
@@ -294,14 +273,12 @@ MISUSES = [
     ("simulate('idael')", "did you mean 'ideal'?"),
     ("simulate({})", "scene = {}"),
     ("simulate('ideal', 'adams')", "model 'adams' is not known"),
-    ("simulate('ideal', 3)", "model 3 must be a name"),
     ("simulate('ideal', ['reference'])", "model ['reference'] must be a name"),
     ("simulate(SHORT).plot('slider_x', other={})", "other = {} must be a table"),
     ("simulate(SHORT).plot(3)", "channel 3 is missing"),
     ("load_scene('ideal').with_values(3)", "overrides = 3 must be a dict"),
     ("load_scene(3)", "scene = 3 must be a name or a path"),
     ("load_scene('ideal', 'drive.speed_rpm=3')", "overrides = 'drive.speed_rpm=3' must be a dict"),
-    ("load_scene('ideal', {'drive.speed_rpm': nan})", "drive.speed_rpm = nan rpm must be finite"),
 ]  # fmt: skip
 
 
@@ -342,9 +319,10 @@ def test_what_is_printed_of_a_result_are_a_few_lines():
         assert type(each).__name__ in str(each)
 
 
-def test_the_model_of_the_page_on_engines_agrees(sixbar, install):
+def test_the_model_of_the_page_on_engines_agrees(sixbar, tmp_path):
     """docs/engine.md as a reader would follow it: a package, a scene, four commands."""
-    sixbar.sites.append(str(install("my_press", block("docs/engine.md", "python"), mine="simulate")))
+    write_package(tmp_path, "my_press", block("docs/engine.md", "python"), {"mine": "my_press:simulate"})
+    sixbar.sites.append(str(tmp_path))
     sixbar.write("mine.toml", block("docs/engine.md", "toml", 1))
     commands = [shlex.split(line) for line in block("docs/engine.md", "sh").splitlines()]
     assert [command[1] for command in commands] == ["run", "run", "compare", "validate"]

@@ -166,6 +166,7 @@ def test_runs_that_failed_are_made_again_and_no_others(sixbar, counted):
     path = sixbar.press("guided", beta='does = "free"')  # beta refuses a guide without clearance
     assert counted(path) > 10
     assert counted(path) == 2
+    assert sixbar.json("v/summary.json")["scenes"][0]["reliability"] is None
 
 
 def test_without_an_uncertainty_the_tolerance_of_the_scene_decides(sixbar):

@@ -7,9 +7,10 @@ from contextlib import contextmanager
 import fake_model as model
 import pandas as pd
 import pytest
+from installed import write_package
 
 from comparison.cli.console import Lines
-from comparison.models import GROUP, ROOT
+from comparison.models import ROOT
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 
@@ -129,14 +130,7 @@ def install(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def make(module, source, points, version="1"):
-        info = site / f"{module}.dist-info"
-        info.mkdir(exist_ok=True)
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: {version}\n")
-        lines = "".join(f"{name} = {value}\n" for name, value in points.items())
-        (info / "entry_points.txt").write_text(f"[{GROUP}]\n{lines}")
-        path = site / f"{module}.py"
-        path.write_text(source)
         monkeypatch.delitem(sys.modules, module, raising=False)
-        return path
+        return write_package(site, module, source, points, version)
 
     return make

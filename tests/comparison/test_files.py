@@ -1,27 +1,17 @@
-"""Files are complete or as before, and what cannot be written is known before the work begins."""
+"""Files are complete or as before (tests/cli has what cannot be written)."""
 
 import errno
 from pathlib import Path
 
 import pytest
 
-from comparison.files import check_file, check_folder, replacing, replacing_in
+from comparison.files import replacing, replacing_in
 
 
 @pytest.fixture(autouse=True)
 def _here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "home").mkdir()
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
     Path("folder").mkdir()
-
-
-def test_checking_leaves_nothing_and_a_tilde_that_the_shell_left_is_the_home_folder(tmp_path):
-    before = sorted(tmp_path.rglob("*"))
-    assert check_file(Path("new/deeper/a.csv")) == Path("new/deeper/a.csv")
-    assert check_file(Path("~/new/a.csv")) == tmp_path / "home" / "new" / "a.csv"
-    assert check_folder(Path("~")) == tmp_path / "home"
-    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_an_error_of_writing_names_the_file():

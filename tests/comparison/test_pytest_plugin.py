@@ -8,6 +8,8 @@ import tomllib
 from importlib.resources import files
 from pathlib import Path
 
+import pytest
+
 from comparison.tables.table_files import write
 
 ROOT = Path(str(files("comparison"))).parent
@@ -17,9 +19,6 @@ FAILING = """
 
 def test_differ(assert_agree):
     assert_agree("reference.csv", "far.csv", scene="150rpm-0.2mm", tolerance=1e-5)
-
-def test_no_file(assert_agree):
-    assert_agree("reference.csv", "nowhere.csv", tolerance=1.0)
 """
 EXAMPLE = """
 import subprocess, sys
@@ -35,33 +34,33 @@ def block(section, language):
     return code
 
 
-def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table, monkeypatch):
-    # The plugin is named here, whether or not the package is installed with its entry point.
+@pytest.fixture(autouse=True)
+def _plain(monkeypatch):
+    """The plugin is named below, whether or not the package is installed with its entry point."""
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     for name in ("CI", "BUILD_NUMBER"):  # with them pytest says every message twice
         monkeypatch.delenv(name, raising=False)
-    for name, stretch in (("reference", 0.0), ("mine", 1e-6), ("far", 1e-3)):
-        write(make_table(stretch=stretch), pytester.path / f"{name}.csv")
-    pytester.makepyfile(block("A test of your own", "python") + FAILING)
-    # A process of its own: numpy cannot be imported twice in one.
-    inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", "--tb=short")
-    inner.assert_outcomes(passed=2, failed=2)
-    output = inner.stdout.str()
-    head = "reference.csv and far.csv on scene '150rpm-0.2mm': differ: "
-    assert re.search(f"{head}.* times those of .*21 of 21 channels differ", output)  # its cause first
-    assert "  slider_x: differ: 396 of 401 samples" in output
-    assert "cannot compare: nowhere.csv: No such file" in output
-    assert "pytest_plugin.py" not in output  # the traceback ends in the test
 
 
 def run(pytester, *options, **outcomes):
+    """Run pytest in a process of its own: numpy cannot be imported twice in one."""
     inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
     inner.assert_outcomes(**outcomes)
     return inner.stdout.str()
 
 
-def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytester, monkeypatch):
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table):
+    for name, stretch in (("reference", 0.0), ("mine", 1e-6), ("far", 1e-3)):
+        write(make_table(stretch=stretch), pytester.path / f"{name}.csv")
+    pytester.makepyfile(block("A test of your own", "python") + FAILING)
+    output = run(pytester, "--tb=short", passed=2, failed=1)
+    head = "reference.csv and far.csv on scene '150rpm-0.2mm': differ: "
+    assert re.search(f"{head}.* times those of .*21 of 21 channels differ", output)  # its cause first
+    assert "  slider_x: differ: 396 of 401 samples" in output
+    assert "pytest_plugin.py" not in output  # the traceback ends in the test
+
+
+def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytester):
     shutil.copytree(ROOT / "examples" / "ci", pytester.path, dirs_exist_ok=True)
     program = pytester.path / "simulate.py"
     (test,) = (pytester.makepyfile(EXAMPLE),)

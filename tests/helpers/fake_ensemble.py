@@ -18,10 +18,8 @@ COARSE = {"output.samples_per_cycle": 100, "output.groups": []}
 LATE = 0.6  # of the run: where magnified errors begin
 
 
-def contact_at(start, corner="ul"):
-    """One row of an event table."""
-    numbers = {"end": start + 1e-3, "normal_speed": 0.1, "impulse": 0.02, "peak_force": 40.0}
-    return {"corner": corner, "start": start, **numbers, "largest_depth": 1e-6}
+EVENTS = pd.DataFrame([{"corner": "ul", "start": 0.01, "end": 0.011, "normal_speed": 0.1, "impulse": 0.02}])
+EVENTS = EVENTS.assign(peak_force=40.0, largest_depth=1e-6)
 
 
 @dataclass
@@ -36,18 +34,13 @@ class Fake:
     """Of either model, late in the run, whatever the start."""
     succeed: int | None = None
     """How many runs of an ensemble do; None: all."""
-    late: float = LATE
-    """Share of the run from which errors are magnified."""
-    extra: Callable[[float], bool] = lambda _: False
-    """Whether a run with such an error has one contact more."""
     asked: list[tuple[str, int]] = field(default_factory=list)
 
     def table(self, late, everywhere=0.0):
         data = self.scene.data
         samples = round(data["drive"]["cycles"] * data["output"]["samples_per_cycle"]) + 1
-        error = everywhere + np.where(np.arange(samples) >= self.late * samples, late, 0.0)
-        rows = [contact_at(0.01), *([contact_at(0.3)] if self.extra(late) else [])]
-        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), pd.DataFrame(rows))
+        error = everywhere + np.where(np.arange(samples) >= LATE * samples, late, 0.0)
+        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), EVENTS)
 
     def family(self, side, late=0.0):
         """Return runs that lie together, by chance or because this is all there is."""

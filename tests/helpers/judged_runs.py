@@ -8,15 +8,12 @@ import numpy as np
 import pandas as pd
 from by_keywords import compare
 
-from comparison.accuracy.levels import refinement, thresholds, tight
+from comparison.accuracy.levels import refinement, tight
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
-from comparison.verdict.compare import scene_verdict
-from comparison.verdict.results import SceneComparison
-from comparison.words.verdicts import scene_reason
 
 MODELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "coarser", "perturbed", "other_perturbed")
@@ -151,13 +148,3 @@ def tables_of(runs):
 def frames(runs):
     """The bare numbers of one model's runs."""
     return {kind: table.frame for kind, table in tables_of(runs).items()}
-
-
-def decided(channels):
-    """Return the verdict of a scene with these channels at the standard tier, and why."""
-    verdict = scene_verdict(channels, thresholds().coverage)
-    scene = SceneComparison(
-        name="press", title="", description="", labels=("a", "b"), verdict=verdict, time=np.empty(0),
-        period=None, channels=channels,
-    )  # fmt: skip
-    return verdict, scene_reason(scene)

@@ -13,11 +13,11 @@ from html import unescape
 import numpy as np
 import pandas as pd
 import pytest
+from installed import write_package
 
 import sixbar
 from comparison.cli import main
 from comparison.metrics.signals import fit
-from comparison.models import GROUP
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 from comparison.verdict.recorded import compare
@@ -68,80 +68,49 @@ def first_lines(tmp_path, monkeypatch, capsys):
 
 # ---- ten seeded faults
 
-TABLES = {
-    "ratio": ({"slider_vx": lambda f: 1.02 * f["slider_vx"]}, "slider_vx of b is 1.020000 times that of a"),
-    "sign": (
-        {"slider_omega": lambda f: -f["slider_omega"]},
-        "slider_omega of b is minus that of a: the sign",
-    ),
-    "offset": (
-        {"slider_y": lambda f: f["slider_y"] - 1e-4},
-        "slider_y of b is 0.0001000000 m below that of a",
-    ),
-    "shift": ({"time": lambda f: f["time"] + 1e-4}, "b is later than a by 0.0001000000 s in slider_x"),
-    "unit": (
-        {"slider_x": lambda f: 1e3 * f["slider_x"]},
-        "times that of a: perhaps mm in b and m in a",
-    ),
+TABLES = {  # a column as it is written, and what is said
+    "ratio": ("slider_vx", lambda x: 1.02 * x, "slider_vx of b is 1.020000 times that of a"),
+    "sign": ("slider_omega", lambda x: -x, "slider_omega of b is minus that of a: the sign"),
+    "offset": ("slider_y", lambda x: x - 1e-4, "slider_y of b is 0.0001000000 m below that of a"),
+    "shift": ("time", lambda x: x + 1e-4, "b is later than a by 0.0001000000 s in slider_x"),
+    "unit": ("slider_x", lambda x: 1e3 * x, "times that of a: perhaps mm in b and m in a"),
 }
 
 
 @pytest.mark.parametrize("fault", TABLES)
 def test_the_fault_of_a_table_is_said_first(run, first_lines, fault):
-    change, said = TABLES[fault]
+    column, change, said = TABLES[fault]
     write(run, "a.csv")
-    write(replace(run, frame=run.frame.assign(**change), events=None, pulses=None), "b.csv")
+    frame = run.frame.assign(**{column: change(run.frame[column])})
+    write(replace(run, frame=frame, events=None, pulses=None), "b.csv")
     # A quarter of a step late, the last rows are too far apart to be compared without it.
     common = ["--common-time"] if fault == "shift" else []
     for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4", *common):
         assert said in line
 
 
-# What the engine does to its scene or its result, and what is said of it, with a number.
-SCENE, CONTACT = (
-    'scene["{}"]["{}"] = {}'.format,
-    r"the first impact, at 0.0109753 s \(upper left corner\), has",
-)
-MODELS = {
-    "friction": (
-        SCENE("friction", "coefficient", 0.153),
-        "",
-        "is 0.15 in reference and 0.153 in wrong, 1.0200",
-    ),
+CONTACT = r"the first impact, at 0.0109753 s \(upper left corner\), has"
+MODELS = {  # what the engine does to its scene or its result, and what is said of it, with a number
+    "friction": ("friction", "coefficient", 0.153, "is 0.15 in reference and 0.153 in wrong, 1.0200"),
     # Two colliding bodies alone: 1.92 / 1.9, the rod pulls on.
-    "restitution": (
-        SCENE("contact", "restitution", 0.92),
-        "",
-        f"{CONTACT} 1.008.* times the impulse in wrong",
-    ),
-    "gravity": (
-        SCENE("environment", "gravity", 9.9),
-        "",
-        r"slider_ax differs by \+0.0194.* in wrong.*: gravity",
-    ),
+    "restitution": ("contact", "restitution", 0.92, f"{CONTACT} 1.008.* times the impulse in wrong"),
+    "gravity": ("environment", "gravity", 9.9, r"slider_ax differs by \+0.0194.* in wrong.*: gravity"),
     # In place of 210 GPa: 1.0190.
-    "material": (
-        SCENE("contact", "youngs_modulus", 214e9),
-        "",
-        f"{CONTACT} equal impulses, and forces as of 1.0190.* times the stiffness in wrong",
-    ),
-    "missing contact": ("", LOST, "wrong lacks the contact of the upper right corner at 0.0519"),
-}
+    "material": ("contact", "youngs_modulus", 214e9,
+                 f"{CONTACT} equal impulses, and forces as of 1.0190.* times the stiffness in wrong"),
+    "missing contact": ("", "", LOST, "wrong lacks the contact of the upper right corner at 0.0519"),
+}  # fmt: skip
 
 
 @pytest.fixture
 def engine(tmp_path, monkeypatch):
     """Install a faulty engine for this process and its workers."""
 
-    def install(scene, result):
-        site = tmp_path / "site"
-        (site / "wrong-1.dist-info").mkdir(parents=True)
-        (site / "wrong-1.dist-info" / "METADATA").write_text(
-            "Metadata-Version: 2.1\nName: wrong\nVersion: 1\n"
-        )
-        (site / "wrong-1.dist-info" / "entry_points.txt").write_text(f"[{GROUP}]\nwrong = wrong:simulate\n")
-        (site / "wrong.py").write_text(ENGINE.format(scene=scene or "pass", result=result or "pass"))
-        monkeypatch.syspath_prepend(site)
+    def install(section, key, change):
+        scene, result = (f'scene["{section}"]["{key}"] = {change}', "pass") if section else ("pass", change)
+        source = ENGINE.format(scene=scene, result=result)
+        write_package(tmp_path / "site", "wrong", source, {"wrong": "wrong:simulate"})
+        monkeypatch.syspath_prepend(tmp_path / "site")
         monkeypatch.delitem(sys.modules, "wrong", raising=False)
 
     return install
@@ -161,8 +130,8 @@ tolerance = 1e-4
 
 @pytest.mark.parametrize("fault", MODELS)
 def test_the_fault_of_a_model_is_said_first(engine, first_lines, tmp_path, fault):
-    scene, result, said = MODELS[fault]
-    engine(scene, result)
+    *change, said = MODELS[fault]
+    engine(*change)
     (tmp_path / "press.toml").write_text(PRESS)
     command = ("validate", "press.toml", "--models", "reference,wrong", "--quick", "--jobs", "1")
     junit, summary = tmp_path / "o" / "junit.xml", tmp_path / "o" / "summary.json"

@@ -8,7 +8,7 @@ import pytest
 from comparison.accuracy.refine import FLOOR
 from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs, pareto
 from comparison.scene import load_scene
-from comparison.words.accuracy import settings_basis, settings_commands, settings_table
+from comparison.words.accuracy import settings_basis, settings_commands
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
 CANDIDATES = candidates(SCENE)
@@ -16,10 +16,7 @@ RIGHT = -0.55 + 2e-4 * np.sin(np.linspace(0.0, 6.0, 1001))
 
 
 def measured(unknown=0.5, lost=(), cost=0.1):
-    """All settings, each with an error of its tolerance, or ten million times the square of its step.
-
-    From a share of the run on the two models diverge by 1e-5 m.
-    """
+    """All settings, each with an error of its tolerance; from a share of the run on the models diverge."""
     rows = []
     for candidate in CANDIDATES:
         full, setting = candidate.formulation == "full", candidate.setting
@@ -34,14 +31,10 @@ def measured(unknown=0.5, lost=(), cost=0.1):
 
 
 def test_the_two_models_most_accurate_settings_come_first_and_the_rest_from_coarse_to_fine():
-    first, second, *rest = CANDIDATES
-    assert (first.formulation, first.setting) == ("minimal", 1e-13)
-    assert (second.formulation, second.setting) == ("tree", 1e-11)
-    assert [(one.formulation, one.setting) for one in rest[:3]] == [
-        ("minimal", 1e-6), ("tree", 1e-6), ("full", 8e-6),
-    ]  # fmt: skip
-    settings = {(one.formulation, one.setting) for one in CANDIDATES}
-    assert len(settings) == len(CANDIDATES) == 1 + 7 + 6 + 6
+    (first, second), rest = [(one.formulation, one.setting) for one in CANDIDATES[:2]], CANDIDATES[2:5]
+    assert (first, second) == (("minimal", 1e-13), ("tree", 1e-11))
+    assert [one.setting for one in rest] == [1e-6, 1e-6, 8e-6]
+    assert len({(one.formulation, one.setting) for one in CANDIDATES}) == len(CANDIDATES) == 1 + 7 + 6 + 6
     named = SCENE.with_values({"solver.reference.formulation": "multiplier", "output.groups": ["joints"]})
     assert {candidate.formulation for candidate in candidates(named)} == {"minimal", "multiplier", "full"}
 
@@ -72,7 +65,6 @@ def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajecto
     assert (close.coverage(1e-9), close.neighbours, result.neighbours) == (1.0, 0, 2)
     assert FLOOR < result.coverage(1e-9) < 0.5
     assert result.coverage(3.1e-7) == 1.0
-    assert "tolerance 1e-11 and neighbouring starts are within" in settings_basis(result)
     # Of another run's start they say nothing.
     lost = [replace(first, status="time limit", x=None), *rows[1:]]
     assert evaluate_runs(SCENE, lost, moved).coverage(1e-9) == 1.0
@@ -80,7 +72,6 @@ def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajecto
 
 def test_one_model_alone_is_unconfirmed():
     result = measured(lost=("tree", "full"))
-    assert not result.confirmed
     assert [row.candidate.setting for row in (result.exact, result.confirming)] == [1e-13, 1e-12]
     assert settings_basis(result).endswith("no run of the other model confirms it")
     nothing = measured(lost=("minimal", "tree", "full"))
@@ -88,16 +79,10 @@ def test_one_model_alone_is_unconfirmed():
     assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
 
 
-def test_a_row_for_each_setting_and_a_command_for_each_error():
-    result = measured(lost=(1e-7,))
-    _, *rows = settings_table(result)
-    first = ("reference minimal, tolerance 1e-06", "1.0e-06", f"{0.1 / 1e-6**0.1:.3g}", "*")
-    assert rows[:2] == [first, ("reference minimal, tolerance 1e-07", "", "", "chatter")]
-    assert len(rows) == len(CANDIDATES)
-    (holds, command), (also, _), *_ = settings_commands(result)
+def test_a_command_for_each_error():
+    (holds, command), (also, _), *_ = settings_commands(measured(lost=(1e-7,)))
     assert holds.startswith("1e-05 m on 49% of the run, ")  # a window less than half
-    best = "--set solver.reference.formulation=minimal --set solver.reference.tolerance=1e-06"
-    assert command == f"{SCENE.command('run')} {best} --model reference --out {SCENE.name}.csv"
+    assert "--set solver.reference.formulation=minimal --set solver.reference.tolerance=1e-06" in command
     assert also.startswith("1e-06 to 1e-07 m on ")  # without 1e-7 one setting is the cheapest for both
 
 

@@ -1,6 +1,10 @@
-"""What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
+"""What is printed: it fits, is escaped, says how far the work is; sizes of files; commands of a report."""
 
+import html
 import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
 from importlib.resources import files
@@ -11,10 +15,12 @@ import pytest
 from comparison.cli import console, main
 from comparison.cli.console import SILENCE, Lines
 from comparison.files import LARGEST_TEXT
+from comparison.scene import load_scene, parse_set
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep import LARGEST_LIST
 from comparison.tables.table_files import LARGEST
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
 ROOT = Path(str(files("comparison"))).parent
 STILL = [
     "", "-h", "scenes", "channels", "plan both-clearances", "study", "study sweep -h",
@@ -54,7 +60,7 @@ def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
 
 
 def test_control_characters_are_shown_not_obeyed():
-    assert console.printable("a\x1b[31mred\x07 \u202egpj \udcff") == r"a\x1b[31mred\x07 \u202egpj \udcff"
+    assert console.printable("a\x1b[31m\x07 \u202egpj \udcff") == r"a\x1b[31m\x07 \u202egpj \udcff"
     assert console.printable("9\u00a0µm ✓\n\t|") == "9\u00a0µm ✓\n\t|"
 
 
@@ -83,33 +89,23 @@ def test_progress_in_a_log_is_few_lines(capsys):
     assert "60%, about 4 min left" in lines(capsys, [(0.0, 0.5, ""), (60.0, 0.6, "")])[0]
 
 
-def sixbar(*arguments, code="", **options):
-    """Run a command in a process that runs ``code`` first."""
-    path = {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
-    environment = os.environ | path | options.pop("env", {})
-    start = f"{code}\nimport sys\nfrom comparison.cli import main\nsys.exit(main())"
-    command = [sys.executable, "-c", start, *arguments]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, **options)
-
-
 def test_help_imports_nothing_heavy():
     """And so is quick: 0.15 s where it was written."""
-    ended = sixbar("--help", code="import atexit, sys\natexit.register(lambda: print(*sys.modules))")
+    code = "import atexit, sys\natexit.register(lambda: print(*sys.modules))\n"
+    code += "from comparison.cli import main\nsys.exit(main())"
+    command = [sys.executable, "-c", code, "--help"]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = set(ended.stdout.splitlines()[-1].split())
     assert "comparison.cli.compare" in loaded
     assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
 
 
-def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys):
-    def broken():
-        raise ZeroDivisionError("a\nb")
-
-    monkeypatch.setattr("comparison.scene.shipped_scenes", broken)
-    assert main(["scenes"]) == 70
-    err = capsys.readouterr().err
-    assert "internal error: ZeroDivisionError: a b at test_console.py:" in err
-    assert "please report" in err
-    assert err.count("\n") == 1
+def test_an_unforeseen_error_says_where_and_what_to_report():
+    with pytest.raises(ZeroDivisionError) as error:
+        print(1 / 0)  # noqa: T201
+    message, code = console.describe_error(error.value)
+    assert "internal error: ZeroDivisionError: division by zero at test_console.py:" in message
+    assert ("please report" in message, code) == (True, 70)
 
 
 COMPARE, SOUND = "compare {} sound.csv", "compare sound.csv sound.csv"
@@ -134,3 +130,54 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
     assert (out, err.count("\n")) == ("", 1)
     assert name in err
     assert f"is larger than {most} bytes" in err
+
+
+# Commands of a report
+
+
+@pytest.fixture
+def validate(capsys, fake_models, wide):
+    """Validate by one worker; return the exit code, and the commands that the page shows."""
+    del fake_models, wide
+
+    def validated(*arguments):
+        code = main(["validate", "--jobs", "1", "--quick", "-q", *arguments])
+        page = Path(capsys.readouterr().out.splitlines()[-1]).read_text()
+        lines = map(str.strip, html.unescape(re.sub(r"<[^>]+>", "\n", page)).splitlines())
+        return code, list(dict.fromkeys(line for line in lines if line.startswith("sixbar ")))
+
+    return validated
+
+
+@pytest.mark.parametrize(("what", "count"), [("differ", 3), ("fail", 1), ("crash", 1)])
+def test_each_command_of_the_report_repeats_the_changed_scene(
+    what, count, gravity, scene_file, validate, capsys
+):
+    Path("my scenes").mkdir()
+    path = shutil.copy(scene_file("own", extra="[drive]\ncycles = 1\n"), "my scenes")
+    changes = [f"environment.gravity={getattr(gravity, what)}", "mechanism.rocker_pivot=[0.2568, 0.21]"]
+    options = [word for change in changes for word in ("--set", change)]
+    code, (own, *advice) = validate(path, *options)
+    asked = load_scene(path, parse_set(changes))
+    assert own == asked.command("validate", "--quick")
+    assert len(advice) == count
+    for command in advice:
+        _, verb, source, *options = shlex.split(command)
+        if verb == "compare":
+            assert main([verb, source, *options]) in (1, 3)
+            continue
+        again = load_scene(source, parse_set(options[1 : options.index("--model") : 2]))
+        for section in ("environment", "mechanism", "drive"):
+            assert again.data[section] == asked.data[section]
+        # The run that failed fails again; each other one is made.
+        assert main([verb, source, *options, "-q"]) == (code if what != "differ" else 0)
+    if what != "differ":
+        assert capsys.readouterr().err.count("did not succeed") == 1
+
+
+def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file, validate):
+    path = scene_file("coarse", extra="[solver.exudyn]\nstep = 1e-3\n")
+    code, commands = validate(path, "--set", "drive.cycles=1")
+    finer = load_scene(path, {"drive.cycles": 1}).command("validate", "--quick", "--accuracy", "strict")
+    assert (code, finer in commands) == (3, True)
+    assert main([*shlex.split(finer)[1:], "-q", "--jobs", "1"]) == 0

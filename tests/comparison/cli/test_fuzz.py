@@ -20,7 +20,7 @@ from comparison.cli import main
 from comparison.scene import load_scene, shipped_scenes
 from comparison.tables.table_files import write
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("elsewhere")]
 EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "300"))
 many = settings(
     max_examples=EXAMPLES,

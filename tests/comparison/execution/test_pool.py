@@ -1,17 +1,14 @@
-"""Worker processes: what they inherit, what their end costs, and when they end."""
+"""Worker processes: what they inherit, and when they end (tests/cli has what their end costs)."""
 
 import multiprocessing
 import os
 import signal
-import threading
 import time
 import warnings
 from contextlib import closing
 from pathlib import Path
 
-import pytest
-
-from comparison.execution.pool import Died, Late, Share, kept_workers, work
+from comparison.execution.pool import Late, Share, kept_workers, work
 
 VARIABLE = "SIXBAR_TEST_VARIABLE"
 
@@ -21,14 +18,12 @@ def do(task, report):
     match task:
         case "warn":
             warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
-        case "die":
-            os._exit(3)
-        case "killed" | "interrupt":  # as by a terminal's Ctrl-C, which all processes get
-            os.kill(os.getpid(), signal.SIGKILL if task == "killed" else signal.SIGINT)
+        case "interrupt":  # as by a terminal's Ctrl-C, which all processes get
+            os.kill(os.getpid(), signal.SIGINT)
         case "wait":
             report(0.0)  # its work begins
             report(0.25)
-            threading.Event().wait()
+            time.sleep(600)
         case "report":
             for share in (-1.0, 0.5, 2.0):
                 report(share)
@@ -38,9 +33,9 @@ def do(task, report):
     return os.getpid(), os.environ.get(VARIABLE), os.environ["OMP_NUM_THREADS"]
 
 
-def events_of(*tasks, n_workers=1, **options):
+def events_of(*tasks, **options):
     named = [(f"{number} {task}", task) for number, task in enumerate(tasks)]
-    with closing(work(do, named, n_workers, **options)) as events:
+    with closing(work(do, named, 1, **options)) as events:
         return list(events)
 
 
@@ -51,13 +46,6 @@ def running(pid):
     except ProcessLookupError:
         return False
     return True
-
-
-def test_a_process_that_dies_costs_its_own_task_only():
-    died, (name, (pid, *_)), killed, (_, (after, *_)) = events_of("die", "one", "killed", "two")
-    assert (died, name) == (("0 die", Died("its process ended with code 3")), "1 one")
-    assert killed[1] == Died("its process was killed by SIGKILL")
-    assert (pid != after, running(after)) == (True, False)
 
 
 def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(capfd, monkeypatch):
@@ -71,12 +59,10 @@ def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(
 
 def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
     before = dict(os.environ)
     [(_, (_, value, threads))] = events_of("one", environment={VARIABLE: "set", "OMP_NUM_THREADS": "3"})
     # One thread all the same: a sum over threads has no order of its own.
-    assert (value, threads) == ("set", "1")
-    assert dict(os.environ) == before
+    assert (value, threads, dict(os.environ)) == ("set", "1", before)
 
 
 def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
@@ -90,17 +76,6 @@ def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_
                 late.touch()
     assert last["works"] == Late(0.25)
     assert all(isinstance(last[name], tuple) for name in ("prepares", "next"))
-
-
-def test_an_interrupt_ends_what_the_workers_do_and_keeps_none():
-    def interrupted():
-        with closing(work(do, [("wait", "wait")], 1)) as events:
-            for _ in events:
-                raise KeyboardInterrupt
-
-    with kept_workers(), pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert multiprocessing.active_children() == []
 
 
 def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_longer():
@@ -121,3 +96,4 @@ def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_lo
         assert another != other
     assert not running(first)
     assert not running(another)
+    assert not running(pid_of())

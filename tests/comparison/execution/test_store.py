@@ -1,37 +1,26 @@
-"""The store of runs and rows: what is damaged is not used, what cannot be written is not needed."""
+"""The store of runs and rows: what is damaged is not used, what nobody uses is dropped."""
 
 import logging
-import multiprocessing
 import os
 import random
 import stat
-import tempfile
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.store import (
-    cache_warning,
-    drop_unused,
-    fetch,
-    fetch_row,
-    keep,
-    keep_row,
-)
+from comparison.execution.store import drop_unused, fetch, fetch_row, keep, keep_row
 from comparison.tables.table import Table
 
 KEY = "0" * 64
 ROW = {"status": "success", "x": 0.1, "n": 3}
 CONTACT = {"corner": "ll", "start": 0.1, "end": 0.2, "normal_speed": 0.1, "impulse": 0.02}
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch):
-    """A cache of its own, with a temporary folder of its own."""
-    (tmp_path / "tmp").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+def cache(tmp_path):
     return tmp_path / "cache"
 
 
@@ -51,18 +40,12 @@ def stored(cache, make_table):
 
 
 def damaged(content, how):
-    """Return a content with a bit changed, cut off, zeroed in part, or empty."""
+    """Return a content with a bit changed, cut off, inverted in part, or empty."""
     at, length = how.randrange(len(content)), how.randrange(1, 300)
-    return how.choice(
-        [
-            content[:at] + bytes([content[at] ^ (1 << how.randrange(8))]) + content[at + 1 :],
-            content[:at],
-            content[:at]
-            + bytes([255 - content[at]] * len(content[at : at + length]))
-            + content[at + length :],
-            b"",
-        ]
-    )
+    inverted = bytes([255 - content[at]] * len(content[at : at + length]))
+    changed = bytes([content[at] ^ (1 << how.randrange(8))])
+    cut = content[:at]
+    return how.choice([cut + changed + content[at + 1 :], cut, cut + inverted + content[at + length :], b""])
 
 
 def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, fetched, make_table, cache):
@@ -72,6 +55,8 @@ def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, fetched
     assert (len(table.events), table.pulses["time"].tolist()) == (2, [0.11, 0.19])
     assert table.provenance == {"model": "reference", "steps": 5}
     assert stat.S_IMODE(cache.stat().st_mode) == 0o700
+    row = {"x": 0.1, "y": None}  # as it will be read
+    assert keep_row(cache, "c", {"x": np.float64(0.1), "y": np.nan}) == row == fetch_row(cache, "c")
 
 
 def test_no_damaged_result_is_used_and_each_is_reported(stored, fetched, cache, caplog):
@@ -89,21 +74,6 @@ def test_no_damaged_result_is_used_and_each_is_reported(stored, fetched, cache, 
             assert [record.levelno for record in caplog.records] == [logging.WARNING]  # once: it is deleted
 
 
-def test_a_cache_that_cannot_be_written_is_not_needed(cache, make_table, fetched, monkeypatch):
-    assert cache_warning() == ""
-    file = cache.parent / "file"
-    file.touch()
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(file))
-    keep(KEY, make_table())
-    drop_unused()
-    assert fetched() is None
-    assert cache_warning().startswith(f"{file}: is not a folder: no result is stored; ")
-    for name in ("SIXBAR_CACHE_DIR", "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # there is no home folder
-    assert "is not a folder: no result is stored" in cache_warning()
-
-
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table, fetched):
     names = ("rows-study/old", "rows-study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
     files = [cache / name for name in names]
@@ -119,28 +89,3 @@ def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_tab
     drop_unused()
     assert [path.exists() for path in files] == [False, True, True, False, False]
     assert fetched() is not None
-
-
-def test_a_row_is_returned_as_it_will_be_read(tmp_path):
-    row = {"x": 0.1, "y": None}
-    assert keep_row(tmp_path, "c", {"x": np.float64(0.1), "y": np.nan}) == row == fetch_row(tmp_path, "c")
-    assert fetch_row(tmp_path, "d") is None
-
-
-def keep_many(folder, writer, together):
-    together.wait()
-    for number in range(200):
-        keep_row(folder, f"{number}", {"text": str(writer) * (1 + number)})
-
-
-def test_two_processes_may_write_the_same_at_once(tmp_path):
-    context = multiprocessing.get_context("spawn")
-    together = context.Barrier(2)
-    writers = [context.Process(target=keep_many, args=(tmp_path, writer, together)) for writer in (1, 2)]
-    for writer in writers:
-        writer.start()
-    for writer in writers:
-        writer.join()
-    texts = [fetch_row(tmp_path, f"{number}")["text"] for number in range(200)]
-    assert all(text in (str(writer) * (1 + n) for writer in (1, 2)) for n, text in enumerate(texts))
-    assert len(list(tmp_path.iterdir())) == 200

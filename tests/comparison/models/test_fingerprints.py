@@ -12,7 +12,8 @@ from comparison.execution.run import Job, run_all, run_key
 from comparison.models import ROOT, closure, code_hash, file_hash, fingerprint
 from comparison.scene import load_scene
 
-ODD = Path(__file__).with_name("odd_press.py").read_text("utf-8")
+PRESSES = (ROOT / "tests" / "cli" / "presses.py").read_text("utf-8")
+POINTS = {name: f"presses:{name}" for name in ("alpha", "beta")}
 IMPORTED = """
 import sys
 from importlib import import_module
@@ -78,20 +79,19 @@ def test_a_changed_number_a_name_or_an_order_is_a_change(tmp_path):
 
 
 def test_a_change_of_the_model_or_of_what_is_installed_runs_it_again(install):
-    points = {"odd": "odd_press:simulate"}
-    install("odd_press", ODD, points)
-    scene = load_scene("ideal", {"output.groups": [], "output.samples_per_cycle": 100, "drive.cycles": 1.0})
+    install("presses", PRESSES, POINTS)
+    scene = load_scene("150rpm-0.2mm", {"output.groups": [], "drive.cycles": 1.0})
 
-    def sample():
-        (outcome,) = run_all([Job(scene, "odd")], 0)
-        return float(outcome.table.values("slider_x")[0])
+    def first_y():
+        (outcome,) = run_all([Job(scene, "alpha")], 0)
+        return float(outcome.table.values("slider_y")[0])
 
-    first, before = sample(), fingerprint("odd")
-    install("odd_press", ODD.replace("1.1 +", "1.2 +"), points)
-    assert sample() == pytest.approx(first + 0.1, abs=1e-12)  # written in CSV with 17 digits
-    changed, ours = fingerprint("odd"), fingerprint("reference")
+    before, own, ours = first_y(), fingerprint("alpha"), fingerprint("reference")
+    install("presses", PRESSES.replace("0.1 * np.cos", "0.3 * np.cos"), POINTS)
+    assert first_y() == pytest.approx(before + 0.2, abs=1e-12)  # written in CSV with 17 digits
+    changed = fingerprint("alpha")
     install("another", "", {}, version="2")
-    assert len({before, changed, fingerprint("odd")}) == 3
+    assert len({own, changed, fingerprint("alpha")}) == 3
     assert fingerprint("reference") == ours  # it imports nothing of that
 
 
@@ -106,12 +106,12 @@ def test_a_package_counts_with_all_its_files(install, tmp_path):
 
 
 def test_the_key_of_a_run_knows_the_model_the_scene_and_the_settings_that_count(install):
-    install("odd_press", ODD, {"odd": "odd_press:simulate", "even": "odd_press:even"})
+    install("presses", PRESSES, POINTS)
     scene = load_scene("ideal")
     stiffer = scene.with_values({"contact.poisson": 0.3})
     keys = ((scene, "reference", "a"), (scene, "reference", "b"), (scene, "exudyn", "a"))
     assert len({run_key(*key) for key in (*keys, (stiffer, "reference", "a"))}) == 4
-    other = [scene.with_values({key: 1e-9}) for key in ("solver.reference.tolerance", "solver.even.what")]
+    other = [scene.with_values({key: 1e-9}) for key in ("solver.reference.tolerance", "solver.beta.does")]
     assert {run_key(each, "exudyn", "") for each in (scene, *other)} == {run_key(scene, "exudyn", "")}
     # An installed model may be made of the others.
-    assert len({run_key(each, "odd", "") for each in (scene, *other)}) == 3
+    assert len({run_key(each, "alpha", "") for each in (scene, *other)}) == 3

@@ -4,7 +4,6 @@ import re
 import shlex
 import tomllib
 
-import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -13,24 +12,17 @@ from comparison.scene import SceneError, load_scene, parse_set
 from comparison.scene.keys import toml
 
 PAPER = "150rpm-0.2mm"
-SCALAR = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5))
-ANYTHING = st.dictionaries(
-    st.sampled_from(["drive", "clearance.slider", "contact.law", "output.groups", "scene"]),
-    st.one_of(SCALAR, st.lists(SCALAR, max_size=3)),
-    min_size=1,
-)
 RANDOM = {"key": "drive.speed_rpm", "distribution": "normal", "deviation": 1e-3}
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
+COORDINATE = st.floats(-1, 1).map(lambda x: round(x, 12))
 MODULUS = st.sampled_from([50e9, 69e9, 210e9])
 CHANGES = st.fixed_dictionaries(
     {},
     optional={
         "clearance.slider": st.floats(1e-6, 1e-2),
         "drive.cycles": st.integers(1, 9),
-        "mechanism.rocker_pivot": st.lists(
-            st.floats(-1, 1).map(lambda x: round(x, 12)), min_size=2, max_size=2
-        ),
+        "mechanism.rocker_pivot": st.tuples(COORDINATE, COORDINATE).map(list),
         "joints.slider": st.just("clearance"),
         "output": st.fixed_dictionaries({"groups": st.just(["energy", "joints"])}),
         "scene.title": TEXT,
@@ -49,15 +41,6 @@ def repeated(scene):
     sixbar, verb, source, *options = shlex.split(scene.command("plan"))
     assert (sixbar, verb, set(options[::2])) == ("sixbar", "plan", {"--set"} if options else set())
     return load_scene(source, parse_set(options[1::2]))
-
-
-@given(ANYTHING)
-def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
-    try:
-        outcome = f"clearance {load_scene(PAPER, values).data['clearance']['slider']}"
-    except SceneError as error:
-        outcome = str(error)
-    assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", outcome)
 
 
 @given(CHANGES, CHANGES)
@@ -87,62 +70,46 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
     assert changed.title == (
         "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
     )
-    assert changed.data["scene"] == {"name": changed.name, "title": changed.title, "description": ""}
     # What is there already is no change, nor is what is changed back.
     same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
     back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
     for scene in (same, back.with_values({"joints.slider": "clearance"})):
         assert (scene.overrides, scene.data) == ({}, load_scene(PAPER).data)
         assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
-    with pytest.raises(SceneError, match="must not be zero"):
-        changed.with_values({"drive.speed_rpm": 0})
 
 
 @pytest.mark.parametrize(
-    ("assignments", "held"),
+    ("assignments", "moduli"),
     [
         (["{0}.slider=69e9"], {"slider": 69e9, "guide": 210e9}),
-        (["{0}={{slider=69e9}}"], {"slider": 69e9, "guide": 210e9}),
         (["{0}={{slider=69e9, guide=100e9}}"], {"slider": 69e9, "guide": 100e9}),
         (["{0}=69e9", "{0}.guide=210e9"], {"slider": 69e9, "guide": 210e9}),
         (["{0}.guide=210e9", "{0}=69e9"], 69e9),
         (["{0}.guide=210e9"], 210e9),  # that of both
     ],
 )
-def test_a_material_is_a_number_or_one_of_each_partner(assignments, held, tmp_path):
+def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli, tmp_path):
     scene = load_scene(PAPER, parse_set([text.format(BOTH) for text in assignments]))
-    assert scene.data["contact"]["youngs_modulus"] == held
+    assert scene.data["contact"]["youngs_modulus"] == moduli
     assert repeated(scene).hash == scene.hash
-    if isinstance(held, dict):
+    if isinstance(moduli, dict):
         file = tmp_path / "own.toml"
-        file.write_text(f'scene.extends = "{PAPER}"\n[{BOTH}]\nslider = {held["slider"]}\n')
-        in_file = load_scene(file, {GUIDE: held["guide"]})
-        assert in_file.hash == scene.hash
-        assert in_file.with_values({BOTH: 210e9}).hash == load_scene(PAPER).hash
+        file.write_text(f'scene.extends = "{PAPER}"\n[{BOTH}]\nslider = {moduli["slider"]}\n')
+        assert load_scene(file, {GUIDE: moduli["guide"]}).hash == scene.hash
 
 
 def test_one_partner_and_both_replace_one_another():
-    scene, held = load_scene(PAPER, {BOTH: 100e9}), []
+    scene, moduli = load_scene(PAPER, {BOTH: 100e9}), []
     for change in ({SLIDER: 210e9}, {BOTH: 50e9}, {GUIDE: 1e9}, {BOTH: 210e9}):
         scene = scene.with_values(change)
-        held.append(scene.data["contact"]["youngs_modulus"])
-    assert held == [{"slider": 210e9, "guide": 100e9}, 50e9, {"slider": 50e9, "guide": 1e9}, 210e9]
+        moduli.append(scene.data["contact"]["youngs_modulus"])
+    assert moduli == [{"slider": 210e9, "guide": 100e9}, 50e9, {"slider": 50e9, "guide": 1e9}, 210e9]
     assert scene.overrides == {}
-
-
-def test_two_scenes_have_two_names():
-    changes = [{"clearance.slider": value} for value in (np.float64(4e-4), 4.1e-4, 1 / 3e4)]
-    changes += [{"mechanism.rocker_pivot": [0.25, value]} for value in (0.2, 0.21)]
-    names = [load_scene(PAPER, change).name for change in (*changes, changes[0] | {"drive.cycles": 1})]
-    assert len(set(names)) == len(names)
-    assert names[0] == "150rpm-0.2mm+clearance.slider=0.0004"
 
 
 def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp_path):
     own = {"scene.name": "mine", "drive.cycles": 1}
     assert load_scene(PAPER, own).title == "mine with drive.cycles = 1"
-    scene = load_scene(PAPER, own | {"scene.title": "Mine", "scene.description": "One cycle."})
-    assert (scene.name, scene.title, scene.description) == ("mine", "Mine", "One cycle.")
     path = tmp_path / "my press.toml"
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n[clearance]\nslider = 4e-4\n')
     scene = load_scene(path)
@@ -150,8 +117,6 @@ def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp
     changed = scene.with_values({"drive.cycles": 1})
     assert changed.title == "own with drive.cycles = 1"
     assert repeated(changed).hash == changed.hash  # the path has a space
-    with pytest.raises(SceneError, match="scene = 3 must be a section"):
-        changed.with_values({"scene": 3})
 
 
 def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():

@@ -1,4 +1,4 @@
-"""The main job in Python, with fake models in this process; verdicts on record; three models."""
+"""Verdicts on record; three or more models."""
 
 import tomllib
 from dataclasses import replace
@@ -10,7 +10,7 @@ from comparison.verdict.compare import compare
 from comparison.verdict.overall import as_toml, departures, pairs, standing
 from comparison.words import verdicts as words
 
-STANDARD = ("standard",)
+THREE = ("one", "two", "three")
 
 
 def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, make_runs):
@@ -34,33 +34,24 @@ def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, mak
     assert said([scene], [now], tomllib.loads(as_toml([scene], [usual], made))) == ""
 
 
-# Three or more models
-
-THREE = ("one", "two", "three")
-
-
 @pytest.mark.parametrize(
     ("verdicts", "outcome", "said"),
     [
-        (
-            ("differ", "differ", "agree"),
-            "outlier",
-            "One is the outlier: it differs from two and three, which",
-        ),
-        (("differ", "agree", "differ"), "outlier", "Two is the outlier"),
-        (("agree", "agree", "agree"), "agree", "All 3 agree."),
+        ("differ, differ, agree", "outlier", "One is the outlier: it differs from two and three, which"),
+        ("differ, agree, differ", "outlier", "Two is the outlier"),
+        ("agree, agree, agree", "agree", "All 3 agree."),
         # Near the threshold agreement is not transitive.
-        (("agree", "agree", "differ"), "differ", "No model is the outlier: two and three differ"),
-        (("differ", "differ", "differ"), "differ", "one and three differ"),
-        (("indeterminate", "differ", "differ"), "undecided", "one and two: indeterminate"),
-        (("agree", "cannot compare", "cannot compare"), "agree", "; three cannot be compared."),
-        (("differ", "cannot compare", "cannot compare"), "differ", "one and two differ"),
-        (("agree", "agree", "cannot compare"), "undecided", "two and three: cannot compare"),
-        (("cannot compare",) * 3, "cannot compare", "one, two and three cannot be compared"),
+        ("agree, agree, differ", "differ", "No model is the outlier: two and three differ"),
+        ("differ, differ, differ", "differ", "one and three differ"),
+        ("indeterminate, differ, differ", "undecided", "one and two: indeterminate"),
+        ("agree, cannot compare, cannot compare", "agree", "; three cannot be compared."),
+        ("differ, cannot compare, cannot compare", "differ", "one and two differ"),
+        ("agree, agree, cannot compare", "undecided", "two and three: cannot compare"),
+        ("cannot compare, cannot compare, cannot compare", "cannot compare", "one, two and three cannot be"),
     ],
 )
 def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, said):
-    result = standing(THREE, dict(zip(pairs(THREE), verdicts, strict=True)))
+    result = standing(THREE, dict(zip(pairs(THREE), verdicts.split(", "), strict=True)))
     assert (result.outcome, bool(result.outlier)) == (outcome, outcome == "outlier")
     assert said in words.standing(result)
 
