@@ -10,12 +10,9 @@ from comparison.execution.pool import cpus
 from comparison.files import write_text
 from comparison.formatting import table
 from comparison.studies import NAMES, write_study
-from comparison.studies.verdicts.study import RECORD
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
-PACKAGE = Path("comparison/verdict")
-"""Package in the working tree, which need not be the installed one."""
 ABOUT_THE_VERDICT = "trust"
 """Study that tests the verdict itself; its finding follows the table in the README."""
 
@@ -68,7 +65,6 @@ def main(*, small: bool = False) -> None:
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")
     write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)
-    write_text((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 
 if __name__ == "__main__":

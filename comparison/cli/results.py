@@ -32,18 +32,15 @@ from comparison.cli.console import (
 from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
-from comparison.models import MODELS
 from comparison.report.ci import write_job_summary, write_junit
 from comparison.report.page import Row, origin, render, write_pairwise
 from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, parse_set, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
-from comparison.verdict import overall
 from comparison.verdict import validate as judge
 from comparison.verdict.criteria import check_gate
-from comparison.verdict.overall import Pair, pairs, standing
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
-from comparison.verdict.validate import Validation
+from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.differences import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
@@ -107,9 +104,6 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
     ]
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=request.allow_indeterminate)
     sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
-    if models == MODELS and request.accuracy is None:
-        record = overall.verdicts_record()
-        sentences.append(words.departures(overall.departures(compared, comparisons, record), record["made"]))
     say_wrapped(*([] if request.quiet else lead(comparisons)), err=request.json)
     for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
         typer.echo(line, err=request.json)  # with colours

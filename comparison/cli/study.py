@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from comparison.cli import console
-from comparison.cli.console import columns, complain, progress, say, warn
-from comparison.studies import MOVED, STUDIES
+from comparison.cli.console import columns, progress, say, warn
+from comparison.studies import STUDIES
 from comparison.studies.paper import PARTS
 
 _SHOWN = 20  # most rows of a sweep on the terminal; a 21st replaces the line that counts the rest
@@ -70,19 +70,10 @@ def _paper(
     return _write("paper", out, jobs, small, quiet, list(dict.fromkeys(part or ())))
 
 
-def _moved(name: str, words: str) -> Callable[[], int]:
-    return lambda: complain(f"study {name} is a part of another now: sixbar study {words}", 2)
-
-
 for _name, _about in STUDIES.items():
     studies.command(_name, help=f"{_about} Writes a README.md with figures.", short_help=_about)(
         _paper if _name == "paper" else _command(_name)
     )
-for _name, _words in MOVED.items():
-    # With whatever options it once had.
-    studies.command(
-        _name, hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True}
-    )(_moved(_name, _words))
 
 
 @dataclass(frozen=True)

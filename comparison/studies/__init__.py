@@ -20,19 +20,6 @@ STUDIES = {
 }
 """Study -> its subject, in one line."""
 NAMES = tuple(STUDIES)
-MOVED = {
-    "as-published": "paper --part main",
-    "identification": "paper --part identification",
-    "nonlinear": "paper --part nonlinear",
-    "reliability": "paper --part reliability",
-    "random-inputs": "paper --part main",
-    "crank-pin": "paper --part main",
-    "contact-laws": "paper --part laws",
-    "detection": "trust",
-    "campaign": "trust",
-    "ensembles": "trust",
-}
-"""Former study -> study, or part of one, that it has become."""
 
 
 def write_study(

@@ -1,8 +1,12 @@
-"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
+
+Of three or more models the verdicts of all pairs say which one is the outlier.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -28,6 +32,7 @@ from comparison.verdict.criteria import Criteria
 from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
+Pair = tuple[str, str]
 Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
 Jobs = dict[tuple[str, str], Job]
 
@@ -300,3 +305,50 @@ def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
 def _failed(outcomes: Outcomes) -> Outcomes:
     """Return the outcomes without a table that a family can use."""
     return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
+
+
+# ---- all pairs of several models
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Position of the models of a scene to each other.
+
+    ``outcome``: "agree", all pairs; "outlier", one model differs from all others, which agree; "differ"
+    without an outlier; "undecided", a pair is indeterminate; "cannot compare", fewer than two models can be
+    compared.
+    """
+
+    outcome: str
+    outlier: str
+    compared: tuple[str, ...]
+    left_out: tuple[str, ...]  # cannot be compared with any other model
+    verdicts: Mapping[Pair, str]  # of the pairs of those compared
+
+
+def pairs(models: Sequence[str]) -> list[Pair]:
+    """Return all pairs of the models, in their order."""
+    return list(combinations(models, 2))
+
+
+def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
+    """Judge the verdicts of all `pairs` of three or more models."""
+    comparable = {
+        model for pair, verdict in verdicts.items() if verdict != "cannot compare" for model in pair
+    }
+    compared = tuple(model for model in models if model in comparable)
+    left_out = tuple(model for model in models if model not in comparable)
+    counted = {pair: verdicts[pair] for pair in pairs(compared)}
+    outlier, values = "", set(counted.values())
+    for model in compared if len(compared) > 2 else ():  # of two neither is one
+        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in counted.items()):
+            outlier = model
+    if not compared:
+        outcome = "cannot compare"
+    elif values == {"agree"}:
+        outcome = "agree"
+    elif outlier:
+        outcome = "outlier"
+    else:
+        outcome = "differ" if values <= {"agree", "differ"} else "undecided"
+    return Standing(outcome, outlier, compared, left_out, counted)

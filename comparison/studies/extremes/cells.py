@@ -30,7 +30,7 @@ SEED = 1
 CYCLES, SAMPLES = 1.0, 250
 """Crank cycles of a cell, where its axis does not push them; samples per cycle."""
 CYCLES_AXIS, HYPERCUBE = "cycles", "hypercube"
-LONG_LIMIT, SHORT_LIMIT = 6000.0, 150.0
+LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """Limits of cells of many cycles, and of those whose runs mostly take all the time that they are given."""
 _DATA: dict[str, list[dict[str, Any]]] = tomllib.loads(
     files("comparison.studies.extremes").joinpath("axes.toml").read_text("utf-8")
@@ -61,7 +61,7 @@ class Cell:
 
     @property
     def limit(self) -> float:
-        """Processor time that a run may take, in units of `runs.unit_seconds`."""
+        """Processor time that a run may take, s."""
         if self.axis == CYCLES_AXIS:
             return LONG_LIMIT
         short = self.law == LITERAL or (self.axis == HYPERCUBE and self.law != USUAL)

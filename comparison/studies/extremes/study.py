@@ -26,7 +26,7 @@ from comparison.studies.extremes.cells import (
     Cell,
     cells,
 )
-from comparison.studies.extremes.runs import BENCHMARK, CUT_OFF, LIMIT, PairRun, both, run_pairs
+from comparison.studies.extremes.runs import CUT_OFF, LIMIT, PairRun, both, run_pairs
 from comparison.studies.shared.study import Study, curves, markdown, part, write_csv
 
 
@@ -153,7 +153,6 @@ def page(runs: pd.DataFrame) -> Mapping[str, object]:
         ),
         "points": runs.loc[runs["axis"] == HYPERCUBE, "value"].nunique(),
         "limits": [f"{limit:g}" for limit in (LIMIT, SHORT_LIMIT, LONG_LIMIT)],
-        "benchmark": BENCHMARK,
         "classes": counted(runs, ["pair", "law"], "class", there),
         "stops": counted(stopped, ["formulation"], "status") if len(stopped) else "None did.",
         "differ": "; ".join(

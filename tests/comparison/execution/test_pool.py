@@ -13,8 +13,6 @@ import pytest
 
 from comparison.execution.pool import Died, Late, Share, kept_workers, work
 
-VARIABLE = "SIXBAR_TEST_VARIABLE"
-
 
 def do(task, report):
     """Do what a task says; return the process, and what it inherited."""
@@ -35,7 +33,7 @@ def do(task, report):
         case Path():  # prepare until it is there, and report nothing
             while not task.exists():
                 time.sleep(0.01)
-    return os.getpid(), os.environ.get(VARIABLE), os.environ["OMP_NUM_THREADS"]
+    return os.getpid(), os.environ["OMP_NUM_THREADS"]
 
 
 def events_of(*tasks, n_workers=1, **options):
@@ -69,13 +67,13 @@ def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(
     assert capfd.readouterr() == ("", "")
 
 
-def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypatch):
+def test_workers_have_one_thread_and_this_process_keeps_its_own(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
     before = dict(os.environ)
-    [(_, (_, value, threads))] = events_of("one", environment={VARIABLE: "set", "OMP_NUM_THREADS": "3"})
+    [(_, (_, threads))] = events_of("one")
     # One thread all the same: a sum over threads has no order of its own.
-    assert (value, threads) == ("set", "1")
+    assert threads == "1"
     assert dict(os.environ) == before
 
 
@@ -103,21 +101,19 @@ def test_an_interrupt_ends_what_the_workers_do_and_keeps_none():
     assert multiprocessing.active_children() == []
 
 
-def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_longer():
-    def pid_of(**options):
-        *_, (_, (pid, *_)) = events_of("one", **options)
+def test_workers_live_on_where_they_are_kept_and_no_longer():
+    def pid_of():
+        *_, (_, (pid, *_)) = events_of("one")
         return pid
 
-    own = {"environment": {VARIABLE: "set"}}
     with kept_workers():
         with kept_workers():
-            first, other = pid_of(), pid_of(**own)
-        assert (pid_of(), pid_of(**own)) == (first, other)
-        assert first != other
-        os.kill(other, signal.SIGKILL)
-        while any(child.pid == other for child in multiprocessing.active_children()):
+            first = pid_of()
+        assert pid_of() == first
+        os.kill(first, signal.SIGKILL)
+        while any(child.pid == first for child in multiprocessing.active_children()):
             time.sleep(0.01)
-        another = pid_of(**own)
-        assert another != other
+        another = pid_of()
+        assert another != first
     assert not running(first)
     assert not running(another)

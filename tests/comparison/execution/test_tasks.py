@@ -29,7 +29,6 @@ class Part:
 @dataclass(frozen=True)
 class Square(Task):
     number: float
-    environment: tuple[tuple[str, str], ...] = ()
     part: Part = Part()
     named: dict[str, object] = field(default_factory=lambda: {"a": [1]})
     models = ("reference",)
@@ -58,14 +57,14 @@ def square(task, progress):
 
 @pytest.fixture
 def here(monkeypatch, tmp_path):
-    """Spread in this process, in a folder of its own; what was worked off, environment by environment."""
+    """Spread in this process, in a folder of its own; what was worked off."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(module, "code_hash", lambda *modules: " ".join(modules))
     log = []
 
     def spread(attempt, tasks):
         for key, task in tasks.items():
-            log.append((task.number, task.environment))
+            log.append(task.number)
             yield key, Died("its process was killed") if task.number == 3.0 else attempt(task, lambda _: None)
 
     return spread, log
@@ -78,12 +77,12 @@ def measured(here, *numbers, **options):
 def test_rows_come_in_the_order_of_the_tasks_and_equal_ones_are_measured_once(here, tmp_path):
     rows = measured(here, 2.0, 4.0, 2.0)
     assert [row["square"] for row in rows] == [4.0, 16.0, 4.0]
-    assert [number for number, _ in here[1]] == [4.0, 2.0]  # the longest first
+    assert here[1] == [4.0, 2.0]  # the longest first
     assert {row["status"] for row in rows} == {SUCCESS}
     assert all(row["seconds"] >= 0.0 for row in rows)
     # What was measured is not measured again.
     assert measured(here, 4.0, 6.0, 2.0)[::2] == rows[1:]
-    assert [number for number, _ in here[1]] == [4.0, 2.0, 6.0]
+    assert here[1] == [4.0, 2.0, 6.0]
     assert len(list(tmp_path.glob("rows-*/*"))) == 3
     measured(here, 2.0, folder=tmp_path / "mine")  # or where one asks
     assert len(list(tmp_path.glob("mine/*"))) == 1
@@ -107,7 +106,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(here, monkeyp
         Part(input=INPUT.model_copy(update={"deviation": 2e-6})),
     ):
         assert count(replace(task, part=part)) == 1
-    for change in ({"named": {"a": [2]}}, {"number": 3.5}, {"environment": (("A", "1"),)}):
+    for change in ({"named": {"a": [2]}}, {"number": 3.5}):
         assert count(replace(task, **change)) == 1
     for name, value in (
         ("code_hash", lambda *names: " ".join(name.replace(square.__module__, "other") for name in names)),
@@ -132,7 +131,7 @@ def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
     assert rows[13.0]["message"] == "ValueError: thirteen of all numbers"
     assert rows[5.0]["message"] == "lower the tolerance"
     assert rows[3.0]["message"] == "its process was killed"
-    assert sorted(number for number, _ in here[1]) == [3.0, 3.0, 5.0, 7.0, 13.0]
+    assert sorted(here[1]) == [3.0, 3.0, 5.0, 7.0, 13.0]
 
 
 def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():
