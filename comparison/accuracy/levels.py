@@ -231,9 +231,13 @@ class Thresholds:
     alpha: float
     coverage: float
 
+    def largest(self, scale: float) -> float:
+        """Return the largest uncertainty at which a sample of a channel of this scale is predictable."""
+        return self.alpha * scale
+
     def predictable(self, u: Array, scale: float) -> BoolArray:
         """Return the samples whose uncertainty is small enough against their channel's scale to be judged."""
-        return np.asarray(u <= self.alpha * scale)
+        return np.asarray(u <= self.largest(scale))
 
 
 def thresholds_record() -> dict[str, Any]:

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics.contacts import WINDOW
+from comparison.metrics import WINDOW
 from comparison.models import platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN

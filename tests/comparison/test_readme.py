@@ -9,7 +9,7 @@ import pytest
 
 from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.cli.reports import BEGIN, END, generated, index, with_generated
+from comparison.cli.study import BEGIN, END, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.paper import MAIN, PARTS

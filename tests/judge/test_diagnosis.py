@@ -16,7 +16,7 @@ import pytest
 
 import sixbar
 from comparison.cli import main
-from comparison.metrics.signals import fit
+from comparison.metrics import fit
 from comparison.models import GROUP
 from comparison.tables.table import Table
 from comparison.tables.table_files import write

@@ -15,15 +15,15 @@ from comparison.accuracy.refine import levels, runs_by_model, usable_table
 from comparison.execution.run import (
     Outcome,
     Progress,
-    RunError,
     quality_warnings,
+    run_here,
     run_one,
     steps_per_contact,
 )
 from comparison.execution.store import Row
 from comparison.execution.tasks import LATE, SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
-from comparison.scene import Scene, SceneError, load_scene
+from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
@@ -107,11 +107,7 @@ def _run(scene: Scene, model: str, end: float) -> Outcome:
             raise _OutOfTimeError(share)
 
     try:
-        return Outcome(SUCCESS, table=run_one(scene, model, in_time))
-    except RunError as error:
-        return error.outcome
-    except SceneError as error:
-        return Outcome("bad input", str(error))
+        return run_here(scene, model, in_time)
     except _OutOfTimeError as late:
         return Outcome(CUT_OFF, f"{100 * late.args[0]:.3g} % of its time was run")
 

@@ -10,14 +10,14 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.cli import main, reports
+from comparison.cli import main
+from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
 from comparison.models import platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import NAMES
+from comparison.studies import NAMES, verdicts
 from comparison.studies.paper import MAIN, PARTS
-from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {

@@ -7,9 +7,8 @@ from judged_runs import decided
 from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
-from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import scene_coverage
 
 N = 1000
