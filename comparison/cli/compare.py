@@ -186,7 +186,7 @@ def _suggest(options: Comparison) -> int:
 
 
 def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison]:
-    """Compare the tables of equal names in two folders; those of the second may lack a partner."""
+    """Compare the tables of equal names in two folders; one without a partner cannot be compared."""
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
     from comparison.verdict.recorded import compare_files
@@ -209,9 +209,10 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
         except TableError as error:
             comparison = no_comparison_of_tables(name, str(error), labels)
         comparisons.append(replace(comparison, name=name))
-    if alone := [path.name for name, path in second.items() if name not in first]:
-        warn([f"not compared, since {a} has none of their names: {', '.join(alone)}"])
-    return comparisons
+    alone = [name for name in second if name not in first]
+    return comparisons + [
+        no_comparison_of_tables(name, f"{a} has no table of this name", labels) for name in alone
+    ]
 
 
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:

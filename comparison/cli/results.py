@@ -84,9 +84,10 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
             "scenes": [as_mapping(comparison) for comparison in comparisons],
         }
     )
-    page, kept = write_validation(results, folder, summary)
-    say_wrapped(*kept, err=options.json)
-    say(str(page), err=options.json)
+    with console.uninterrupted():
+        page, kept = write_validation(results, folder, summary)
+        say_wrapped(*kept, err=options.json)
+        say(str(page), err=options.json)
     warn([f"scene {scene.name!r}: {warning}" for scene in compared for warning in scene.warnings])
     return code, summary
 

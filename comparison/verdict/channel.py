@@ -25,11 +25,9 @@ from comparison.verdict.results import METRICS, Basis, ChannelComparison, Check
 
 
 def _names(value: object) -> object:
-    if isinstance(value, tuple):
-        return list(value)
-    if not isinstance(value, list):
+    if not isinstance(value, list | tuple) or not value:
         raise PydanticCustomError("rule", "", {"text": "must be a list of names"})
-    return value
+    return list(value)
 
 
 class Criteria(Options, Compare):
@@ -48,9 +46,7 @@ class Criteria(Options, Compare):
     """Time, s, by which either may be early or late, though neither may lack what the other has."""
     gate: Annotated[dict[str, Real], BeforeValidator(by_name)] = Field(default={})
     """Metric of `comparison.verdict.results.METRICS` -> its limit, for every channel."""
-    channels: Annotated[
-        list[Annotated[str, Field(min_length=1)]] | None, Field(min_length=1), BeforeValidator(_names)
-    ] = None
+    channels: Annotated[list[Annotated[str, Field(min_length=1)]] | None, BeforeValidator(_names)] = None
     """Channels to compare; None: all."""
     at_events: Literal["left", "right", "both"] | None = None
     """Which rows of a time that a file repeats count."""

@@ -25,9 +25,9 @@ from comparison.verdict.confirmation import Run, confirm, judge_again, too_slow
 from comparison.verdict.results import SceneComparison
 
 ENOUGH_LEVELS = 2
-"""Levels after which "indeterminate" stands, and after which "differ" can."""
+"""Levels finer than the first judgement after which "indeterminate" stands, and after which "differ" can."""
 MOST_LEVELS = 4
-"""Levels at most: 2 us become 0.125 us, in 16 times the time of a run."""
+"""Levels finer than the first judgement at most: 2 us become 0.125 us, in 16 times the time of a run."""
 SMALLEST_STEP = 1.2e-7
 """Smallest step beyond `ENOUGH_LEVELS`, s; below it a run of two cycles takes minutes."""
 FINEST_TOLERANCE = 1e-12
@@ -87,7 +87,7 @@ def settle(
         verdict = last.comparison.verdict
         if verdict == "agree" or (verdict == "indeterminate" and len(levels) > ENOUGH_LEVELS):
             return last
-        closer = _finer(last.scene, models, result.refined + len(levels))
+        closer = _finer(last.scene, models, len(levels))
         outlasts = verdict == "differ" and _outlasts(levels, models)
         if outlasts and (closer is None or tree_verdict() != "agree"):
             return confirmed(last)

@@ -516,6 +516,6 @@ def rank(verdict: str) -> int:
 
 
 def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int:
-    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order."""
-    code = next(code for code in _WORST_FIRST if code in codes)
+    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order; 2 of none."""
+    code = next((code for code in _WORST_FIRST if code in codes), 2)  # without any nothing was compared
     return 0 if code == 3 and allow_indeterminate else code

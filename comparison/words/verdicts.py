@@ -69,7 +69,7 @@ _MARKS = {
     "unconfirmed": "unconfirmed, {0.fewest} runs",
     "underestimated": "uncertainty underestimated {0.factor:.2g} times",
 }
-_TIMES = ("", "once", "twice", "three times", "four times")
+_TIMES = ("", "once", "twice", "three times", "four times", "five times")
 
 
 def reason(channel: ChannelComparison) -> str:

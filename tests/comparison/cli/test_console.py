@@ -1,6 +1,7 @@
 """What is printed: it fits, is escaped, says how far the work is; streams, interrupts, sizes of files."""
 
 import os
+import signal
 import subprocess
 import sys
 from importlib.resources import files
@@ -110,6 +111,20 @@ def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys
     assert "internal error: ZeroDivisionError: a b at test_console.py:" in err
     assert "please report" in err
     assert err.count("\n") == 1
+
+
+def test_an_interrupt_while_files_are_written_comes_when_they_are():
+    written = []
+
+    def write():
+        with console.uninterrupted():
+            os.kill(os.getpid(), signal.SIGINT)
+            written.append("all")
+
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    assert written == ["all"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 COMPARE, SOUND = "compare {} sound.csv", "compare sound.csv sound.csv"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from comparison.accuracy.levels import with_declared
+from comparison.accuracy.levels import finer, with_declared
 from comparison.cli import main
 from comparison.execution.run import Job, run_all, run_one
 from comparison.models import EngineError, declared_settings, engine_names, find, load
@@ -48,6 +48,9 @@ def test_declared_settings_are_refined_and_decide_and_a_scene_s_go_first(odd):
     assert compared({"solver.odd.bias": 1e-6}).comparison.verdict == "differ"
     scene = load_scene("ideal", {"solver.odd.tolerance": 1e-5})
     assert with_declared(scene, ["odd"]).data["solver"]["odd"]["tolerance"] == 1e-5
+    # An integer is a setting as well.
+    whole = load_scene("ideal", {"solver.odd.tolerance": 1})
+    assert finer("odd", whole).data["solver"]["odd"]["tolerance"] == 0.1
     assert declared_settings("reference") == {}
     for faulty, rule in (
         ("3", "settings must be a mapping, not int"),
