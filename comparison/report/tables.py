@@ -105,6 +105,24 @@ def _strip(channel: ChannelComparison) -> Markup:
     return cell.format(",".join(layers) or "none")
 
 
+def attribution_table(scene: SceneComparison) -> Table | None:
+    """Return the share of the difference that each refinement, and both, leave; None without one."""
+    result = scene.attribution
+    rows: dict[str, Cells] = {}
+    for key, change in zip("ab", result.refinements if result.remaining else (), strict=False):
+        rows[change.label] = [
+            ("Difference left", "", percent(result.remaining[key])),
+            ("If the cause", "", percent(1.0 / change.gain)),
+            ("Setting", "", pairs(change.settings)),
+            ("Divided by", "", number(change.factor)),
+        ]
+    if rows:
+        gain = min(change.gain for change in result.refinements)
+        left = percent(result.remaining["both"])
+        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
+    return _table("Refined", rows)
+
+
 def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
     touched = {place for events in scene.events if events is not None for place in events["corner"]}
