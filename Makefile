@@ -51,7 +51,7 @@ test-browser: $(VENV)/.developed
 	$(BIN)/python -m pytest -m browser
 
 reports: $(VENV)/.installed
-	$(BIN)/python -m comparison.cli.reports
+	$(BIN)/python -c 'from comparison.cli.study import main; main()'
 
 # A warning, such as of a link or an anchor that leads nowhere, fails.
 docs: $(VENV)/.installed

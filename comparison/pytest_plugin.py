@@ -45,7 +45,7 @@ def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
 
     ``assert_agree(expected, obtained, *, scene=None, mapping=None, allow_indeterminate=False, **options)``:
     the tables are paths, `comparison.tables.table.Table` or pandas data frames; the options are those of
-    `comparison.verdict.criteria.Criteria`. Where ``expected`` is a path and there is no file, the table is
+    `comparison.verdict.channel.Criteria`. Where ``expected`` is a path and there is no file, the table is
     written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew.
     """
     return partial(_assert_agree, request.node, bool(request.config.getoption("--sixbar-update")))
@@ -130,19 +130,15 @@ class _Pair:
 
     def compare(self, expected: Results, label: str) -> SceneComparison:
         """Compare a table with the one obtained."""
-        from comparison.scene import as_scene
-        from comparison.tables.arguments import as_source
-        from comparison.verdict.criteria import Criteria
-        from comparison.verdict.recorded import compare_files
+        from comparison.verdict.recorded import compare
 
-        scene = self.arguments["scene"]
-        return compare_files(
-            [("base", as_source(expected, label))],
-            [("base", self.source)],
-            labels=(label, self.labels[1]),
-            scene=None if scene is None else as_scene(scene),
+        return compare(
+            expected,
+            self.obtained,
+            scene=self.arguments["scene"],
             mapping=self.mapping,
-            criteria=Criteria(**self.arguments["options"]),
+            labels=(label, self.labels[1]),
+            **self.arguments["options"],
         )
 
     def failure(self) -> str:
@@ -231,7 +227,7 @@ class _Pair:
         from comparison.tables.channels import channels
         from comparison.tables.foreign import read_tables
         from comparison.tables.table import Table, TableError
-        from comparison.verdict.criteria import Criteria
+        from comparison.verdict.channel import Criteria
 
         source = self.source
         columns = {column.name: column for column in source.columns if column.text is None}

@@ -186,7 +186,7 @@ def _level(model: str, scene: Scene, direction: str) -> Scene | None:
     values = {
         f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # equal by any path: one cached run
         for key, factor in _read("accuracy.toml")[setting_key(model, settings)][direction].items()
-        if isinstance(settings.get(key), float)
+        if type(settings.get(key)) in (int, float)
     }
     return scene.variant(values) if values else None
 
@@ -231,9 +231,13 @@ class Thresholds:
     alpha: float
     coverage: float
 
+    def largest(self, scale: float) -> float:
+        """Return the largest uncertainty at which a sample of a channel of this scale is predictable."""
+        return self.alpha * scale
+
     def predictable(self, u: Array, scale: float) -> BoolArray:
         """Return the samples whose uncertainty is small enough against their channel's scale to be judged."""
-        return np.asarray(u <= self.alpha * scale)
+        return np.asarray(u <= self.largest(scale))
 
 
 def thresholds_record() -> dict[str, Any]:

@@ -96,7 +96,7 @@ class WorkPrecision:
     def resolution(self) -> float:
         """Largest u at which errors are compared, m: the least that enough samples keep."""
         scale = channels()[CHANNEL].scale_value(self.scene.data, nan)
-        wanted = [thresholds(tier).alpha * scale for tier in reversed(TIERS)]
+        wanted = [thresholds(tier).largest(scale) for tier in reversed(TIERS)]
         enough = [error for error in wanted if self.coverage(error) >= FLOOR]
         return enough[0] if enough else error_on(self.u, FLOOR)
 

@@ -7,6 +7,7 @@ table or two follows the ideal mechanism.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -33,7 +34,7 @@ _Refinement = Annotated[
 
 @dataclass(frozen=True)
 class Comparison:
-    """Options of ``sixbar compare``; those that `comparison.verdict.criteria.Criteria` has mean the same."""
+    """Options of ``sixbar compare``; those that `comparison.verdict.channel.Criteria` has mean the same."""
 
     context: typer.Context
     a: _A
@@ -91,7 +92,7 @@ class Comparison:
         """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
         from comparison.scene import load_scene
         from comparison.tables.mapping import load_mapping
-        from comparison.verdict.criteria import Criteria
+        from comparison.verdict.channel import Criteria
 
         names = None if self.channels is None else [name.strip() for name in self.channels.split(",")]
         same = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
@@ -185,7 +186,7 @@ def _suggest(options: Comparison) -> int:
 
 
 def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison]:
-    """Compare the tables of equal names in two folders; those of the second may lack a partner."""
+    """Compare the tables of equal names in two folders; one without a partner cannot be compared."""
     from comparison.tables.table import TableError
     from comparison.tables.table_files import tables_in
     from comparison.verdict.recorded import compare_files
@@ -208,9 +209,10 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
         except TableError as error:
             comparison = no_comparison_of_tables(name, str(error), labels)
         comparisons.append(replace(comparison, name=name))
-    if alone := [path.name for name, path in second.items() if name not in first]:
-        warn([f"not compared, since {a} has none of their names: {', '.join(alone)}"])
-    return comparisons
+    alone = [name for name in second if name not in first]
+    return comparisons + [
+        no_comparison_of_tables(name, f"{a} has no table of this name", labels) for name in alone
+    ]
 
 
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:
@@ -241,6 +243,28 @@ class Validation:
     quiet: console.Quiet = False
     json: console.AsJson = False
 
+    @property
+    def changes(self) -> dict[str, object]:
+        """The dotted keys to change, and their values."""
+        from comparison.scene import parse_set
+
+        return parse_set(self.overrides or [])
+
+    @property
+    def tiers(self) -> Sequence[str]:
+        """The tiers to judge at."""
+        from comparison.accuracy.levels import TIERS
+
+        return TIERS[:1] if self.quick else TIERS
+
+    def command(self, models: Sequence[str]) -> str:
+        """Return the command line that repeats it for some models."""
+        from comparison.scene import command_line
+        from comparison.verdict.validate import options
+
+        choices = options(models, self.accuracy, self.tiers)
+        return command_line("validate", self.scenes or [], self.changes, choices)
+
 
 @console.taking(Validation)
 def validate(options: Validation) -> int:
@@ -251,19 +275,18 @@ def validate(options: Validation) -> int:
     report identifies the outlier among them. Stopped by Ctrl-C, it writes the report of the scenes finished
     by then, marked as incomplete.
     """
-    from comparison.cli.results import Request, validate_pair, validate_pairs
+    from comparison.cli.results import validate_pair, validate_pairs
     from comparison.execution.pool import kept_workers
     from comparison.models import distinct_models
     from comparison.scene import name_with
 
-    request = Request.of(options)
     with kept_workers():
         first, second, *others = several = distinct_models(options.models)
         if others:
-            folder = options.out or console.REPORTS / name_with("pairwise", request.changes)
-            code, summary = validate_pairs(request, several, folder)
+            folder = options.out or console.REPORTS / name_with("pairwise", options.changes)
+            code, summary = validate_pairs(options, several, folder)
         else:
-            code, summary = validate_pair(request, (first, second), options.out)
+            code, summary = validate_pair(options, (first, second), options.out)
     if options.json and summary:
         print_json(summary)
     return code

@@ -5,8 +5,10 @@ import json
 import logging
 import os
 import shutil
+import signal
 import sys
 import textwrap
+import threading
 import time
 import unicodedata
 import warnings
@@ -159,6 +161,22 @@ def is_refusal(error: Exception) -> bool:
     from comparison.execution.run import RunError
 
     return type(error).__module__.startswith("comparison.") and not isinstance(error, RunError)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait until files are written; it arrives in the main thread, unless it is ignored."""
+    before, asked = signal.getsignal(signal.SIGINT), list[int]()
+    if threading.current_thread() is not threading.main_thread() or before is signal.SIG_IGN:
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if asked:
+        raise KeyboardInterrupt
 
 
 # ---- progress: a bar on a terminal, plain lines in a log

@@ -11,8 +11,7 @@ from comparison.cli.compare import compare, reliability, validate
 from comparison.cli.console import INTERRUPTED, complain, describe_error, option, say, session
 from comparison.cli.gate import gate
 from comparison.cli.listing import channels, keys, new, plan, scenes
-from comparison.cli.plot import animate, plot
-from comparison.cli.run import run, settings
+from comparison.cli.run import animate, plot, run, settings
 from comparison.cli.study import studies
 
 # The class raised by this typer: some of its releases vendor click.

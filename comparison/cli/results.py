@@ -4,9 +4,10 @@ Scenes are validated in batches: finished ones survive an interruption, or the f
 is imported when one of the commands runs.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from glob import escape
 from math import isfinite
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from comparison.accuracy.levels import TIERS, check_accuracy
+from comparison.accuracy.levels import check_accuracy
 from comparison.accuracy.refine import family
 from comparison.cli import console
 from comparison.cli.console import (
@@ -32,18 +33,15 @@ from comparison.cli.console import (
 from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
-from comparison.models import MODELS
 from comparison.report.ci import write_job_summary, write_junit
 from comparison.report.page import Row, origin, render, write_pairwise
-from comparison.scene import Scene, SceneError, command_line, load_scene, name_with, parse_set, shipped_scenes
+from comparison.scene import Scene, SceneError, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
-from comparison.verdict import overall
 from comparison.verdict import validate as judge
-from comparison.verdict.criteria import check_gate
-from comparison.verdict.overall import Pair, pairs, standing
+from comparison.verdict.channel import check_gate
 from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
-from comparison.verdict.validate import Validation
+from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.differences import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
@@ -53,49 +51,16 @@ if TYPE_CHECKING:
     from comparison.cli.compare import Validation as Options
 
 
-@dataclass(frozen=True)
-class Request:
-    """Scenes to be validated, with the options of the runs and of the output."""
-
-    names: Sequence[str]
-    changes: dict[str, object]
-    accuracy: str | None
-    tiers: Sequence[str]
-    jobs: int
-    allow_indeterminate: bool
-    verbose: bool
-    quiet: bool
-    json: bool
-
-    @classmethod
-    def of(cls, options: "Options") -> "Request":
-        """Return the request of a command line."""
-        same = ("accuracy", "allow_indeterminate", "verbose", "quiet", "json")
-        return cls(
-            names=options.scenes or [],
-            changes=parse_set(options.overrides or []),
-            tiers=TIERS[:1] if options.quick else TIERS,
-            jobs=options.jobs or cpus(),
-            **{name: getattr(options, name) for name in same},
-        )
-
-    def command(self, models: Sequence[str]) -> str:
-        """Return the command line that repeats the request."""
-        return command_line(
-            "validate", self.names, self.changes, judge.options(models, self.accuracy, self.tiers)
-        )
-
-
-def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int, dict[str, Any]]:
+def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int, dict[str, Any]]:
     """Validate two models, write the report; return exit code and summary, {} if nothing was finished."""
-    names = request.names or ([console.MAIN] if "tight" not in request.tiers else shipped_scenes())
-    scenes = [load_scene(name, request.changes) for name in dict.fromkeys(names)]
-    _check(scenes, models, request.accuracy)
-    usual = scenes[0].name if len(scenes) == 1 else name_with("validate", request.changes)
-    folder, command = check_folder(out or console.REPORTS / usual), request.command(models)
+    names = options.scenes or ([console.MAIN] if "tight" not in options.tiers else shipped_scenes())
+    scenes = [load_scene(name, options.changes) for name in dict.fromkeys(names)]
+    _check(scenes, models, options.accuracy)
+    usual = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
+    folder, command = check_folder(out or console.REPORTS / usual), options.command(models)
     title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
-    with progress(title, quiet=request.quiet) as report:
-        results = _validate_batches(scenes, models, request, report)
+    with progress(title, quiet=options.quiet) as report:
+        results = _validate_batches(scenes, models, options, report)
     if not results:
         return INTERRUPTED, {}
     compared, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
@@ -105,15 +70,12 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
         for result in results
         for tier in result.comparison.tiers
     ]
-    code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=request.allow_indeterminate)
+    code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=options.allow_indeterminate)
     sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
-    if models == MODELS and request.accuracy is None:
-        record = overall.verdicts_record()
-        sentences.append(words.departures(overall.departures(compared, comparisons, record), record["made"]))
-    say_wrapped(*([] if request.quiet else lead(comparisons)), err=request.json)
-    for line in () if request.quiet else verdict_lines(comparisons, verbose=request.verbose):
-        typer.echo(line, err=request.json)  # with colours
-    say_wrapped(*sentences, err=request.json)
+    say_wrapped(*([] if options.quiet else lead(comparisons)), err=options.json)
+    for line in () if options.quiet else verdict_lines(comparisons, verbose=options.verbose):
+        typer.echo(line, err=options.json)  # with colours
+    say_wrapped(*sentences, err=options.json)
     summary: dict[str, Any] = plain(
         {
             "command": command,
@@ -122,9 +84,10 @@ def validate_pair(request: Request, models: Pair, out: Path | None) -> tuple[int
             "scenes": [as_mapping(comparison) for comparison in comparisons],
         }
     )
-    page, kept = write_validation(results, folder, summary)
-    say_wrapped(*kept, err=request.json)
-    say(str(page), err=request.json)
+    with console.uninterrupted():
+        page, kept = write_validation(results, folder, summary)
+        say_wrapped(*kept, err=options.json)
+        say(str(page), err=options.json)
     warn([f"scene {scene.name!r}: {warning}" for scene in compared for warning in scene.warnings])
     return code, summary
 
@@ -142,7 +105,7 @@ def _check(scenes: Sequence[Scene], models: Pair, accuracy: str | None) -> None:
 
 
 def _validate_batches(
-    scenes: Sequence[Scene], models: Pair, request: Request, report: Reporter
+    scenes: Sequence[Scene], models: Pair, options: Options, report: Reporter
 ) -> list[Validation]:
     """Validate scenes in their order, as many at a time as keep the workers busy.
 
@@ -164,14 +127,14 @@ def _validate_batches(
         return judge.validate(
             [scenes[number] for number in batch],
             models=models,
-            n_jobs=request.jobs,
-            accuracy=request.accuracy,
-            tiers=request.tiers,
+            n_jobs=options.jobs or cpus(),
+            accuracy=options.accuracy,
+            tiers=options.tiers,
             on_progress=progressed,
         )
 
     # One scene has some twenty runs, but two or three of them take most of its time.
-    size = max(1, request.jobs // 2)
+    size = max(1, (options.jobs or cpus()) // 2)
     waiting = [range(first, min(first + size, len(scenes))) for first in range(0, len(scenes), size)]
     with suppress(KeyboardInterrupt):
         while waiting:
@@ -185,7 +148,7 @@ def _validate_batches(
                 if is_refusal(error) and not results:
                     raise
                 scene, (message, code) = scenes[batch.start], describe_error(error)
-                command = scene.command("validate", *judge.options(models, request.accuracy, request.tiers))
+                command = scene.command("validate", *judge.options(models, options.accuracy, options.tiers))
                 refusal = no_comparison(
                     scene, " ".join(message.split()), labels=models, command=command, tier="standard"
                 )
@@ -197,13 +160,13 @@ def _validate_batches(
     return results
 
 
-def validate_pairs(request: Request, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
+def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
     """Validate all pairs of models and write the page of all; after Ctrl-C no such page is written."""
     folder = check_folder(folder)
     codes, results = [], {}
     for pair in pairs(models):
-        say(f"{pair[0]} and {pair[1]}:", err=request.json)
-        code, summary = validate_pair(request, pair, folder / "-".join(pair))
+        say(f"{pair[0]} and {pair[1]}:", err=options.json)
+        code, summary = validate_pair(options, pair, folder / "-".join(pair))
         if code == INTERRUPTED:
             return INTERRUPTED, {}
         codes.append(code)
@@ -223,15 +186,15 @@ def validate_pairs(request: Request, models: Sequence[str], folder: Path) -> tup
                 "verdicts": {" and ".join(pair): verdict for pair, verdict in verdicts.items()},
             }
         )
-    code, command = exit_code(codes), request.command(models)
+    code, command = exit_code(codes), options.command(models)
     page = write_pairwise(rows, folder, models=models, command=command)
     summary = {"command": command, "exit_code": code, "models": models, "scenes": records}
     write_json(summary, folder / "summary.json")
     width = max(len(row.name) for row in rows)
-    say("all together:", err=request.json)
+    say("all together:", err=options.json)
     for row in rows:
-        say(*wrapped(words.standing(row.standing), first=f"{row.name:<{width}}  "), err=request.json)
-    say(str(page), err=request.json)
+        say(*wrapped(words.standing(row.standing), first=f"{row.name:<{width}}  "), err=options.json)
+    say(str(page), err=options.json)
     return code, summary
 
 

@@ -12,7 +12,7 @@ import sys
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import inf
@@ -56,12 +56,11 @@ class _Worker:
     share: float
     end: float
 
-    def __init__(self, environment: Mapping[str, str]) -> None:
+    def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self.environment = environment
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _inherited(environment):
+        with _inherited():
             self.process.start()
         theirs.close()  # so that the end of the process ends the connection
 
@@ -90,7 +89,6 @@ def work(
     tasks: Sequence[tuple[str, Any]],
     n_workers: int,
     limit: float = inf,
-    environment: Mapping[str, str] | None = None,
     until: float = inf,
 ) -> Generator[tuple[str, Any]]:
     """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
@@ -101,8 +99,7 @@ def work(
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
-    by `time.monotonic`, all are terminated; tasks not yet begun have no event. ``environment`` are variables
-    of the workers alone, for libraries that read them only while a process starts.
+    by `time.monotonic`, all are terminated; tasks not yet begun have no event.
     """
     waiting = deque(tasks)
     busy: dict[Any, _Worker] = {}  # by connection
@@ -111,7 +108,7 @@ def work(
             if time.monotonic() >= until:
                 waiting.clear()
             while waiting and len(busy) < n_workers:
-                worker = _take(environment or {})
+                worker = _take()
                 worker.share, (worker.task, task) = 0.0, waiting.popleft()
                 worker.end = min(until, time.monotonic() + READY * limit)
                 busy[worker.connection] = worker
@@ -159,13 +156,12 @@ def kept_workers() -> Iterator[None]:
             _end_idle()
 
 
-def _take(environment: Mapping[str, str]) -> _Worker:
-    """Take an idle worker with this environment, else start one."""
-    for worker in _idle:
-        if worker.environment == environment and worker.process.is_alive():
-            _idle.remove(worker)
+def _take() -> _Worker:
+    """Take an idle worker that is alive, else start one."""
+    while _idle:
+        if (worker := _idle.pop(0)).process.is_alive():
             return worker
-    return _Worker(environment)
+    return _Worker()
 
 
 def _end(workers: Iterable[_Worker]) -> None:
@@ -182,8 +178,8 @@ def _end_idle() -> None:
 
 
 @contextmanager
-def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
-    """Let processes started here inherit variables, one thread for numpy, and no Ctrl-C.
+def _inherited() -> Iterator[None]:
+    """Let processes started here inherit one thread for numpy, and no Ctrl-C.
 
     A terminal sends Ctrl-C to all processes; while Python starts, it would end in a traceback.
     """
@@ -195,7 +191,7 @@ def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
         resource_tracker.ensure_running()
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
-        os.environ.update({**environment, **one_thread})
+        os.environ.update(one_thread)
         yield
     finally:
         for name in os.environ.keys() - before.keys():

@@ -95,10 +95,14 @@ def successful(outcome: Outcome, job: Job) -> Table:
     return outcome.table
 
 
+def run_here(scene: Scene, model: str, progress: Progress | None = None) -> Outcome:
+    """Run one scene by one model in this process; nothing is stored."""
+    return _with_scene(_attempt(Job(scene, model), progress), scene)
+
+
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
-    """Run one scene by one model in this process; nothing is stored, errors are those of `successful`."""
-    job = Job(scene, model)
-    return successful(_with_scene(_attempt(job, progress), scene), job)
+    """Return the table of `run_here`; errors are those of `successful`."""
+    return successful(run_here(scene, model, progress), Job(scene, model))
 
 
 def check_forces(scene: Scene, model: str) -> dict[str, float]:

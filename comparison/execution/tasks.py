@@ -30,9 +30,6 @@ SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
 class Task(ABC):
     """Task to be measured. Subclasses are frozen dataclasses, for pickling."""
 
-    environment: tuple[tuple[str, str], ...] = ()
-    """Additional environment variables of the process that measures it."""
-
     @property
     def identity(self) -> dict[str, Any]:
         """The fields that distinguish it from other tasks of its measure."""
@@ -54,7 +51,7 @@ Measure = Callable[[T, Progress], Row]
 """Measures a task; reports a share of 0 when the preparation (compiling) is over."""
 Finished = Generator[tuple[str, Row | Died]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
-"""Processes tasks of one environment, by key, and yields each row on completion."""
+"""Processes tasks, by key, and yields each row on completion."""
 
 
 def measure_all(
@@ -81,17 +78,15 @@ def measure_all(
     waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
     done = total - sum(by_key[key].cost for key in waiting)
-    for environment in dict.fromkeys(by_key[key].environment for key in waiting):
-        group = {key: by_key[key] for key in waiting if by_key[key].environment == environment}
-        with closing(spread(partial(_attempt, measure), group)) as finished:
-            for key, row in finished:
-                if isinstance(row, Died):
-                    rows[key] = {"status": CRASHED, "message": row.words}
-                else:
-                    rows[key] = keep_row(folder, key, row)
-                done += by_key[key].cost
-                if on_progress:
-                    on_progress(min(1.0, done / total))
+    with closing(spread(partial(_attempt, measure), {key: by_key[key] for key in waiting})) as finished:
+        for key, row in finished:
+            if isinstance(row, Died):
+                rows[key] = {"status": CRASHED, "message": row.words}
+            else:
+                rows[key] = keep_row(folder, key, row)
+            done += by_key[key].cost
+            if on_progress:
+                on_progress(min(1.0, done / total))
     return [rows[key] for key in keys]
 
 
@@ -99,8 +94,7 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
     """Return a `Spread` over local processes; a task that takes longer than the limit, s, is stopped."""
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
-        environment = dict(next(iter(tasks.values())).environment)
-        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment)) as events:
+        with closing(work(attempt, list(tasks.items()), n_jobs, limit)) as events:
             for key, event in events:
                 if isinstance(event, Late):
                     yield key, {"status": LATE, "message": f"stopped after {limit:g} s", "share": event.share}
@@ -120,7 +114,6 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
                 # The work of a task may be defined in its class.
                 "code": code_hash(measure.__module__, type(task).__module__),
                 "models": {name: hashes[name] for name in task.models},
-                "environment": dict(task.environment),
             }
             | common,
             default=_plain,

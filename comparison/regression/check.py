@@ -15,7 +15,7 @@ import numpy as np
 
 from comparison.accuracy.levels import thresholds, thresholds_record
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.metrics.signals import scaled
+from comparison.metrics import scaled
 from comparison.models import platform_name, versions
 from comparison.regression.record import (
     CONFIRMING,

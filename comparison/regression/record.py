@@ -16,11 +16,11 @@ chatter to another one.
 import json
 import os
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from math import ceil, cos, floor, log10, pi, sin, sqrt
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -43,12 +43,9 @@ from comparison.scene.keys import explain, toml
 from comparison.tables.channels import Array, BoolArray, channels, expected
 from comparison.tables.table import Table
 
-Model = TypeVar("Model", bound=BaseModel)
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=0, strict=True)]
-Rate = Count | Finite | list[Finite]
-Rates = dict[str, Rate | dict[str, Rate]]
 Which = tuple[str, str]
 """A model and a tier."""
 
@@ -115,13 +112,6 @@ class SceneRecord(_Part):
         return {(model, tier): run for model, tiers in models.items() for tier, run in tiers.items()}
 
 
-class Detection(_Part):
-    """Detection power and false-alarm rate of verdicts with `Baseline.thresholds`: counts and limits."""
-
-    false_alarms: Rates
-    detected: Rates
-
-
 class Baseline(_Part):
     """The whole file; ``thresholds`` is what stood in ``thresholds.toml``."""
 
@@ -129,28 +119,23 @@ class Baseline(_Part):
     platform: str
     versions: dict[str, str]
     thresholds: dict[str, Any]
-    detection: Detection | None = None
+    detection: dict[str, Any] | None = None  # rates of false alarms and of detected faults with these
     scenes: Annotated[dict[str, SceneRecord], Field(min_length=1)]
 
 
 def read(path: Path) -> Baseline:
     """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
-    baseline = parse(path, "TOML", tomllib.loads, Baseline)
+    with reading(path, BaselineError, "TOML"):
+        try:
+            baseline = Baseline.model_validate(tomllib.loads(contents(path)))
+        except FileNotFoundError as error:
+            raise BaselineError("there is no such baseline; sixbar gate --update makes one") from error
+        except ValidationError as error:  # the place of a bad value and the rule
+            raise BaselineError(explain(error, Baseline)) from error
     if baseline.checksum != checksum(baseline):
         fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
     return baseline.model_copy(update={"checksum": ""})
-
-
-def parse(path: Path, kind: str, load: Callable[[str], Any], model: type[Model]) -> Model:
-    """Read a file of a kind; a `BaselineError` has the reason, for a bad value its place and the rule."""
-    with reading(path, BaselineError, kind):
-        try:
-            return model.model_validate(load(contents(path)))
-        except FileNotFoundError as error:
-            raise BaselineError("there is no such baseline; sixbar gate --update makes one") from error
-        except ValidationError as error:
-            raise BaselineError(explain(error, model)) from error
 
 
 def checksum(baseline: Baseline) -> str:
@@ -187,8 +172,8 @@ def write(baseline: Baseline, path: Path) -> Path:
     """Write a baseline under a temporary name first; equal ones give the same bytes."""
     lines = [HEADER, f"checksum = {toml(checksum(baseline))}"]
     lines += [f"{key} = {toml(getattr(baseline, key))}" for key in ("platform", "versions", "thresholds")]
-    if baseline.detection is not None:
-        lines += ["\n[detection]", *(f"{name} = {toml(rates)}" for name, rates in baseline.detection)]
+    if baseline.detection:
+        lines += ["\n[detection]", *(f"{name} = {toml(rates)}" for name, rates in baseline.detection.items())]
     for name, scene in baseline.scenes.items():
         section = f"scenes.{toml(name)}"
         lines += [f"\n[{section}]", f"source = {toml(scene.source)}", f"hash = {toml(scene.hash)}"]
@@ -356,20 +341,17 @@ def new_baseline(
     )
 
 
-class _Measured(Detection):
-    """Rates and thresholds in the rates' file, which may hold more."""
-
-    model_config = ConfigDict(extra="ignore")
-    thresholds: dict[str, Any]
-
-
-def _rates(path: Path, old: Baseline | None) -> Detection | None:
-    """Find the rates that belong to the present thresholds."""
+def _rates(path: Path, old: Baseline | None) -> dict[str, Any] | None:
+    """Find the rates that belong to the present thresholds; None where none were measured."""
     if path.is_file():
-        measured = parse(path, "JSON", json.loads, _Measured)
-        if measured.thresholds != thresholds_record():
-            raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
-        return Detection(false_alarms=measured.false_alarms, detected=measured.detected)
+        with reading(path, BaselineError, "JSON"):
+            measured = json.loads(contents(path))
+            names = ("false_alarms", "detected")
+            if not isinstance(measured, dict) or not {*names, "thresholds"} <= measured.keys():
+                raise BaselineError(f"must hold thresholds, {' and '.join(names)}")
+            if measured["thresholds"] != thresholds_record():
+                raise BaselineError("was measured with other thresholds than those of thresholds.toml")
+            return {name: measured[name] for name in names}
     if old is None or old.detection is None:
         return None
     if old.thresholds != thresholds_record():

@@ -157,7 +157,10 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         contributions.append(slopes[0][k] * stress + slopes[1][k] * squared)
     return Assessment(
         limits=limits,
-        angle=360.0 * (np.arange(count) + 1) / settings.bins,
+        # The last part of a run shorter than a cycle may end within its interval.
+        angle=np.minimum(
+            360.0 * (np.arange(count) + 1) / settings.bins, round(360.0 * float(edges[-1]) / errors.period, 9)
+        ),
         cycles=np.array([width[k::count].size for k in range(count)]),
         mean=mean,
         deviation=deviation,

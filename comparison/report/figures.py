@@ -17,7 +17,7 @@ from comparison.formatting import decade, prefix, pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.assessment import Difference
 from comparison.report import svg
-from comparison.report.curves import Line, common_extremes, guide_of, least_range, scene_lines, table_line
+from comparison.report.plots import Line, common_extremes, guide_of, least_range, scene_lines, table_line
 from comparison.tables.channels import UNCERTAINTY, channels
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison

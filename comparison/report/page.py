@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics.contacts import WINDOW
+from comparison.metrics import WINDOW
 from comparison.models import platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
@@ -34,8 +34,8 @@ from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_pl
 from comparison.tables.channels import channels, has_load
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read
-from comparison.verdict.overall import Pair, Standing
 from comparison.verdict.results import ChannelComparison, SceneComparison, rank
+from comparison.verdict.validate import Pair, Standing
 from comparison.words import differences, verdicts
 from comparison.words.differences import lead
 from comparison.words.record import check_message, gate_notes, gate_summary, moved_first, of_gate

@@ -1,19 +1,19 @@
 """The report's tables: channels, contacts, reliability, other measures, runs, the scene's numbers."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics.contacts import SITUATIONS
+from comparison.metrics import SITUATIONS
 from comparison.reliability.assessment import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
-from comparison.tables.channels import CONTACTS, PIN
+from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
 from comparison.words.verdicts import SYMBOLS
@@ -173,16 +173,12 @@ def impact_table(scene: SceneComparison) -> Table | None:
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
-    """Return the time share of each contact situation, and of a touching crank pin; None where unknown."""
-    shares: dict[str, Iterable[float | None]] = {}
-    if scene.situations != (None, None):
-        for key, words in SITUATIONS.items():
-            shares[words] = [side[key] if side else None for side in scene.situations]
-    if scene.pin_contact != (None, None):
-        shares[f"{CONTACTS[PIN]} in contact"] = scene.pin_contact
-    rows = {
-        words: [(label, "", _share(share)) for label, share in zip(scene.labels, both, strict=True)]
-        for words, both in shares.items()
+    """Return the time share of each contact situation; None where unknown."""
+    sides = list(zip(scene.labels, scene.situations, strict=True))
+    known = SITUATIONS if scene.situations != (None, None) else {}
+    rows: dict[str, Cells] = {
+        words: [(label, "", _share(side[key] if side else None)) for label, side in sides]
+        for key, words in known.items()
     }
     return _table("Situation", rows)
 

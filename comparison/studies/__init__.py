@@ -1,8 +1,8 @@
 """Multi-run studies: questions that one comparison cannot answer. Each writes its own folder.
 
-A study is a package here, with a module `study` that holds its ``STUDY`` (`comparison.studies.shared.study`):
-its extent, small and full; its measurement by `comparison.execution`, so that an interrupted study resumes
-and a second call is quick; the template of its page and its figures.
+A study is a module here, or a package with a module `study`, that holds its ``STUDY``
+(`comparison.studies.shared.study`): its extent, small and full; its measurement by `comparison.execution`, so
+that an interrupted study resumes and a second call is quick; the template of its page and its figures.
 """
 
 from collections.abc import Callable, Sequence
@@ -57,11 +57,12 @@ def write_study(
     """
     from comparison.studies.shared.study import part
 
-    package = f"comparison.studies.{name.replace('-', '_')}"
+    package = import_module(f"comparison.studies.{name}")
     names = list(parts) or (list(PARTS) if name == "paper" else [MAIN])
     pages = []
     for n, each in enumerate(names):
-        study = import_module(f"{package}.{'study' if each == MAIN else each.replace('-', '_')}").STUDY
+        module = "study" if each == MAIN else each.replace("-", "_")
+        study = getattr(package, "STUDY", None) or import_module(f"{package.__name__}.{module}").STUDY
         progress = part(on_progress, n / len(names), (n + 1) / len(names))
         pages.append(study.write(folder, n_jobs, progress, small=small))
     return pages

@@ -21,7 +21,7 @@ from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Finished, Spread, Task, measure_all
 from comparison.files import check_size, replacing
-from comparison.metrics.signals import rms
+from comparison.metrics import rms
 from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest, parse_set

@@ -17,15 +17,13 @@ from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
-from comparison.metrics.contacts import pulses_of
+from comparison.metrics import pulses_of
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
-from comparison.verdict.attribution import attribute
-from comparison.verdict.channel import NO_CRITERIA, Samples, apply_gate, between, compare_channel
-from comparison.verdict.criteria import Criteria
-from comparison.verdict.diagnosis import diagnose, differing_keys
+from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, between, compare_channel
+from comparison.verdict.diagnosis import attribute, diagnose, differing_keys
 from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, scene_coverage, scene_fields
 
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for

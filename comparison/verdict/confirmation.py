@@ -1,7 +1,7 @@
 r"""Confirmation of a verdict "differ" by ensembles of runs from moved starts.
 
 **Ensembles** confirm a verdict "differ" or take it back. A run is ranked in the other model's ensemble by its
-largest distance from the centre over all predictable samples of all channels (`comparison.metrics.signals`);
+largest distance from the centre over all predictable samples of all channels (`comparison.metrics`);
 the smallest rank with n members is 1 / (n + 1). If the difference is not confirmed u is replaced by that of
 the ensembles, and the runs are judged again: by the choice of
 `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where each is outside.
@@ -28,13 +28,12 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
-from comparison.metrics.contacts import Parting, parting_contact
-from comparison.metrics.signals import distances
+from comparison.metrics import Parting, distances, parting_contact
 from comparison.scene import Scene, digest
 from comparison.tables.channels import Array
 from comparison.tables.table import Table
+from comparison.verdict.channel import Criteria
 from comparison.verdict.compare import compare
-from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Confirmation, Doubt, SceneComparison
 
 MEMBERS = {"reference": 99}

@@ -17,11 +17,10 @@ from comparison.tables.dialect import Source
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table, TableError
-from comparison.verdict.channel import NO_CRITERIA
+from comparison.verdict.channel import NO_CRITERIA, Criteria
 from comparison.verdict.compare import compare as compare_runs
 from comparison.verdict.compare import recorded_scene
 from comparison.verdict.confirmation import confirm_by_ensembles, unconfirmed
-from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Doubt, SceneComparison
 
 
@@ -55,7 +54,7 @@ def compare(
     labels
         Names of the two in messages.
     options
-        Other fields of `comparison.verdict.criteria.Criteria`: ``channels``, ``tolerances``, ``absolute``,
+        Other fields of `comparison.verdict.channel.Criteria`: ``channels``, ``tolerances``, ``absolute``,
         ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``.
 
     Returns

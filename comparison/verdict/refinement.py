@@ -25,9 +25,9 @@ from comparison.verdict.confirmation import Run, confirm, judge_again, too_slow
 from comparison.verdict.results import SceneComparison
 
 ENOUGH_LEVELS = 2
-"""Levels after which "indeterminate" stands, and after which "differ" can."""
+"""Levels finer than the first judgement after which "indeterminate" stands, and after which "differ" can."""
 MOST_LEVELS = 4
-"""Levels at most: 2 us become 0.125 us, in 16 times the time of a run."""
+"""Levels finer than the first judgement at most: 2 us become 0.125 us, in 16 times the time of a run."""
 SMALLEST_STEP = 1.2e-7
 """Smallest step beyond `ENOUGH_LEVELS`, s; below it a run of two cycles takes minutes."""
 FINEST_TOLERANCE = 1e-12
@@ -58,12 +58,10 @@ def settle(
     models: tuple[str, str],
     run: Run,
     run_families: RunFamilies,
-    level: int = 0,
 ) -> Judgement:
     """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
 
-    ``run_families`` is called once a level, and once for the third opinion; ``level`` counts by how many
-    levels the runs are already finer than the scene; the rest is as in `confirm`.
+    ``run_families`` is called once a level, and once for the third opinion; the rest is as in `confirm`.
     """
 
     def confirmed(last: Judgement) -> Judgement:
@@ -81,7 +79,7 @@ def settle(
         judged = compare(*again, scene=closer, labels=result.labels, tier="tight")
         return confirm(judged, again, scene=closer, models=models, run=run).verdict
 
-    levels = [Judgement(replace(result, refined=level), runs, scene)]
+    levels = [Judgement(result, runs, scene)]
     if not any(too_slow(scene, model) for model in models):
         return confirmed(levels[0])
     while True:
@@ -89,14 +87,14 @@ def settle(
         verdict = last.comparison.verdict
         if verdict == "agree" or (verdict == "indeterminate" and len(levels) > ENOUGH_LEVELS):
             return last
-        closer = _finer(last.scene, models, level + len(levels))
+        closer = _finer(last.scene, models, len(levels))
         outlasts = verdict == "differ" and _outlasts(levels, models)
         if outlasts and (closer is None or tree_verdict() != "agree"):
             return confirmed(last)
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        judged = replace(judge_again(result, again, closer), refined=level + len(levels))
+        judged = replace(judge_again(result, again, closer), refined=result.refined + len(levels))
         levels.append(Judgement(judged, again, closer))
     if verdict == "indeterminate":
         return last

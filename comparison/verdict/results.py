@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import cached_property
 from math import inf, isnan, nan
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -15,14 +15,23 @@ import pandas as pd
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
-from comparison.metrics.contacts import Impacts, Parting, Pulse, impacts_of, pin_share, time_shares
-from comparison.metrics.signals import Between, maximum, measures, rms, scaled, tube_distance
+from comparison.metrics import (
+    Between,
+    Impacts,
+    Parting,
+    Pulse,
+    impacts_of,
+    maximum,
+    measures,
+    rms,
+    scaled,
+    time_shares,
+    tube_distance,
+)
 from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
-
-T = TypeVar("T")
 
 SUSPICIOUS = 10.0
 """Factor of underestimation of u that is reported as suspicious; by chance alone 6 has been observed."""
@@ -53,7 +62,7 @@ METRICS = {
 }
 """Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
 
-Scaled ones are shares of the channel's scale; `comparison.metrics.signals.measures` has the others.
+Scaled ones are shares of the channel's scale; `comparison.metrics.measures` has the others.
 """
 
 
@@ -251,7 +260,7 @@ class ChannelComparison:
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
-        """`comparison.metrics.signals.measures` of b against a; none of unexcited channels."""
+        """`comparison.metrics.measures` of b against a; none of unexcited channels."""
         if self.verdict == "unexcited":
             return {}
         position = self.definition.rate is not None
@@ -282,9 +291,6 @@ class Attribution:
     # Share of the difference that is left with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
     refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
-    # Samples of the indeterminate channels that are not predictable: share by the u of "a" alone, of "b"
-    # alone, of "each" by itself, of the two only "together"
-    unpredictable: dict[str, float] = field(default_factory=dict)
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
 
@@ -436,26 +442,15 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        return self._shares(time_shares, corners)
-
-    @property
-    def pin_contact(self) -> tuple[float | None, float | None]:
-        """Time share of contact at the crank pin in both results; None without events or clearance."""
-        clearance = self.scene is not None and self.scene["joints"]["crank_pin"] == "clearance"
-        return self._shares(pin_share, clearance)
-
-    def _shares(
-        self, share: Callable[[pd.DataFrame, tuple[float, float]], T], there: bool
-    ) -> tuple[T | None, T | None]:
-        if not there or not self.time.size:
+        if not corners or not self.time.size:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
-        first, second = (None if events is None else share(events, span) for events in self.events)
+        first, second = (None if events is None else time_shares(events, span) for events in self.events)
         return first, second
 
     @cached_property
     def impacts(self) -> Mapping[str, Impacts] | None:
-        """Contacts of b against those of a, see `comparison.metrics.contacts.impacts_of`.
+        """Contacts of b against those of a, see `comparison.metrics.impacts_of`.
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
@@ -521,6 +516,6 @@ def rank(verdict: str) -> int:
 
 
 def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int:
-    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order."""
-    code = next(code for code in _WORST_FIRST if code in codes)
+    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order; 2 of none."""
+    code = next((code for code in _WORST_FIRST if code in codes), 2)  # without any nothing was compared
     return 0 if code == 3 and allow_indeterminate else code

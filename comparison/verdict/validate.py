@@ -1,8 +1,12 @@
-"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them."""
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
+
+Of three or more models the verdicts of all pairs say which one is the outlier.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -23,11 +27,12 @@ from comparison.reliability.assessment import (
 from comparison.scene import Scene, SceneError, as_scene
 from comparison.tables.arguments import Options
 from comparison.tables.table import Table, TableError
+from comparison.verdict.channel import Criteria
 from comparison.verdict.compare import compare
-from comparison.verdict.criteria import Criteria
 from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
+Pair = tuple[str, str]
 Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
 Jobs = dict[tuple[str, str], Job]
 
@@ -127,7 +132,8 @@ def validate(
     results: list[Validation] = []
     for case in cases:
         dense, ideal, others = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        result = case.judge(dense, others)
+        own = {w: _sampled(dense[w], job.scene) for w, job in case.own.items() if w[0] in MODELS}
+        result = case.judge(others | own)
         if result.runs:
             reliability = case.reliability(dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
@@ -154,14 +160,14 @@ def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence
 
 
 @dataclass(frozen=True)
-class _Case:
+class Case:
     """A scene to be compared at one tier."""
 
     scene: Scene
     tier: str
     models: tuple[str, str]
     start: Callable[[Sequence[Job]], list[Outcome]]
-    command: str
+    command: str = ""
     closer_command: str = ""
 
     @cached_property
@@ -184,14 +190,11 @@ class _Case:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
 
-    def judge(self, dense: Outcomes, others: Outcomes) -> Validation:
-        """Compare the runs, and settle what is open with further ones."""
-        outcomes = others | {
-            which: _sampled(dense[which], job.scene) for which, job in self.own.items() if which[0] in MODELS
-        }
+    def judge(self, outcomes: Outcomes) -> Validation:
+        """Compare the runs `own`, and settle what is open with further ones."""
         scene, models = self.scene, self.models
         warnings: tuple[str, ...] = ()
-        if failed := _failed(outcomes):
+        if failed := unusable(outcomes):
             of_models = [(model, outcome) for (model, _), outcome in failed.items()]
             finer = without_violation(scene, of_models, models, self.run_families)
             if finer is None:
@@ -211,13 +214,12 @@ class _Case:
         except TableError as error:
             return Validation(self.refused(str(error)))
         settled = settle(
-            replace(comparison, command=self.command),
+            replace(comparison, command=self.command, refined=1 if failed else 0),
             pair,
             scene=scene,
             models=models,
             run=self.run,
             run_families=self.run_families,
-            level=1 if failed else 0,
         )
         comparison = replace(settled.comparison, ran=settled.scene, closer_command=self.closer_command)
         return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
@@ -231,7 +233,7 @@ class _Case:
         """Run the families of both models at other settings; None if a run did not succeed."""
         jobs = families(scene, self.models)
         outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
-        return None if _failed(outcomes) else runs_by_model(scene, self.models, outcomes)
+        return None if unusable(outcomes) else runs_by_model(scene, self.models, outcomes)
 
     def failure(self, failed: Outcomes) -> Validation:
         """Report a run that did not succeed: of several the first that crashed, if one did."""
@@ -256,7 +258,7 @@ class _Case:
         if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
             return None
         for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
-            for which, outcome in _failed(outcomes).items():
+            for which, outcome in unusable(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
         runs, ideals = (runs_by_model(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
         try:
@@ -274,7 +276,7 @@ def _cases(
     accuracy: str | float | None,
     tiers: Sequence[str],
     start: Callable[[Sequence[Job]], list[Outcome]],
-) -> list[_Case]:
+) -> list[Case]:
     """Return the cases to compare of a scene, by tier."""
     standard = with_declared(scene, models)
     strict = tight(standard, models) if "tight" in tiers else None
@@ -287,8 +289,8 @@ def _cases(
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
-    cases = [_Case(standard, "standard", models, start, command, closer if refinable else "")]
-    return cases if strict is None else [*cases, _Case(strict, "tight", models, start, command)]
+    cases = [Case(standard, "standard", models, start, command, closer if refinable else "")]
+    return cases if strict is None else [*cases, Case(strict, "tight", models, start, command)]
 
 
 def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
@@ -297,6 +299,53 @@ def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
     return replace(outcome, table=table, partial=partial)
 
 
-def _failed(outcomes: Outcomes) -> Outcomes:
+def unusable(outcomes: Outcomes) -> Outcomes:
     """Return the outcomes without a table that a family can use."""
     return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
+
+
+# ---- all pairs of several models
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Position of the models of a scene to each other.
+
+    ``outcome``: "agree", all pairs; "outlier", one model differs from all others, which agree; "differ"
+    without an outlier; "undecided", a pair is indeterminate; "cannot compare", fewer than two models can be
+    compared.
+    """
+
+    outcome: str
+    outlier: str
+    compared: tuple[str, ...]
+    left_out: tuple[str, ...]  # cannot be compared with any other model
+    verdicts: Mapping[Pair, str]  # of the pairs of those compared
+
+
+def pairs(models: Sequence[str]) -> list[Pair]:
+    """Return all pairs of the models, in their order."""
+    return list(combinations(models, 2))
+
+
+def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
+    """Judge the verdicts of all `pairs` of three or more models."""
+    comparable = {
+        model for pair, verdict in verdicts.items() if verdict != "cannot compare" for model in pair
+    }
+    compared = tuple(model for model in models if model in comparable)
+    left_out = tuple(model for model in models if model not in comparable)
+    counted = {pair: verdicts[pair] for pair in pairs(compared)}
+    outlier, values = "", set(counted.values())
+    for model in compared if len(compared) > 2 else ():  # of two neither is one
+        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in counted.items()):
+            outlier = model
+    if not compared:
+        outcome = "cannot compare"
+    elif values == {"agree"}:
+        outcome = "agree"
+    elif outlier:
+        outcome = "outlier"
+    else:
+        outcome = "differ" if values <= {"agree", "differ"} else "undecided"
+    return Standing(outcome, outlier, compared, left_out, counted)

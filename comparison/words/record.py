@@ -81,7 +81,6 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "time_shift": comparison.shift and vars(comparison.shift),
         "command": comparison.command,
         "situations": dict(zip(labels, comparison.situations, strict=True)),
-        "crank_pin_contact": dict(zip(labels, comparison.pin_contact, strict=True)),
         "confirmation": confirmation_record(comparison),
         "attribution": attribution,
         "impacts": impacts

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.resources import files
 from math import isnan
 from typing import NamedTuple
@@ -15,7 +15,6 @@ from comparison.formatting import instant, number, quantity
 from comparison.scene import Scene, command_line
 from comparison.tables.align import Shift
 from comparison.verdict.confirmation import ENOUGH_MEMBERS, MEMBERS, OTHER_MEMBERS
-from comparison.verdict.overall import Departure, Standing
 from comparison.verdict.results import (
     METRICS,
     Basis,
@@ -25,6 +24,7 @@ from comparison.verdict.results import (
     decisive,
     rank,
 )
+from comparison.verdict.validate import Standing
 from comparison.words.differences import attribution_lines, causes, confirmation, plain_percent
 from comparison.words.reliability import line as reliability_line
 
@@ -69,7 +69,7 @@ _MARKS = {
     "unconfirmed": "unconfirmed, {0.fewest} runs",
     "underestimated": "uncertainty underestimated {0.factor:.2g} times",
 }
-_TIMES = ("", "once", "twice", "three times", "four times")
+_TIMES = ("", "once", "twice", "three times", "four times", "five times")
 
 
 def reason(channel: ChannelComparison) -> str:
@@ -270,13 +270,6 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
         return ""
     total, names = len(scenes) + len(missing), ", ".join(missing)
     return f"Incomplete: interrupted after {len(scenes)} of {total} scenes. Not compared: {names}."
-
-
-def departures(changed: Sequence[Departure], origin: Mapping[str, str]) -> str:
-    """Return the verdicts that deviate from those on record, with its machine and date; "" without one."""
-    verdicts = [f"{scene}, {tier}: {verdict}, not {recorded}" for scene, tier, verdict, recorded in changed]
-    head = f"not the verdicts on record (on {origin['machine']}; {origin['date']})"
-    return f"{head}: {'; '.join(verdicts)}" if changed else ""
 
 
 def standing(result: Standing) -> str:

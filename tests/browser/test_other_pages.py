@@ -8,7 +8,7 @@ from comparison.report.page import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
-from comparison.verdict.overall import pairs, standing
+from comparison.verdict.validate import pairs, standing
 
 pytestmark = pytest.mark.browser
 

@@ -211,7 +211,7 @@ FOLDERS = {  # files besides run.csv of either folder, the exit code, and what i
     "another program's pulses": ({"run.pulses.csv": ROWS}, {"run.pulses.csv": OTHERS}, 1, "run.pulses"),
     "extrema of no table": ({"x.extrema.csv": ROWS}, {}, 2, "b has no table of this name"),
     "contacts of no table": ({"x.events.csv": CONTACTS}, {"x.events.csv": CONTACTS}, 2, "a/x.events.csv: "),
-    "only the second has it": ({}, {"x.events.csv": ROWS}, 0, "a has none of their names: x.events.csv"),
+    "only the second has it": ({}, {"x.events.csv": ROWS}, 2, "a has no table of this name"),
     "two folders": ({}, {"s/o.csv": ROWS, "t/": ""}, 0, "b: not compared, since they are no tables: s/, t/"),
     "JSON of no table": ({"config.json": "{}"}, {}, 0, "since they are no tables: config.json"),
     "a link to nothing": ({"link.csv": None}, {}, 0, "a: not compared, since they are no tables: link.csv"),

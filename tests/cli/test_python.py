@@ -224,6 +224,7 @@ MISUSES = [
     ("compare(A, B, gate={'correlation': 94})", "gate: correlation = 94 must be -1 to 1"),
     ("compare(A, B, gate='max_scaled')", "gate = 'max_scaled' must be a dict"),
     ("compare(A, B, channels='slider_x')", "channels = 'slider_x' must be a list of names"),
+    ("compare(A, B, channels=[])", "channels = [] must be a list of names"),
     ("compare(A, B, channels=['slider_q'])", "'slider_q' is not a channel"),
     ("compare(A, B, absolute='no')", "absolute = 'no' must be true or false"),
     ("compare(A, B, at_events='before')", "at_events = 'before'"),

@@ -9,7 +9,7 @@ import pytest
 
 from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.cli.reports import BEGIN, END, generated, index, with_generated
+from comparison.cli.study import BEGIN, END, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.paper import MAIN, PARTS
@@ -29,8 +29,7 @@ def test_the_verdicts_and_rates_are_those_of_the_reports():
 
 
 def test_the_verdicts_on_record_are_those_of_the_reports():
-    path = ROOT / "comparison" / "verdict" / "verdicts.toml"
-    recorded = tomllib.loads(path.read_text("utf-8"))["scenes"]
+    recorded = tomllib.loads((REPORTS / "verdicts" / "verdicts.toml").read_text("utf-8"))["scenes"]
     assert list(recorded) == shipped_scenes()
     text = (REPORTS / "verdicts" / "README.md").read_text("utf-8")
     rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines() if line[:1] == "|"}

@@ -2,7 +2,7 @@
 
 from comparison.verdict import compare as judge
 from comparison.verdict import recorded
-from comparison.verdict.criteria import Criteria
+from comparison.verdict.channel import Criteria
 
 _OTHERS = ("scene", "labels", "warnings", "tier", "ensembles")
 

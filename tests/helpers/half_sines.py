@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from comparison.metrics.contacts import Pulse
+from comparison.metrics import Pulse
 
 COUNT = 25
 

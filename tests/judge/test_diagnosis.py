@@ -17,7 +17,7 @@ from installed import write_package
 
 import sixbar
 from comparison.cli import main
-from comparison.metrics.signals import fit
+from comparison.metrics import fit
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 from comparison.verdict.recorded import compare

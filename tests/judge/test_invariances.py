@@ -8,8 +8,8 @@ import pytest
 from by_keywords import compare, compare_recorded
 from judged_runs import KINDS, MODELS, compared, each, random_scene, random_tables
 
+from comparison import metrics as signals
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics import signals
 from comparison.tables.align import align
 from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables

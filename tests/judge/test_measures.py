@@ -6,7 +6,7 @@ import pytest
 import second_measures
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.metrics.signals import rms, tube_share
+from comparison.metrics import rms, tube_share
 from comparison.tables.align import estimate, resample
 
 

@@ -11,11 +11,10 @@ from judged_runs import CASES, compared, frames, random_scene, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
+from comparison.metrics import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
-from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.criteria import Criteria
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.

@@ -18,8 +18,8 @@ import pandas as pd
 from comparison.execution.run import Progress, run_one
 from comparison.formatting import number
 from comparison.models import EngineError
-from comparison.report.curves import table_extremes
 from comparison.report.figures import Picture, picture
+from comparison.report.plots import table_extremes
 from comparison.scene import Scene, as_scene
 from comparison.scene.keys import short
 from comparison.tables.channels import channels

@@ -5,33 +5,33 @@ of theirs runs nothing again.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import cos, isnan, sin, sqrt
+from math import isnan
 from typing import Any
 
 from comparison.accuracy.refine import levels, runs_by_model, usable_table
 from comparison.execution.run import (
     Outcome,
     Progress,
-    RunError,
     quality_warnings,
+    run_here,
     run_one,
     steps_per_contact,
 )
 from comparison.execution.store import Row
 from comparison.execution.tasks import LATE, SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
-from comparison.scene import Scene, SceneError, load_scene
+from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
 
 BASE = "150rpm-0.2mm"
 """The scene that all cells change, and an ordinary one to compile kernels with."""
-LIMIT = 1000.0
-"""Processor time of a run, in units of `unit_seconds`: 20 s on the machine of reports/extremes."""
+LIMIT = 20.0
+"""Processor time of a run, s."""
 FURTHER = 5.0
 """Times the limit of a run, for all further runs that a verdict takes."""
 GRACE = 10.0
@@ -48,7 +48,7 @@ class _OutOfTimeError(BaseException):
 
 @dataclass(frozen=True)
 class PairRun(Task):
-    """A scene to be run by both models; a run has ``limit`` units of `unit_seconds`."""
+    """A scene to be run by both models; a run has ``limit`` seconds of processor time."""
 
     scene: Scene
     limit: float = LIMIT
@@ -61,7 +61,7 @@ def run_pairs(tasks: Sequence[PairRun], n_jobs: int, on_progress: Progress | Non
     Where a process died (`CRASHED`) or was ended (`LATE`) that is the status of both models.
     """
     most = max((task.limit for task in tasks), default=LIMIT)
-    wall = GRACE * (len(MODELS) + FURTHER) * most * unit_seconds()
+    wall = GRACE * (len(MODELS) + FURTHER) * most
     rows = measure_all(run_pair, tasks, on_processes(n_jobs, wall), on_progress)
     return [row if row["status"] == SUCCESS else row | both(row["status"], row["message"]) for row in rows]
 
@@ -85,11 +85,10 @@ def run_pair(task: PairRun, progress: Progress) -> Row:
     for model in MODELS:
         _compile(model, solver[model]["formulation"], solver[model]["method"])
     progress(0.0)
-    allowed = task.limit * unit_seconds()
-    bases = {model: _run(task.scene, model, time.process_time() + allowed) for model in MODELS}
+    bases = {model: _run(task.scene, model, time.process_time() + task.limit) for model in MODELS}
     row = both("", "") | {model: _measured(outcome) for model, outcome in bases.items()}
     if all(outcome.table is not None for outcome in bases.values()):
-        row |= _judged(task.scene, bases, time.process_time() + FURTHER * allowed)
+        row |= _judged(task.scene, bases, time.process_time() + FURTHER * task.limit)
     return row
 
 
@@ -108,11 +107,7 @@ def _run(scene: Scene, model: str, end: float) -> Outcome:
             raise _OutOfTimeError(share)
 
     try:
-        return Outcome(SUCCESS, table=run_one(scene, model, in_time))
-    except RunError as error:
-        return error.outcome
-    except SceneError as error:
-        return Outcome("bad input", str(error))
+        return run_here(scene, model, in_time)
     except _OutOfTimeError as late:
         return Outcome(CUT_OFF, f"{100 * late.args[0]:.3g} % of its time was run")
 
@@ -166,51 +161,3 @@ def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
         "coverage": result.coverage,
         "apart_m": _number(x.largest_predictable),
     }
-
-
-# ---- the unit of processor time, for limits that do not depend on the machine
-
-BENCHMARK = "bouncing-mass"
-STEPS = 330_000
-"""Of four right-hand sides each: 20 ms on the machine of reports/extremes (AMD EPYC 26/2)."""
-REPEATS = 7  # the least counts: others are disturbed
-
-
-@cache
-def unit_seconds() -> float:
-    """Return the processor time of one unit in this process, s; measured at the first call.
-
-    The benchmark ``bouncing-mass``: a mass between two walls of Hertz's law, by the classical Runge-Kutta
-    method. Its arithmetic is like that of the models, and no change of theirs changes it.
-    """
-    from numba import njit  # imported where it is first needed
-
-    def acceleration(x: float, v: float, t: float) -> float:
-        depth, push = abs(x) - 1e-4, 20.0 * cos(15.0 * t) * sin(x + 0.3)
-        if depth <= 0.0:
-            return push
-        side = 1.0 if x > 0.0 else -1.0
-        return push - side * 2e10 * depth * sqrt(depth) * (1.0 + 0.1 * side * v)
-
-    pushed = njit(acceleration)
-
-    def motion(steps: int) -> float:
-        x, v, t, h = 0.0, 0.1, 0.0, 1e-6
-        for _ in range(steps):
-            a1 = pushed(x, v, t)
-            a2 = pushed(x + 0.5 * h * v, v + 0.5 * h * a1, t + 0.5 * h)
-            a3 = pushed(x + 0.5 * h * (v + 0.5 * h * a1), v + 0.5 * h * a2, t + 0.5 * h)
-            a4 = pushed(x + h * (v + 0.5 * h * a2), v + h * a3, t + h)
-            x += h * (v + h * (a1 + a2 + a3) / 6.0)
-            v += h * (a1 + 2.0 * (a2 + a3) + a4) / 6.0
-            t += h
-        return x
-
-    bounces: Callable[[int], float] = njit(motion)
-    bounces(1)
-    times = []
-    for _ in range(REPEATS):
-        start = time.process_time()
-        bounces(STEPS)
-        times.append(time.process_time() - start)
-    return min(times)

@@ -60,8 +60,9 @@ class Study(Generic[C, R]):
 
     def text(self, results: R) -> str:
         """Return the page: its template with the results."""
-        name = self.name.replace("-", "_")
-        template = files(f"comparison.studies.{self.part_of or name}") / f"{name}.md"
+        folder, name = files("comparison.studies"), self.name.replace("-", "_")
+        own = folder / (self.part_of or name) / f"{name}.md"
+        template = own if own.is_file() else folder / f"{name}.md"
         return _PAGES.from_string(template.read_text("utf-8")).render(self.page(results))
 
 

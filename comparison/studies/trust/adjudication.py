@@ -10,11 +10,11 @@ import numpy as np
 from scipy.ndimage import label
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Outcome, RunError, run_one
+from comparison.execution.run import run_here
 from comparison.execution.store import Row
 from comparison.formatting import quantity
 from comparison.models import MODELS
-from comparison.scene import Scene, SceneError
+from comparison.scene import Scene
 from comparison.studies.shared.scenes import at_tier
 from comparison.tables.channels import CONTACTS, CORNERS, Array, BoolArray, touching
 from comparison.tables.table import Table
@@ -33,16 +33,6 @@ FINE_SAMPLES = 20  # times as many samples in the runs that are searched for cor
 OPEN_DEPTH = 1e-11
 # s. A corner that leaves and touches again at one instant ends one contact and begins another at one number.
 OVERLAP = 1e-12
-
-
-def run_here(scene: Scene, model: str) -> Outcome:
-    """Run a scene in this process."""
-    try:
-        return Outcome("success", table=run_one(scene, model))
-    except RunError as error:
-        return error.outcome
-    except SceneError as error:
-        return Outcome("bad input", str(error))
 
 
 def breaches(table: Table | None) -> list[Row]:
@@ -97,7 +87,7 @@ def breach_words(one: Row) -> str:
     )
 
 
-def adjudicate(result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene) -> tuple[str, str]:
+def adjudicate(result: SceneComparison, runs: Sequence[Runs], scene: Scene) -> tuple[str, str]:
     """Return the model that errs in a comparison that differs, or `OPEN`, and why.
 
     Both models run the scene again up to just after the difference: with finer samples, searched for corners

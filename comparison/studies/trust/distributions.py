@@ -53,8 +53,8 @@ def compare_ensembles(members: int, n_jobs: int, on_progress: Progress | None) -
             jobs.append(Job(at_tier(drawn, "tight"), model))
     outcomes = run_all(jobs, n_jobs, on_progress)
     tables = [successful(outcome, job) for outcome, job in zip(outcomes, jobs, strict=True)]
-    known, alpha = channels(), thresholds().alpha
-    floors = {name: alpha * known[name].scale_value(jobs[0].scene.data, 0.0) for name in COMPARED}
+    scales = {name: channels()[name].scale_value(base.data, 0.0) for name in COMPARED}
+    floors = {name: thresholds().largest(scale) for name, scale in scales.items()}
     instants = base.period * np.arange(FIRST_CYCLE * INSTANTS, CYCLES * INSTANTS) / INSTANTS
     first, *others = (
         numbers_of(tables[n : n + members], instants, COMPARED, base.period, FIRST_CYCLE)

@@ -1,51 +1,36 @@
-"""The judge: both models on a scene, as in ``sixbar validate``, one of them with a fault or neither.
-
-And the search for the least change of a number that it detects.
-"""
+"""The judge: both models on a scene, as in ``sixbar validate``, one of them with a fault or neither."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from comparison.accuracy.refine import levels, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import VIOLATED, Job, Outcome, Progress, failure
+from comparison.execution.run import VIOLATED, Job, Outcome, Progress, run_here
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
 from comparison.scene import Scene
-from comparison.studies.trust.adjudication import adjudicate, breach_words, breaches, run_here
+from comparison.studies.trust.adjudication import adjudicate, breach_words, breaches
 from comparison.studies.trust.faults import Fault, load_copy, scenes, spoiled
-from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import compare
-from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison
+from comparison.verdict.validate import Case, unusable
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason
 
 DETECTED = ("differ", "cannot compare")  # where tables cannot be compared something is wrong with them
 LIMIT = 3600.0  # s after which a scene that hangs is stopped
-LEAST, MOST = 1e-9, 0.1  # relative changes between which the least is sought
-HALVINGS = 6  # of the decades between them: 8 / 2^6, so that two changes remain which are 33 % apart
-_KEPT = 8  # families that a process keeps, as many are compared with the same one
-_families: dict[tuple[str, str], dict[str, Outcome]] = {}
-_Outcomes = dict[tuple[str, str], Outcome]  # by model and name of the run in its family
+_KEPT = 200  # runs that a process keeps: those of a model without a fault are compared with many
+_runs: dict[tuple[str, str], Outcome] = {}
 
 
-class Measured(Task):
-    """A task whose row is that of a method."""
-
-    def row(self) -> Row:
-        """Run and measure in this process."""
-        raise NotImplementedError
-
-
-def measure_task(task: Measured, progress: Progress) -> Row:
-    """Measure a task."""
+def measure_task(task: "Comparison", progress: Progress) -> Row:
+    """Run and judge both models in this process."""
     progress(0.0)
     return task.row()
 
 
-def measure_tasks(tasks: Sequence[Measured], n_jobs: int, on_progress: Progress | None = None) -> list[Row]:
+def measure_tasks(
+    tasks: Sequence["Comparison"], n_jobs: int, on_progress: Progress | None = None
+) -> list[Row]:
     """Return a row for each task: also for what went wrong, since a copy with a fault may raise anything."""
     rows = measure_all(measure_task, tasks, on_processes(n_jobs, LIMIT), on_progress)
     return [row if row["status"] == SUCCESS else refusal(row["message"], row["status"]) for row in rows]
@@ -58,7 +43,7 @@ def refusal(reason: str, failed: str = "", errs: str = "") -> Row:
 
 
 @dataclass(frozen=True)
-class Comparison(Measured):
+class Comparison(Task):
     """Both models on a scene at a tier, where one may have a fault.
 
     Its row has ``verdict``, ``confirmation`` (the outcome of the ensembles or ""), ``channels`` with a
@@ -86,105 +71,54 @@ class Comparison(Measured):
         """Return what runs as a model: a copy of it with the fault, where that is one in its code."""
         return self.fault.engine if self.fault and self.fault.engine and model == self.faulty else model
 
-    def run(self, scene: Scene, model: str) -> Outcome:
-        """Run a scene as one of the models, with its fault."""
-        engine = self.engine(model)
-        if engine != model:
-            load_copy(engine)
-        return run_here(scene, engine)
-
     def given(self, scene: Scene, model: str) -> Scene:
         """Return the scene that a model is given for this one."""
         return self.fault.given(scene) if self.fault and model == self.faulty else scene
 
-    def family(self, scene: Scene, model: str) -> dict[str, Outcome]:
-        """Run a scene at all levels of a model, up to one that fails; the last few families are kept."""
-        given = self.given(scene, model)
-        key = given.hash, self.engine(model)
-        if (outcomes := _families.pop(key, None)) is None:
-            outcomes = {}
-            for kind, level in levels(given, model).items():
-                outcomes[kind] = self.run(level, model)
-                if usable_table(kind, outcomes[kind]) is None:
-                    break
-        _families[key] = outcomes
-        if len(_families) > _KEPT:
-            del _families[next(iter(_families))]
-        return outcomes
+    @property
+    def case(self) -> Case:
+        """The scene as `comparison.verdict.validate` judges it, by runs with the fault."""
+        return Case(self.scene, self.tier, MODELS, lambda jobs: [self.outcome(job) for job in jobs])
 
-    def outcomes(self, scene: Scene) -> _Outcomes:
-        """Run a scene at all levels of both models."""
-        return {
-            (model, kind): outcome for model in MODELS for kind, outcome in self.family(scene, model).items()
-        }
-
-    def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:
-        """Return the runs with the fault that is one in their tables."""
-        return spoiled(self.fault.spoil if self.fault else "", a, b)
-
-    def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
-        """Run both families at the settings of a scene; None if a run does not succeed."""
-        outcomes = self.outcomes(scene)
-        return None if _failed(outcomes) else self.spoiled(*runs_by_model(scene, MODELS, outcomes))
-
-    def ensemble(self, starts: Sequence[Scene], model: str) -> list[Table]:
-        """Run scenes by one of the models; the tables of those that succeed."""
-        ran = (self.run(self.given(scene, model), model).table for scene in starts)
-        both = (self.spoiled(Runs(table), Runs(table)) for table in ran if table is not None)
-        return [runs[MODELS.index(model)].base for runs in both]
+    def outcome(self, job: Job) -> Outcome:
+        """Run a job with the fault of its model; the last runs are kept."""
+        scene, engine = self.given(job.scene, job.model), self.engine(job.model)
+        key = scene.hash, engine
+        if (outcome := _runs.pop(key, None)) is None:
+            if engine != job.model:
+                load_copy(engine)
+            outcome = run_here(scene, engine)
+        _runs[key] = outcome
+        if len(_runs) > _KEPT:
+            del _runs[next(iter(_runs))]
+        if self.fault is None or outcome.table is None:
+            return outcome
+        sides = spoiled(self.fault.spoil, Runs(outcome.table), Runs(outcome.table))
+        return replace(outcome, table=sides[MODELS.index(job.model)].base)
 
     def row(self) -> Row:
         """Run the families and judge them; where no fault was seeded, say which model errs."""
-        scene, level = self.scene, 0
-        outcomes = self.outcomes(scene)
-        if failed := _failed(outcomes):
-            named = [(model, outcome) for (model, _), outcome in failed.items()]
-            finer = without_violation(scene, named, MODELS, self.families)
-            if finer is None:
-                model, first = named[0]
-                errs = model if first.status == VIOLATED else ""
-                return refusal(failure(model, first), first.status, errs)
-            (scene, runs, _), level = finer, 1
-        else:
-            runs = self.spoiled(*runs_by_model(scene, MODELS, outcomes))
-        try:
-            result = compare(*runs, scene=scene, labels=MODELS, tier=self.tier)
-        except TableError as error:
-            return refusal(str(error))
-        settled = settle(
-            result,
-            runs,
-            scene=scene,
-            models=MODELS,
-            run=self.ensemble,
-            run_families=self.families,
-            level=level,
-        )
-        row = summary(settled.comparison)
+        case = self.case
+        outcomes = dict(zip(case.own, case.start(list(case.own.values())), strict=True))
+        judged = case.judge(outcomes)
+        result = judged.comparison
+        if not judged.runs:
+            which, first = next(iter(unusable(outcomes).items()), (("", ""), Outcome("")))
+            return refusal(result.error, first.status, which[0] if first.status == VIOLATED else "")
+        row = summary(result)
         if self.fault is not None:
             return row
         if row["verdict"] == "differ":
-            errs, why = adjudicate(settled.comparison, settled.runs, settled.scene)
+            assert result.ran is not None
+            errs, why = adjudicate(result, tuple(judged.runs.values()), result.ran)
             return row | {"errs": errs, "reason": f"{row['reason']}; {why}"}
         # Both models locate touches at the tight tier; five bodies do to a step of time only.
-        own = zip(MODELS, settled.runs if self.tier == "tight" else (), strict=False)
-        broken = {model: shown for model, side in own if (shown := breaches(side.base))}
+        own = judged.runs if self.tier == "tight" else {}
+        broken = {model: shown for model, side in own.items() if (shown := breaches(side.base))}
         if broken:
             said = (f"{model}: {'; '.join(map(breach_words, shown))}" for model, shown in broken.items())
             row |= {"errs": " and ".join(broken), "reason": "; ".join(said)}
         return row
-
-    def shows(self) -> bool:
-        """Return whether the families alone differ, or cannot be compared."""
-        runs = self.families(self.scene)
-        try:
-            return runs is None or compare(*runs, scene=self.scene, tier=self.tier).verdict == "differ"
-        except TableError:
-            return True
-
-
-def _failed(outcomes: _Outcomes) -> _Outcomes:
-    return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
 
 
 def summary(result: SceneComparison) -> Row:
@@ -207,47 +141,6 @@ def detected(fault: Fault, row: Row) -> bool:
     if fault.unexcited:
         return bool(row["channels"].get(fault.unexcited) == "unexcited")
     return row["verdict"] in DETECTED
-
-
-@dataclass(frozen=True)
-class LeastChange(Measured):
-    """The least relative change of one number in one model that the judge detects: by halving the decades.
-
-    Families are compared; the change that they end with is confirmed by ensembles, or else the next larger
-    one. Its row has ``change``, None if there is none up to `MOST`.
-    """
-
-    scene: Scene
-    tier: str
-    key: str
-    model: str
-    halvings: int = HALVINGS
-    models = MODELS
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-        return self.halvings * self.comparison(0.0).cost
-
-    def comparison(self, change: float) -> Comparison:
-        """Return the comparison with this relative change."""
-        fault = Fault(kind="number", name=self.key, key=self.key, factor=1.0 + change)
-        return Comparison(self.scene, self.tier, fault, self.model)
-
-    def row(self) -> Row:
-        """Search."""
-        low, high = LEAST, MOST
-        if not self.comparison(high).shows():
-            return {"change": None}
-        for _ in range(self.halvings):
-            middle = (low * high) ** 0.5
-            low, high = (low, middle) if self.comparison(middle).shows() else (middle, high)
-        step = float((MOST / LEAST) ** 0.5**self.halvings)
-        while self.comparison(high).row()["verdict"] not in DETECTED:
-            high *= step
-            if high > MOST * step**0.5:
-                return {"change": None}
-        return {"change": high}
 
 
 def trials(faults: Sequence[Fault]) -> list[tuple[Comparison, Fault]]:

@@ -4,14 +4,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import TIERS, thresholds, thresholds_record
 from comparison.accuracy.uncertainty import movable
 from comparison.execution.run import Progress
 from comparison.execution.store import Row
-from comparison.formatting import MISSING, number
 from comparison.models import machine_and_versions, platform_name, versions
 from comparison.report import svg
 from comparison.studies.shared.scenes import at_tier
@@ -27,22 +25,20 @@ from comparison.studies.shared.study import (
     upper_limit,
     write_csv,
 )
-from comparison.studies.trust import adjudication, distributions, judge, population
-from comparison.studies.trust.faults import KINDS, RECORDS, Fault, catalogue, installed, scenes
-from comparison.studies.trust.judge import Comparison, LeastChange, Measured, detected, measure_tasks, trials
+from comparison.studies.trust import adjudication, distributions, population
+from comparison.studies.trust.faults import KINDS, Fault, catalogue, installed, scenes
+from comparison.studies.trust.judge import Comparison, detected, measure_tasks, trials
 
 SCENES = 800  # of which half are judged at both tiers: one alarm in 473 still has a limit of 1 %
 MEMBERS = 64  # runs in an ensemble
-RANDOM, CONTROL, FAULT, LEAST, ENSEMBLES = ("random scene", "no fault", "fault", "least change", "ensembles")
+RANDOM, CONTROL, FAULT, ENSEMBLES = "random scene", "no fault", "fault", "ensembles"
 """Groups of rows of the table."""
 COLUMNS = {
     "group": "", "name": "", "kind": "", "scene": "", "model": "", "tier": "", "verdict": "",
-    "confirmation": "", "detected": None, "change": None, "predictable": None, "failed": "", "errs": "",
+    "confirmation": "", "detected": None, "predictable": None, "failed": "", "errs": "",
     "tests": None, "differing": None, "speed_rpm": None, "clearance_m": None, "reason": "",
 }  # fmt: skip
 """Columns of the table, and the value where a row has none."""
-# Which model gets the change whose least is sought, at which tier.
-PLACES = (("reference", "tight"), ("exudyn", "tight"), ("reference", "standard"))
 # The rare ones last, so that they lie on top.
 _MARKS: dict[str, dict[str, Any]] = {
     "agree": {"marker": ".", "color": svg.SERIES[0], "ms": 3},
@@ -53,15 +49,15 @@ _MARKS: dict[str, dict[str, Any]] = {
 
 
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Judge random scenes and seeded faults, search for the least changes, compare ensembles: the table."""
+    """Judge random scenes and seeded faults, compare ensembles: the table."""
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
-    asked = [*_random(SCENES if full else 2), *_faults(faults), *_least(full)]
+    asked = [*_random(SCENES if full else 2), *_faults(faults)]
     with installed([fault for fault in faults if fault.engine]):
         rows = measure_tasks([task for _, task in asked], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
     for (head, task), row in zip(asked, rows, strict=True):
         line = head | {name: row[name] for name in COLUMNS if name in row}
-        if isinstance(task, Comparison) and task.fault:
+        if task.fault:
             line["detected"] = detected(task.fault, row)
         lines.append(line)
     compared = distributions.compare_ensembles(MEMBERS if full else 3, n_jobs, part(on_progress, 0.95, 1.0))
@@ -73,7 +69,7 @@ def as_table(lines: Sequence[Row]) -> pd.DataFrame:
     return pd.DataFrame([COLUMNS | line for line in lines])[list(COLUMNS)]
 
 
-def _random(count: int) -> Iterator[tuple[Row, Measured]]:
+def _random(count: int) -> Iterator[tuple[Row, Comparison]]:
     for n in range(count):
         scene, users = population.random_scene(n), population.of_users(n)
         line = {"group": RANDOM, "name": str(n), "kind": "users" if users else "extremes"}
@@ -83,21 +79,13 @@ def _random(count: int) -> Iterator[tuple[Row, Measured]]:
             yield line | {"tier": tier}, Comparison(at_tier(scene, tier), tier)
 
 
-def _faults(faults: Sequence[Fault]) -> Iterator[tuple[Row, Measured]]:
+def _faults(faults: Sequence[Fault]) -> Iterator[tuple[Row, Comparison]]:
     tried = trials(faults)
     for task, fault in tried:
         what = {"group": FAULT, "name": fault.name, "kind": KINDS[fault.kind], "scene": fault.scene}
         yield what | {"model": task.faulty, "tier": task.tier}, task
     for name, tier in dict.fromkeys((fault.scene, task.tier) for task, fault in tried):
         yield {"group": CONTROL, "name": name, "tier": tier}, Comparison(scenes(tier)[name], tier)
-
-
-def _least(full: bool) -> Iterator[tuple[Row, Measured]]:
-    for name, what in list(RECORDS["smallest"].items())[: None if full else 1]:
-        for model, tier in PLACES:
-            halvings = judge.HALVINGS if full else 1
-            task = LeastChange(scenes(tier)[what["scene"]], tier, what["key"], model, halvings)
-            yield {"group": LEAST, "name": name, "model": model, "tier": tier}, task
 
 
 # ---- numbers
@@ -147,8 +135,8 @@ def record(table: pd.DataFrame) -> dict[str, Any]:
 
 def page(table: pd.DataFrame) -> dict[str, object]:
     """Return what stands in the page."""
-    groups = {group: table[table["group"] == group] for group in (RANDOM, CONTROL, FAULT, LEAST, ENSEMBLES)}
-    random, faults, least = groups[RANDOM], groups[FAULT], groups[LEAST]
+    groups = {group: table[table["group"] == group] for group in (RANDOM, CONTROL, FAULT, ENSEMBLES)}
+    random, faults = groups[RANDOM], groups[FAULT]
     tight, failed = random[random["tier"] == "tight"], random[random["verdict"] == "cannot compare"]
     rates, numbers = record(table), count(random)
     hits = faults.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
@@ -195,13 +183,6 @@ def page(table: pd.DataFrame) -> dict[str, object]:
             row | {"why": why[row["name"]]}
             for row in faults[~faults["detected"].astype(bool)].to_dict("records")
         ],
-        "bounds": (judge.LEAST, judge.MOST),
-        "least": crossed(
-            "number",
-            list(least["name"]),
-            [_place(*place) for place in least[["model", "tier"]].to_numpy()],
-            [MISSING if np.isnan(change) else number(change, 2) for change in least["change"].astype(float)],
-        ),
         "ensembles": groups[ENSEMBLES].to_dict("records"),
         "members": MEMBERS,
         "cycles": distributions.CYCLES,

@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from importlib.resources import files
@@ -106,6 +107,25 @@ def test_an_unforeseen_error_says_where_and_what_to_report():
     message, code = console.describe_error(error.value)
     assert "internal error: ZeroDivisionError: division by zero at test_console.py:" in message
     assert ("please report" in message, code) == (True, 70)
+
+
+def test_an_interrupt_while_files_are_written_comes_when_they_are():
+    written = []
+
+    def write():
+        with console.uninterrupted():
+            os.kill(os.getpid(), signal.SIGINT)
+            written.append("all")
+
+    # What runs in the background ignores SIGINT.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            write()
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert written == ["all"]
 
 
 COMPARE, SOUND = "compare {} sound.csv", "compare sound.csv sound.csv"

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from comparison.execution.pool import Late, Share, kept_workers, work
 
-VARIABLE = "SIXBAR_TEST_VARIABLE"
-
 
 def do(task, report):
     """Do what a task says; return the process, and what it inherited."""
@@ -30,7 +28,7 @@ def do(task, report):
         case Path():  # prepare until it is there, and report nothing
             while not task.exists():
                 time.sleep(0.01)
-    return os.getpid(), os.environ.get(VARIABLE), os.environ["OMP_NUM_THREADS"]
+    return os.getpid(), os.environ["OMP_NUM_THREADS"]
 
 
 def events_of(*tasks, **options):
@@ -57,12 +55,12 @@ def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(
     assert capfd.readouterr() == ("", "")
 
 
-def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypatch):
+def test_workers_have_one_thread_and_this_process_keeps_its_own(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     before = dict(os.environ)
-    [(_, (_, value, threads))] = events_of("one", environment={VARIABLE: "set", "OMP_NUM_THREADS": "3"})
+    [(_, (_, threads))] = events_of("one")
     # One thread all the same: a sum over threads has no order of its own.
-    assert (value, threads, dict(os.environ)) == ("set", "1", before)
+    assert (threads, dict(os.environ)) == ("1", before)
 
 
 def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
@@ -78,22 +76,20 @@ def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_
     assert all(isinstance(last[name], tuple) for name in ("prepares", "next"))
 
 
-def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_longer():
-    def pid_of(**options):
-        *_, (_, (pid, *_)) = events_of("one", **options)
+def test_workers_live_on_where_they_are_kept_and_no_longer():
+    def pid_of():
+        *_, (_, (pid, *_)) = events_of("one")
         return pid
 
-    own = {"environment": {VARIABLE: "set"}}
     with kept_workers():
         with kept_workers():
-            first, other = pid_of(), pid_of(**own)
-        assert (pid_of(), pid_of(**own)) == (first, other)
-        assert first != other
-        os.kill(other, signal.SIGKILL)
-        while any(child.pid == other for child in multiprocessing.active_children()):
+            first = pid_of()
+        assert pid_of() == first
+        os.kill(first, signal.SIGKILL)
+        while any(child.pid == first for child in multiprocessing.active_children()):
             time.sleep(0.01)
-        another = pid_of(**own)
-        assert another != other
+        another = pid_of()
+        assert another != first
     assert not running(first)
     assert not running(another)
     assert not running(pid_of())

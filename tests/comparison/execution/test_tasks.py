@@ -27,7 +27,6 @@ class Part:
 @dataclass(frozen=True)
 class Square(Task):
     number: float
-    environment: tuple[tuple[str, str], ...] = ()
     part: Part = Part()
     named: dict[str, object] = field(default_factory=lambda: {"a": [1]})
     models = ("reference",)
@@ -96,7 +95,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(measured):
         Part(input=INPUT.model_copy(update={"deviation": 2e-6})),
     )
     changes = [{}, *({"part": part} for part in parts)]
-    changes += [{"named": {"a": [2]}}, {"number": 3.5}, {"environment": (("A", "1"),)}]
+    changes += [{"named": {"a": [2]}}, {"number": 3.5}]
     assert [len(measured(replace(task, **change))[1]) for change in changes] == [1] * len(changes)
     assert (len(measured(task, by=elsewhere)[1]), len(measured(Elsewhere(2.0))[1])) == (1, 1)
     same = replace(task, part=Part(PAPER.with_values({"scene.title": "another"})))

@@ -9,8 +9,7 @@ from scipy.stats import binomtest
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
-from comparison.metrics.contacts import WINDOW, parting_contact
-from comparison.metrics.signals import distances
+from comparison.metrics import WINDOW, distances, parting_contact
 
 
 def heavy_tailed(rng, count):

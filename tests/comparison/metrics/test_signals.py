@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from comparison.metrics.signals import (
+from comparison.metrics import (
     correlation,
     measures,
     peaks,

@@ -17,7 +17,6 @@ from comparison.regression.record import (
     COUNT,
     Baseline,
     Checkpoint,
-    Detection,
     RunRecord,
     SceneRecord,
     read,
@@ -46,7 +45,7 @@ def test_what_is_written_is_what_is_read_to_the_last_bit(
     scene = SceneRecord(
         source=text, hash=key, reference={"tight": run}, exudyn={"standard": run, "tight": run}
     )
-    rates = Detection(false_alarms={"count": count}, detected={key: {"interval": [0.8, 1.0]}})
+    rates = {"false_alarms": {"count": count}, "detected": {key: {"interval": [0.8, 1.0]}}}
     limits = {key: {"alpha": 0.1}}
     whole = Baseline(
         platform=text, versions={key: text}, thresholds=limits, detection=rates, scenes={key: scene}

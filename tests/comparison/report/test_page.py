@@ -17,9 +17,8 @@ from comparison.reliability.assessment import ReliabilityComparison, compare_rel
 from comparison.report.page import anchors, render
 from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
-from comparison.verdict.channel import Samples, compare_channel
+from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
-from comparison.verdict.criteria import Criteria
 from comparison.verdict.results import Attribution, Refinement
 from comparison.words.differences import attribution_lines
 from comparison.words.verdicts import card, definition, reason

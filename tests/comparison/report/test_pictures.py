@@ -16,9 +16,9 @@ from half_sines import half_sines
 from comparison.cli import main
 from comparison.formatting import number
 from comparison.report import svg
-from comparison.report.curves import scene_lines
 from comparison.report.figures import picture
 from comparison.report.page import joints
+from comparison.report.plots import scene_lines
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
 

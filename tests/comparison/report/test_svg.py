@@ -11,7 +11,7 @@ from bouncing_press import stretched
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.metrics.contacts import Pulse
+from comparison.metrics import Pulse
 from comparison.report import svg
 from comparison.report.figures import channel_figure
 

@@ -6,9 +6,18 @@ import pandas as pd
 import pytest
 
 from comparison.studies.extremes import study
-from comparison.studies.extremes.cells import AXES, HYPERCUBE, LAWS, PAIRS, cells, hypercube
 from comparison.studies.extremes.runs import CUT_OFF, PairRun, both, run_pairs
-from comparison.studies.extremes.study import COLUMNS, Class, classify
+from comparison.studies.extremes.study import (
+    AXES,
+    COLUMNS,
+    HYPERCUBE,
+    LAWS,
+    PAIRS,
+    Class,
+    cells,
+    classify,
+    hypercube,
+)
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 

@@ -10,14 +10,14 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.cli import main, reports
+from comparison.cli import main
+from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
 from comparison.models import platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import MOVED, NAMES
+from comparison.studies import NAMES, verdicts
 from comparison.studies.paper import MAIN, PARTS
-from comparison.studies.verdicts import study as verdicts
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {
@@ -40,7 +40,6 @@ def folder(fakes, tmp_path_factory):
     """Where `make reports` wrote all studies of fake models, small."""
     folder = tmp_path_factory.mktemp("studies")
     (folder / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
-    (folder / "comparison" / "verdict").mkdir(parents=True)
     # Most of the time processes would start; nothing that they import changes meanwhile.
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
         monkeypatch.chdir(folder)
@@ -87,13 +86,7 @@ def test_a_study_writes_page_figures_and_tables_and_a_second_call_runs_nothing(
         assert path.suffix == ".svg" or path.read_bytes() == same.read_bytes()
 
 
-def test_a_study_that_is_a_part_now_says_so_and_a_part_that_is_none_is_refused(capsys):
-    for name, words in MOVED.items():
-        assert main(["study", name, "--small", "--jobs", "1"]) == 2
-        assert f": sixbar study {words}\n" in capsys.readouterr().err
-        study, _, part = words.partition(" --part ")
-        assert study in NAMES
-        assert part in ("", *PARTS)
+def test_a_part_that_is_none_is_refused(capsys):
     assert main(["study", "paper", "--part", "nonlinera"]) == 2
     assert "'nonlinera'" in capsys.readouterr().err
 
@@ -111,7 +104,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(folder):
     assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
     assert "formerly" not in readme
     # Machine, versions and date stand below the table, and with the verdicts on record.
-    recorded = tomllib.loads((folder / "comparison" / "verdict" / "verdicts.toml").read_text("utf-8"))
+    recorded = tomllib.loads((folder / "reports" / "verdicts" / "verdicts.toml").read_text("utf-8"))
     made = f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n"
     assert made in readme
     assert platform_name() in made

@@ -11,9 +11,9 @@ import pytest
 from comparison.accuracy.levels import NAMES
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.models import MODELS
+from comparison.studies import tradeoff as study
 from comparison.studies.shared.scenes import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
-from comparison.studies.tradeoff import study
-from comparison.studies.tradeoff.study import SWEEPS, cost_at, front, measure
+from comparison.studies.tradeoff import SWEEPS, cost_at, front, measure
 
 SCENE = "300rpm-0.2mm"
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics.signals import tube_distance
+from comparison.metrics import tube_distance
 from comparison.tables.table import Table
 from comparison.verdict.results import Basis
 from comparison.words.verdicts import scene_reason

@@ -6,7 +6,7 @@ import re
 import secrets
 import sys
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,9 +16,10 @@ import pytest
 from contact_tables import contacts_of
 from scipy.stats import beta
 
+from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
+from comparison.execution.run import run_here
 from comparison.models import MODELS, EngineError, engine_names, find
-from comparison.regression.record import Detection
 from comparison.scene import load_scene
 from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
@@ -67,7 +68,11 @@ def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_c
     counts = Counter((fault.kind, task.faulty, task.tier) for task, fault in tried)
     assert len(tried) == sum(counts.values()) == 144
     assert counts["number", "exudyn", "standard"] == counts["table", "reference", "tight"] == 0
-    assert {counts["number", *place] for place in study.PLACES} == {len(catalogue("number"))}
+    assert (
+        counts["number", "exudyn", "tight"]
+        == counts["number", "reference", "standard"]
+        == len(catalogue("number"))
+    )
     for task, fault in tried:
         assert task.scene == scenes(task.tier)[fault.scene]
         faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
@@ -84,8 +89,8 @@ def twins():
     tables = []
     for tolerance in (1e-12, 2e-12):
         scene = press.with_values({"solver.reference.tolerance": tolerance})
-        outcomes = Comparison(press, "tight").family(scene, "reference")
-        tables.append(Runs(**{kind: outcome.table for kind, outcome in outcomes.items()}))
+        ran = {kind: run_here(level, "reference").table for kind, level in levels(scene, "reference").items()}
+        tables.append(Runs(**ran))
     return *tables, press
 
 
@@ -146,31 +151,6 @@ def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models_and_without
     assert (row["verdict"], row["confirmation"], row["errs"], row["reason"]) == ("agree", "", "", "")
     refused = Comparison(press.with_values({"solver.reference.tolerance": 1e-30}), "tight").row()
     assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
-
-
-@dataclass(frozen=True)
-class Known(judge.LeastChange):
-    """A search in which families show and ensembles confirm changes above known ones."""
-
-    shown: float = 0.0
-    confirmed: float = 0.0
-
-    def comparison(self, change):
-        """Return what answers as a comparison with this change does."""
-        verdict = "differ" if change >= self.confirmed else "agree"
-        methods = {"shows": lambda _: change >= self.shown, "row": lambda _: {"verdict": verdict}}
-        return type("Answer", (), methods)()
-
-
-@pytest.mark.parametrize("least", [3e-9, 0.09, 1.0])
-@pytest.mark.parametrize("shown", [judge.LEAST, None])
-def test_the_search_ends_within_a_third_of_the_least_change_that_ensembles_confirm(least, shown):
-    search = Known(None, "tight", "", "", shown=shown or least, confirmed=least)
-    change = search.row()["change"]
-    if least > judge.MOST:
-        assert change is None
-    else:
-        assert least <= change <= least * (judge.MOST / judge.LEAST) ** (1 / 64) * (1 + 1e-9)
 
 
 @pytest.mark.slow
@@ -239,7 +219,7 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     """A run with the wrong gravity in place of one model's: what this model says otherwise refutes it."""
     scene = at_tier(load_scene("150rpm-0.2mm", {"drive.cycles": 0.05}), "tight")
     fault = Fault(kind="number", name="gravity", key="environment.gravity", value=9.0)
-    runs = Comparison(scene, "tight", fault, wrong).families(scene)
+    runs = Comparison(scene, "tight", fault, wrong).case.run_families(scene)
     result = compare(*runs, scene=scene, labels=MODELS, tier="tight")
     assert result.verdict == "differ"
     errs, why = adjudication.adjudicate(result, runs, scene)
@@ -271,19 +251,16 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
             random(300, "agree", "standard"),
             *tried,
             {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
-            {"group": study.LEAST, "name": "mass", "model": "exudyn", "tier": "tight", "change": 1.23456e-7},
-            {"group": study.LEAST, "name": "mass", "model": "reference", "tier": "tight", "change": None},
             {"group": study.ENSEMBLES, "name": "a and b", "kind": "nothing", "tests": 3, "differing": 1},
         ]
     )
     page = study.STUDY.report(table, tmp_path).read_text("utf-8")
     rates = json.loads((tmp_path / "trust.json").read_text("utf-8"))
-    read = Detection(false_alarms=rates["false_alarms"], detected=rates["detected"])
     # Tables that cannot be compared are an alarm; a run that fails is none.
     numbers = {"draws": 305, "decided": 303, "underestimated": 1, "alarms": 2}
     limit = round(beta.ppf(0.95, 3, 301), 5)  # of Clopper and Pearson
-    assert read.false_alarms["both models, tight"] == numbers | {"upper_limit_95": limit}
-    assert {tier: (one["faults"], one["detected"]) for tier, one in read.detected.items()} == {
+    assert rates["false_alarms"]["both models, tight"] == numbers | {"upper_limit_95": limit}
+    assert {tier: (one["faults"], one["detected"]) for tier, one in rates["detected"].items()} == {
         tier: (sum(line["tier"] == tier for line in tried), sum(line["tier"] == tier for line in tried) - 1)
         for tier in ("tight", "standard")
     }
@@ -294,7 +271,6 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
         "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
         "| tight | work-limit |  | shorten | 1 | 303 |",
         "- one nan (exudyn, tight): not expected.",
-        "| mass | 1.2·10⁻⁷ | n/a |",
         "| a and b | nothing | 3 | **1** |",
     ):
         assert text in page

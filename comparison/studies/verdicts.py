@@ -15,8 +15,8 @@ from comparison.models import machine_and_versions
 from comparison.report.figures import channel_figure
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
+from comparison.scene.keys import toml
 from comparison.studies.shared.study import Study, markdown
-from comparison.verdict.overall import as_toml
 from comparison.verdict.results import SceneComparison
 from comparison.verdict.validate import validate
 from comparison.words.verdicts import headline, mark
@@ -24,7 +24,7 @@ from comparison.words.verdicts import headline, mark
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
 ABOVE = "†"  # marks a larger one
 RECORD = "verdicts.toml"
-"""Record that `comparison.verdict.validate` reads, in the study's folder; ``make reports`` packages it."""
+"""Of each scene the hash of its numbers, to which the verdicts of the README belong, and these."""
 X = "largest difference of x"
 
 
@@ -86,8 +86,11 @@ def draw(results: Results, folder: Path) -> None:
     shown = named["150rpm-0.2mm"]
     figure = channel_figure(shown, shown.channels["slider_x"], "readme")
     write_text(standalone(figure), folder / "slider_x.svg")
-    record = as_toml([load_scene(name) for name in named], results.comparisons, results.made)
-    write_text(record, folder / RECORD)
+    lines = ["[made]", *(f"{key} = {toml(value)}" for key, value in results.made.items())]
+    for name, comparison in named.items():
+        lines += ["", f"[scenes.{toml(name)}]", f"hash = {toml(load_scene(name).hash)}"]
+        lines += [f"{tier.tier} = {toml(tier.verdict)}" for tier in comparison.tiers]
+    write_text("\n".join(lines) + "\n", folder / RECORD)
 
 
 # The table of the README has all of them in any case.

@@ -1,37 +1,12 @@
-"""Verdicts on record; three or more models."""
-
-import tomllib
-from dataclasses import replace
+"""Which of three or more models is the outlier."""
 
 import pytest
 
-from comparison.scene import load_scene
-from comparison.verdict.compare import compare
-from comparison.verdict.overall import as_toml, departures, pairs, standing
+from comparison.verdict.results import exit_code
+from comparison.verdict.validate import pairs, standing
 from comparison.words import verdicts as words
 
 THREE = ("one", "two", "three")
-
-
-def test_verdicts_of_shipped_scenes_are_compared_with_those_on_record(scene, make_runs):
-    sides = make_runs(1e-8), make_runs(2e-8)
-    usual, tight = (compare(*sides, scene=scene, tier=tier) for tier in ("standard", "tight"))
-    both = replace(usual, tight=tight)
-    made = {"machine": 'A "x", numpy 2', "date": "2030-01-01"}
-    record = tomllib.loads(as_toml([scene], [both], made))
-
-    def said(scenes, comparisons, record=record):
-        return words.departures(departures(scenes, comparisons, record), record["made"])
-
-    assert (record["made"], said([scene], [both])) == (made, "")
-    now = replace(both, tight=replace(tight, verdict="differ"))
-    assert said([scene, scene], [both, now]) == (
-        f'not the verdicts on record (on A "x", numpy 2; 2030-01-01): {scene.name}, tight: differ, not agree'
-    )
-    # Neither a changed scene under the name on record, nor one that is not shipped, nor another tier.
-    changed = scene.variant({"contact.youngs_modulus": 1e9})
-    assert said([changed, load_scene("wedge")], [now, now]) == ""
-    assert said([scene], [now], tomllib.loads(as_toml([scene], [usual], made))) == ""
 
 
 @pytest.mark.parametrize(
@@ -61,3 +36,7 @@ def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
     verdicts = {pair: "differ" if "four" in pair else "agree" for pair in pairs(models)}
     assert standing(models, verdicts).outlier == "four"
     assert standing(models, verdicts | {("one", "two"): "differ"}).outlier == ""
+
+
+def test_the_exit_code_of_nothing_is_that_nothing_could_be_compared():
+    assert exit_code([]) == 2

@@ -1,1 +1,0 @@
-"""Measures of how two results differ: arrays in, numbers out."""

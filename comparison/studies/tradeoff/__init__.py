@@ -1,1 +1,0 @@
-"""Speed against accuracy: every formulation and integrator over its settings, its cost and its error."""

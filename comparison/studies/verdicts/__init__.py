@@ -1,1 +1,0 @@
-"""Verdicts of both models on every shipped scene, at two tiers."""
