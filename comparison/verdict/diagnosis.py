@@ -367,6 +367,7 @@ def attribute(
         explained=_explained(excited),
         remaining=_remaining(runs, deciding),
         refinements=(first, second),
+        unpredictable=_unpredictable(results),
     )
 
 
@@ -401,6 +402,25 @@ def _remaining(runs: tuple[Runs, Runs], deciding: Channels) -> dict[str, float]:
             squares[key] += float(np.sum((apart / channel.scale) ** 2))
     base = squares.pop("base")
     return {key: sqrt(square / base) if base > 0 else nan for key, square in squares.items()}
+
+
+def _unpredictable(results: Channels) -> dict[str, float]:
+    """Return by whose uncertainty samples of the indeterminate channels are not predictable."""
+    count = dict.fromkeys(("a", "b", "each", "together"), 0)
+    for channel in results.values():
+        if channel.verdict != "indeterminate":
+            continue
+        # The position that it follows must be predictable too.
+        parts = [channel, *filter(None, [results.get(channel.definition.follows or "")])]
+        of_a, of_b = (
+            np.any([~part.limits.predictable(u, part.scale) for part, u in own if u is not None], axis=0)
+            for own in ([(part, part.u_a) for part in parts], [(part, part.u_b) for part in parts])
+        )
+        cases = of_a & ~of_b, of_b & ~of_a, of_a & of_b, ~(of_a | of_b)
+        for key, case in zip(count, cases, strict=True):
+            count[key] += int((~channel.predictable & case).sum())
+    total = sum(count.values())
+    return {key: number / total for key, number in count.items()} if total else {}
 
 
 def _refinement(label: str, model: Runs, scene: Scene, excited: Channels) -> Refinement:

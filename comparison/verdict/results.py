@@ -291,6 +291,9 @@ class Attribution:
     # Share of the difference that is left with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
     refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
+    # Samples of the indeterminate channels that are not predictable: share by the u of "a" alone, of "b"
+    # alone, of "each" by itself, of the two only "together"
+    unpredictable: dict[str, float] = field(default_factory=dict)
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
 

@@ -26,6 +26,12 @@ _DOUBTS = {
     Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
     Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
 }
+_UNPREDICTABLE = {
+    "a": "the uncertainty of {0} alone",
+    "b": "the uncertainty of {1} alone",
+    "each": "the uncertainty of each model by itself",
+    "together": "only both uncertainties together",
+}
 
 
 # ---- causes found in the data
@@ -248,6 +254,13 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
     if result.outside_in:
         what, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {what}: {result.outside_in} at {where}")
+    if result.unpredictable:
+        whose = (
+            f"{words.format(*scene.labels)} {result.unpredictable[key]:.0%}"
+            for key, words in _UNPREDICTABLE.items()
+            if result.unpredictable[key] >= 0.005
+        )
+        lines.append(f"not predictable in the indeterminate channels by {', '.join(whose)}")
     return lines
 
 

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from reference_model.isolation import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
 
-from reference_model import dop853, isolation
+from reference_model import dop853, events
 from reference_model.compiled import kernel
+from reference_model.events import ABSCISSAE, BELOW, CROSSES, RESOLUTION, SETTLED, UNCLEAR
 
 
 @kernel
 def classified(values, starting):
-    return isolation.classify(values, starting)
+    return events.classify(values, starting)
 
 
 @kernel
 def crossed(values):
-    return isolation.crossing(values)
+    return events.crossing(values)
 
 
 @kernel

@@ -29,8 +29,8 @@ LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
 BARS: list[tuple[float, dict[str, Any]]] = [
-    (-0.15, {"color": svg.FIRST, "lw": 4, "alpha": 0.6}),
-    (0.15, {"color": svg.SECOND, "lw": 4, "alpha": 0.6}),
+    (-0.15, {"color": svg.THRESHOLD, "lw": 4}),
+    (0.15, {"color": svg.THRESHOLD, "lw": 4, "alpha": 0.4}),
 ]
 MARKS: dict[bool, dict[str, Any]] = {
     True: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
