@@ -186,7 +186,7 @@ def _level(model: str, scene: Scene, direction: str) -> Scene | None:
     values = {
         f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # equal by any path: one cached run
         for key, factor in _read("accuracy.toml")[setting_key(model, settings)][direction].items()
-        if type(settings.get(key)) in (int, float)
+        if isinstance(settings.get(key), float)
     }
     return scene.variant(values) if values else None
 
