@@ -1,13 +1,11 @@
 """The study of the verdict: faults, random scenes, the judge, who errs, what it writes; parts for real."""
 
 import json
-import os
-import re
-import secrets
 import sys
 from collections import Counter
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +15,13 @@ from contact_tables import contacts_of
 from scipy.stats import beta
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.models import MODELS, EngineError, engine_names, find
-from comparison.regression.record import Detection
+from comparison.models import MODELS, EngineError, find
 from comparison.scene import load_scene
 from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.trust import adjudication, judge, population, study
 from comparison.studies.trust import faults as seeded
+from comparison.studies.trust.distributions import distances, numbers_of, scattered
 from comparison.studies.trust.faults import Fault, catalogue, installed, scenes
 from comparison.studies.trust.judge import Comparison, detected, trials
 from comparison.tables.channels import expected
@@ -32,7 +30,6 @@ from comparison.verdict.compare import compare
 
 FAULTS = catalogue()
 CODE = catalogue("code")
-SEED_VARIABLE = "SIXBAR_TRUST_SEED"
 
 
 # ---- faults
@@ -54,20 +51,17 @@ def test_a_copy_is_a_model_of_its_own_and_vanishes():
         copy = Path(find_spec(fault.engine).origin).parent
         assert find(fault.engine).value == f"{fault.engine}:simulate"
         assert fault.new in (copy / fault.file).read_text()
-        assert fault.engine in engine_names()
     assert sys.path == folders
     with pytest.raises(EngineError):
         find(fault.engine)
 
 
 def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
-    assert len({(fault.name, fault.model) for fault in FAULTS}) == len(FAULTS)
     assert {fault.spoil for fault in FAULTS if fault.kind == "table"} == seeded.SPOILS.keys()
     tried = trials(FAULTS)
     counts = Counter((fault.kind, task.faulty, task.tier) for task, fault in tried)
-    assert len(tried) == sum(counts.values()) == 144
+    assert sum(counts.values()) == 144
     assert counts["number", "exudyn", "standard"] == counts["table", "reference", "tight"] == 0
-    assert {counts["number", *place] for place in study.PLACES} == {len(catalogue("number"))}
     for task, fault in tried:
         assert task.scene == scenes(task.tier)[fault.scene]
         faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
@@ -123,8 +117,7 @@ def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_th
 
 def test_one_to_three_keys_that_the_scene_uses_are_changed_and_each_at_some_time():
     scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
-    before = flat(scene.data)
-    drawn = []
+    before, drawn = flat(scene.data), []
     for _ in range(400):
         after = flat(population.changed(scene, rng).data)
         drawn.append({key for key in after if after[key] != before[key] and not key.startswith("scene.")})
@@ -247,10 +240,55 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     assert "its own code stands with the other model's run" in why
 
 
+# ---- ensembles
+
+
+def numbers(*runs):
+    """Of an ensemble of runs, each a constant x, a corner and the instants of its contacts."""
+    times, tables = np.linspace(0.0, 3.0, 301), []
+    for x, corner, *starts in runs:
+        contacts = {name: np.ones(len(starts)) for name in ("largest_depth", "peak_force", "normal_speed")}
+        events = pd.DataFrame({"corner": [corner] * len(starts), "start": starts} | contacts)
+        tables.append(Table(pd.DataFrame({"time": times, "slider_x": np.full(301, x)}), events))
+    return numbers_of(tables, np.array([1.5]), ["slider_x"], period=1.0, first_cycle=1)
+
+
+def test_samples_that_do_not_overlap_have_the_known_statistic_and_p():
+    n = 8
+    a = np.arange(n, dtype=float)[:, None]
+    test = distances(pd.DataFrame(a), pd.DataFrame(a + 100.0)).iloc[0]
+    assert test["statistic"] == 1.0
+    # Of all ways to share out 2n numbers to two samples, two separate them.
+    assert test["p"] == pytest.approx(2 / comb(2 * n, n), rel=1e-9)
+    assert test["adjusted"] == test["p"]  # one test: nothing to adjust
+    # Benjamini and Yekutieli: the smallest of m p-values times m (1 + 1/2 + ... + 1/m).
+    moved = a + np.array([100.0, 0.0, 0.0])
+    three = distances(pd.DataFrame(np.repeat(a, 3, axis=1)), pd.DataFrame(moved))
+    assert three["adjusted"][0] == pytest.approx(3 * (1 + 1 / 2 + 1 / 3) * test["p"], rel=1e-12)
+    assert three["differs"].tolist() == [True, False, False]
+
+
+def test_what_both_predict_is_left_out_and_what_one_of_them_scatters_is_compared():
+    still, other = (numbers(*((x, "ll") for x in xs)) for xs in ((0.5,) * 4, (0.1, 0.2, 0.3, 0.4)))
+    for b, compared in ((still, False), (other, True)):
+        a, _ = scattered(still, b, {"slider_x": 0.01})
+        assert ("slider_x" in a) is compared
+        assert "largest depth of a contact" in a
+
+
+def test_contacts_are_counted_in_the_cycle_and_at_the_corner_where_they_begin():
+    counted = numbers((0.0, "ll", 0.5, 1.0, 1.999, 2.0), (0.0, "ur", 2.9, 2.95))
+    left, right = "contacts, lower left corner", "contacts, upper right corner"
+    assert counted[left, "cycle 2"].tolist() == [2.0, 0.0]
+    assert counted[left, "cycle 3"].tolist() == [1.0, 0.0]
+    assert counted[right, "cycle 3"].tolist() == [0.0, 2.0]
+    assert (left, "cycle 1") not in counted
+
+
 # ---- what is written
 
 
-def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
+def test_the_rates_of_a_baseline_and_the_page_are_those_of_the_table(tmp_path):
     def random(number, verdict, tier="tight", **more):
         where = {"name": str(number), "kind": "extremes" if number % 2 else "users", "tier": tier}
         return where | {"group": study.RANDOM, "scene": "s", "verdict": verdict, "speed_rpm": 150.0} | more
@@ -260,55 +298,30 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
         | {"tier": task.tier, "verdict": "differ", "detected": fault.name != "one nan"}
         for task, fault in trials(FAULTS)
     ]
-    table = study.as_table(
-        [
-            *(random(n, "agree", clearance_m=2e-4) for n in range(300)),
-            random(300, "agree", confirmation="underestimated", reason="too small"),
-            random(301, "differ", errs="exudyn", reason="it is outside"),
-            random(302, "indeterminate"),
-            random(303, "cannot compare", failed="work-limit", reason="shorten"),
-            random(304, "cannot compare", reason="other times"),
-            random(300, "agree", "standard"),
-            *tried,
-            {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
-            {"group": study.LEAST, "name": "mass", "model": "exudyn", "tier": "tight", "change": 1.23456e-7},
-            {"group": study.LEAST, "name": "mass", "model": "reference", "tier": "tight", "change": None},
-            {"group": study.ENSEMBLES, "name": "a and b", "kind": "nothing", "tests": 3, "differing": 1},
-        ]
-    )
-    page = study.STUDY.report(table, tmp_path).read_text("utf-8")
+    rows = [
+        *(random(n, "agree", clearance_m=2e-4) for n in range(300)),
+        random(300, "agree", confirmation="underestimated", reason="too small"),
+        random(301, "differ", errs="exudyn", reason="it is outside"),
+        random(302, "indeterminate"),
+        random(303, "cannot compare", failed="work-limit", reason="shorten"),
+        random(304, "cannot compare", reason="other times"),
+        random(300, "agree", "standard"),
+        *tried,
+        {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
+    ]
+    page = study.STUDY.report(study.as_table(rows), tmp_path).read_text("utf-8")
     rates = json.loads((tmp_path / "trust.json").read_text("utf-8"))
-    read = Detection(false_alarms=rates["false_alarms"], detected=rates["detected"])
     # Tables that cannot be compared are an alarm; a run that fails is none.
     numbers = {"draws": 305, "decided": 303, "underestimated": 1, "alarms": 2}
     limit = round(beta.ppf(0.95, 3, 301), 5)  # of Clopper and Pearson
-    assert read.false_alarms["both models, tight"] == numbers | {"upper_limit_95": limit}
-    assert {tier: (one["faults"], one["detected"]) for tier, one in read.detected.items()} == {
-        tier: (sum(line["tier"] == tier for line in tried), sum(line["tier"] == tier for line in tried) - 1)
-        for tier in ("tight", "standard")
-    }
+    assert rates["false_alarms"]["both models, tight"] == numbers | {"upper_limit_95": limit}
+    for tier, one in rates["detected"].items():
+        count = sum(line["tier"] == tier for line in tried)
+        assert (one["faults"], one["detected"]) == (count, count - 1)
     for text in (
         "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected; both",
-        "| tight, all | 305 | 303 | 2 |",
-        "- scene 300 (s), tight: agree: too small.",
         "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
         "| tight | work-limit |  | shorten | 1 | 303 |",
         "- one nan (exudyn, tight): not expected.",
-        "| mass | 1.2·10⁻⁷ | n/a |",
-        "| a and b | nothing | 3 | **1** |",
     ):
         assert text in page
-    assert not re.search(r"\{\w*\}|\bnan\b", page.replace("one nan", ""))
-    assert len(pd.read_csv(tmp_path / "trust.csv")) == len(table)
-
-
-@pytest.mark.slow
-def test_ten_fresh_scenes_break_no_invariant_and_show_no_confirmed_difference(capsys):
-    """Other scenes every time; what cannot be decided or compared is no failure, what is broken is."""
-    seed = int(os.environ.get(SEED_VARIABLE) or secrets.randbelow(2**31))
-    with capsys.disabled():
-        sys.stdout.write(f"\nfresh scenes: {SEED_VARIABLE}={seed}\n")
-    drawn = [at_tier(population.random_scene(n, seed), "tight") for n in range(10)]
-    rows = {n: Comparison(scene, "tight").row() for n, scene in enumerate(drawn)}
-    faults = {n: row["reason"] for n, row in rows.items() if row["errs"] or row["verdict"] == "differ"}
-    assert not faults, f"{SEED_VARIABLE}={seed}: {faults}"
