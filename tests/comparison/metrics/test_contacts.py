@@ -8,22 +8,14 @@ import pandas as pd
 import pytest
 from contact_tables import contacts_of
 
-from comparison.execution.run import run_one
 from comparison.metrics import (
     PULSE_POINTS,
+    WINDOW,
+    parting_contact,
     pulses_of,
     time_shares,
 )
-from comparison.scene import load_scene
-from comparison.tables.channels import touching
 from comparison.tables.table import Table
-
-CORNERS = ("ll", "lr", "ul", "ur")
-END = 8.0
-
-
-def shares(events):
-    return list(time_shares(events, (0.0, END)).values())
 
 
 @pytest.mark.parametrize(
@@ -32,7 +24,6 @@ def shares(events):
         ([("ll", 1, 5), ("ul", 3, 6)], [3, 3, 2, 0]),
         ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
         ([("ur", 0, 2), ("ur", 2, 3)], [5, 3, 0, 0]),  # one corner's contacts that touch
-        ([("ul", 1, 4), ("ul", 3, 5)], [4, 4, 0, 0]),  # or overlap
         ([("ll", 1, 5), ("ur", 3, 6)], [3, 3, 0, 2]),  # a diagonal
         ([("ul", 0, 8), ("lr", 0, 8)], [0, 0, 0, 8]),
         ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
@@ -41,32 +32,11 @@ def shares(events):
         ([("pin", -1, 1), ("pin", 1, 4), ("pin", 3, 5)], [8, 0, 0, 0]),
     ],
 )
-def test_hand_made_tables(rows, eighths):
+def test_the_shares_of_time_in_each_situation(rows, eighths):
+    events, span = contacts_of(*rows), (0.0, 8.0)
+    shares = [*time_shares(events, span).values()]
     # Sums of at most some ten quotients of binary fractions: a few units of the last place.
-    assert shares(contacts_of(*rows)) == pytest.approx([n / 8 for n in eighths], rel=0, abs=1e-15)
-
-
-def test_a_count_over_fine_samples_comes_to_the_same():
-    rng, count = np.random.default_rng(3), 200_000
-    edges = {corner: np.sort(rng.uniform(0, END, 2 * rng.integers(0, 40))) for corner in CORNERS}
-    at = (np.arange(count) + 0.5) * END / count
-    ll, lr, ul, ur = (np.searchsorted(own, at, side="right") % 2 == 1 for own in edges.values())
-    both, free = (ll | ul) & (lr | ur), ~(ll | lr | ul | ur)
-    one_side = ((ll & ul) | (lr & ur)) & ~both
-    sampled = [free.mean(), 1 - free.mean() - one_side.mean() - both.mean(), one_side.mean(), both.mean()]
-    events = contacts_of(*[(corner, *pair) for corner, own in edges.items() for pair in own.reshape(-1, 2)])
-    # Every one of at most 320 edges may be off by half a sample.
-    assert shares(events)[:4] == pytest.approx(sampled, abs=160 / count)
-
-
-def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opposite_corners():
-    result = {}
-    for name in ("wedge", "150rpm-0.2mm"):
-        scene = load_scene(name)
-        result[name] = time_shares(run_one(scene, "reference").events, (0.0, scene.duration))
-    assert min(result["wedge"].values()) > 0.02
-    assert result["150rpm-0.2mm"].pop("opposite") == 0.0
-    assert min(result["150rpm-0.2mm"].values()) > 0.0
+    assert shares == pytest.approx([n / 8 for n in eighths], rel=0, abs=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -92,35 +62,26 @@ def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_
         assert pulse.force.max() == force.max()  # the spline is monotone between points
 
 
-@pytest.mark.parametrize(
-    ("model", "changes"),
-    [
-        ("reference", {}),
-        ("exudyn", {"solver.exudyn.formulation": "full"}),
-        # A side is one contact
-        ("exudyn", {"solver.exudyn.formulation": "tree", "contact.law": "foundation"}),
-    ],
-)
-def test_what_a_model_notes_is_what_samples_inside_contacts_show(model, changes):
-    # The first impacts, some of them chatter; later ones of another sampling are other ones
-    values = {"drive.cycles": 0.1, "output.groups": ["corners"], **changes}
-    base = run_one(load_scene("150rpm-0.2mm", values), model)
-    dense = run_one(load_scene("150rpm-0.2mm", {**values, "output.samples_per_cycle": 50_000}), model)
-    pulses = pulses_of(base)
-    # All but the last, which may last at the end
-    assert {pulse.row for pulse in pulses} >= set(range(len(base.events) - 1))
-    assert len(pulses) >= 5
-    for pulse in pulses:
-        event = base.events.iloc[pulse.row]
-        time = dense.time - event["start"]
-        inside = (time >= pulse.time[0]) & (time <= pulse.time[-1])
-        sharing = touching(event["corner"], base.provenance["scene"])
-        force = np.sum([dense.values(f"corner_{name}_normal")[inside] for name in sharing], axis=0)
-        # Points of an envelope are up to two of 16 parts apart, over which a line misses a half sine by
-        # (pi / 8)^2 / 8 of its peak, 0.019
-        line = np.interp(time[inside], pulse.time, pulse.force)
-        np.testing.assert_allclose(line, force, rtol=0, atol=0.04 * pulse.force.max())
-        assert pulse.force.max() == pytest.approx(event["peak_force"], rel=0.01)
-        assert np.all(np.diff(pulse.time) > 0.0)
-        # The pulse's zero of time is the touch
-        assert 0.0 <= pulse.time[0] < pulse.time[-1] <= 1.0001 * (event["end"] - event["start"])
+def test_the_first_contact_that_parts_two_groups_is_named():
+    rng, window = np.random.default_rng(3), WINDOW * 0.4
+
+    def run(*extra, common=(("ll", 0.01), ("ul", 0.01), ("ll", 0.1))):
+        rows = [(corner, start + 0.2 * window * rng.uniform(-1.0, 1.0)) for corner, start in common]
+        return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
+
+    def parted(one, other, until=0.3):
+        return parting_contact((one, other), period=0.4, until=until)
+
+    with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
+    without = [run() for _ in range(20)]
+    parting = parted(without, with_contact)
+    assert (parting.corner, parting.having, parting.sizes) == ("ul", (0, 5), (20, 5))
+    assert parting.start == pytest.approx(0.05)
+    # A corner that the first run of either group does not touch parts them all the same.
+    bare = run(common=[("ll", 0.01)])
+    parting = parted([bare] * 20, [bare, *(run(("ul", 0.05)) for _ in range(10))])
+    assert (parting.corner, parting.having) == ("ul", (0, 10))
+    # What comes later is a consequence; and a contact that half of both have parts nothing.
+    assert parted(without, with_contact, 0.04) is None
+    mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
+    assert parted(mixed, mixed[::-1]) is None

@@ -1,34 +1,19 @@
-"""Measures of two signals: closed forms, and what must not change them (tests/judge has second ones)."""
+"""Measures of two signals, and of a run among others: closed forms (tests/judge has second ones)."""
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from scipy.stats import binomtest
 
-from comparison.metrics import (
-    correlation,
-    measures,
-    peaks,
-    rms,
-)
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
+from comparison.metrics import correlation, distances, measures, peaks
 
 seeds = st.integers(0, 2**32 - 1)
 # Whole periods, so that the trapezoidal rule is exact for squares of sines.
 TIME = np.linspace(0, 0.8, 2001)
 PHASE = 2 * np.pi * TIME / 0.4
-
-
-def noise(seed, size=50):
-    """Increasing times and two signals."""
-    rng = np.random.default_rng(seed)
-    return np.cumsum(rng.uniform(0.1, 1, size)), rng.normal(size=size), rng.normal(size=size)
-
-
-def test_the_rms_of_known_values_counts_time_and_not_samples():
-    assert rms(np.arange(4), np.array([3.0, -4.0, 0.0, 4.0])) == pytest.approx(np.sqrt(41 / 4), rel=1e-15)
-    # Ten times as many samples where the signal is 2, for half of the time; the edge between is an interval.
-    time = np.concatenate([np.linspace(0, 1, 1001), np.linspace(1, 2, 101)[1:]])
-    assert rms(time, np.where(time <= 1, 2.0, 0.0)) == pytest.approx(np.sqrt(2), rel=5e-3)
 
 
 def test_a_peak_that_is_late_has_its_delay_and_both_are_sought_on_one_side():
@@ -62,7 +47,8 @@ def test_a_peak_between_the_samples_counts_where_it_goes_farther():
 @example(0, 1e-300, 1.0)
 @example(0, 1e300, 1.0)
 def test_pure_numbers_do_not_change_with_the_units_of_signal_and_time(seed, unit, second):
-    time, m, c = noise(seed)
+    rng = np.random.default_rng(seed)
+    time, m, c = np.cumsum(rng.uniform(0.1, 1, 50)), rng.normal(size=50), rng.normal(size=50)
     scaled_pair = second * time, unit * m, unit * c
     # The products with the units round at 1e-16.
     assert correlation(*scaled_pair) == pytest.approx(correlation(time, m, c), rel=1e-10, abs=1e-12)
@@ -70,18 +56,68 @@ def test_pure_numbers_do_not_change_with_the_units_of_signal_and_time(seed, unit
     assert np.array(peaks(*scaled_pair)) == pytest.approx(np.array(expected), rel=1e-15)
 
 
-def test_a_constant_has_no_correlation():
-    zero = np.zeros(TIME.shape)
-    for pair in ((zero, PHASE), (PHASE, zero), (zero, zero)):
-        assert np.isnan(correlation(TIME, pair[0] + 3.0, pair[1] + 3.0))
-
-
 def test_the_peak_of_a_position_is_sought_from_its_mean():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
     result = measures(TIME, a, b, position=True)
+    assert np.isnan(correlation(TIME, np.full(TIME.shape, 3.0), a))  # a constant has none
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
     assert result["correlation"] == pytest.approx(np.cos(1.0), abs=1e-6)
     # The peak has its own value, and its delay is that of the wave, to half a sample.
     assert result["peak_a"] == pytest.approx(-0.5498, abs=1e-9)
     assert result["peak_time_difference"] == pytest.approx(0.4 / 2 / np.pi, abs=0.0002)
     assert measures(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)
+
+
+# ---- runs held against an ensemble
+
+
+def heavy_tailed(rng, count):
+    """Errors of one size a run, which spreads over six decades, along one course of the motion."""
+    sizes = rng.choice([-1.0, 1.0], count) * 10 ** rng.uniform(-9.0, -3.0, count)
+    return sizes[:, None] * np.linspace(0.5, 1.0, 20) + 1e-10 * rng.standard_normal((count, 20))
+
+
+def normal(rng, count):
+    """Errors of one kind and of about one size."""
+    return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_left_out_members_are_held_against_the_others_and_a_run_against_all(seed):
+    members, run = np.split(np.random.default_rng(seed).normal(size=(9, 5)) ** 3, [8])
+    floor = np.full(5, 0.5)
+
+    def away(one, others):
+        return (np.abs(one - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
+
+    of_members, of_run = distances(members, run[0], floor)
+    expected = [away(members[n], np.delete(members, n, axis=0)) for n in range(8)]
+    np.testing.assert_allclose(of_members, expected, rtol=1e-12)
+    assert of_run == pytest.approx(away(run[0], members))
+    assert distances(members[:, :0], np.empty(0), np.empty(0))[1] == 0.0
+
+
+@pytest.mark.parametrize("draw", [heavy_tailed, normal])
+@pytest.mark.parametrize("count", [19, 99])
+def test_a_run_of_the_same_model_is_outside_no_more_than_once_in_as_many_draws_as_there_are_runs(draw, count):
+    rng, outside, trials = np.random.default_rng(count), 0, 3000
+    for _ in range(trials):
+        drawn = draw(rng, count + 1)
+        of_members, of_run = distances(drawn[1:], drawn[0], np.full(drawn.shape[1], 1e-10))
+        outside += of_run > of_members.max()
+    # It is held against one run more than each member is, so it is outside less often, but not never.
+    expected = 1 / (count + 1)
+    assert binomtest(outside, trials).proportion_ci(0.999).low <= expected
+    assert outside / trials > 0.2 * expected
+
+
+@example(members=[1000.0] * 18 + [-1000.0], side=1.0)  # the closest case: all but one on the run's side
+@given(
+    members=st.lists(st.floats(-1000.0, 1000.0), min_size=19, max_size=30), side=st.sampled_from([-1.0, 1.0])
+)
+def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, side):
+    """A run just outside k u of the base, u the ensemble's, is farther out than every member left out."""
+    ensemble = np.array(members)[:, None]
+    u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble).max(axis=0), 1e-3)
+    of_members, of_run = distances(ensemble, side * thresholds().k * u, u)
+    assert of_run >= of_members.max() * (1 - 1e-12)

@@ -46,12 +46,9 @@ def test_what_is_written_is_what_is_read_to_the_last_bit(
         source=text, hash=key, reference={"tight": run}, exudyn={"standard": run, "tight": run}
     )
     rates = {"false_alarms": {"count": count}, "detected": {key: {"interval": [0.8, 1.0]}}}
-    limits = {key: {"alpha": 0.1}}
-    whole = Baseline(
-        platform=text, versions={key: text}, thresholds=limits, detection=rates, scenes={key: scene}
-    )
-    path = write(whole, tmp_path_factory.getbasetemp() / "baseline.toml")
-    assert read(path) == whole
+    common = {"platform": text, "versions": {key: text}, "thresholds": {key: {"alpha": 0.1}}}
+    whole = Baseline(**common, detection=rates, scenes={key: scene})
+    assert read(write(whole, tmp_path_factory.getbasetemp() / "baseline.toml")) == whole
 
 
 @pytest.fixture
@@ -105,31 +102,26 @@ def test_where_nothing_is_predictable_or_nothing_happens_there_is_no_checkpoint(
 def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_counters(
     family, scene, make_table
 ):
+    def run(table, steps, contacts=0):
+        provenance = {"counters": {"steps": steps, "rhs": 70}, "formulation": "tree"}
+        return replace(table, provenance=provenance, events=pd.DataFrame({"corner": ["ll"] * contacts}))
+
     runs, job = family(1e-4), Job(scene, "exudyn")
-    provenance = {"counters": {"steps": 7, "rhs": 70}, "formulation": "tree"}
-    base = replace(runs.base, provenance=provenance)
-    neighbours = [
-        replace(make_table(1e-4, stretch=stretch), provenance={"counters": {"steps": steps, "rhs": 70}})
-        for stretch, steps in ((1e-3, 9), (-2e-3, 4))
-    ]
-    finer = replace(runs.finer, events=pd.DataFrame({"corner": ["ll", "lr"]}))
-    alone = record(replace(runs, base=base, finer=finer), job, "standard")
-    assert alone.counters == {"steps": 7, "rhs": 70, "contacts": 0}
-    assert alone.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
-    assert alone.spread == {"contacts": 2}
-    made = record(replace(runs, base=base, finer=finer), job, "standard", neighbours)
-    assert made.spread == {"steps": 3, "contacts": 2}
+    runs = replace(runs, base=run(runs.base, 7), finer=run(runs.finer, 7, 2), coarser=run(runs.coarser, 7))
+    neighbours = [run(make_table(1e-4, stretch=off), steps) for off, steps in ((1e-3, 9), (-2e-3, 4))]
+    alone, made = record(runs, job, "standard"), record(runs, job, "standard", neighbours)
+    assert made.counters == {"steps": 7, "rhs": 70, "contacts": 0}
+    assert made.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
+    assert (alone.spread, made.spread) == ({"contacts": 2}, {"steps": 3, "contacts": 2})
     # Five bodies have no neighbours: of ten contacts two are uncertain, and so is a fifth of the steps.
-    ten, twelve = (pd.DataFrame({"corner": ["ll"] * count}) for count in (10, 12))
-    changed = {"base": replace(base, events=ten), "finer": replace(finer, events=twelve)}
-    uncertain = replace(runs, coarser=replace(runs.coarser, events=ten), **changed)
+    uncertain = replace(runs, base=run(runs.base, 7, 10), finer=run(runs.finer, 7, 12), coarser=None)
     assert record(uncertain, job, "standard").spread == {"steps": 2, "rhs": 14, "contacts": 2}
     # k times three times the distance of the neighbour that is further off, the largest within the window.
-    x = {point.time: point.threshold for point in made.channels["slider_x"]}
-    sine = np.abs(np.sin(2 * np.pi * np.array(list(x)) / scene.period))
-    assert np.all(np.array(list(x.values())) >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
-    before = [point.threshold for point in alone.channels["slider_x"]]
-    assert np.median(list(x.values())) > 5 * np.median(before)
+    points = made.channels["slider_x"]
+    sine = np.abs(np.sin(2 * np.pi * np.array([point.time for point in points]) / scene.period))
+    before, after = ([point.threshold for point in each.channels["slider_x"]] for each in (alone, made))
+    assert np.all(np.array(after) >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
+    assert np.median(after) > 5 * np.median(before)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,4 @@
-"""The regression gate on the command line, its baseline made, refused and renewed.
-
-The models are fakes, controlled by the scene's gravity. What an unchanged scene, a new one and one that is
-gone lead to is asked of the two models in tests/cli/test_gate.py.
-"""
+"""The gate and its baseline made, refused and renewed, by fake models; see tests/cli/test_gate.py."""
 
 import json
 import re
@@ -22,45 +18,33 @@ from comparison.scene import shipped_scenes
 BASELINE = Path("sixbar-baseline.toml")
 
 
-@pytest.fixture
-def scene_file(fake_models, tmp_path, monkeypatch):
-    """Write a scene file beside the baseline; called again, it changes the scene."""
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-    monkeypatch.setenv("COLUMNS", "2000")
-
-    def make(name, gravity=9.81):
-        assert fake_models.exists()
-        Path(f"{name}.toml").write_text(
-            f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
-            '[output]\nsamples_per_cycle = 100\ngroups = ["corners"]\n'
-        )
-        return f"{name}.toml"
-
-    return make
+def write_scene(gravity=9.81):
+    """Write the scene beside the baseline, or change it."""
+    Path("own.toml").write_text(
+        f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
+        '[output]\nsamples_per_cycle = 100\ngroups = ["corners"]\n'
+    )
 
 
-@pytest.fixture(scope="session")
-def kept(tmp_path_factory):
-    """Where the first test leaves the baseline and its runs to the others."""
-    return tmp_path_factory.mktemp("kept")
-
-
-@pytest.fixture
-def made(scene_file, kept, tmp_path, capsys):
-    """A baseline of one scene, and its runs in the cache."""
-    scene_file("own")
-    if not (kept / "cache").exists():
+@pytest.fixture(scope="module")
+def recorded(fakes, tmp_path_factory):
+    """A folder with a scene, its baseline and its runs in the cache."""
+    folder = tmp_path_factory.mktemp("recorded")
+    with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch):
+        monkeypatch.chdir(folder)
+        write_scene()
         assert gate("own.toml", "--update") == 0
-        out = capsys.readouterr().out.splitlines()
-        assert re.fullmatch(r"own: 3 runs, \d+ checkpoints", out[0])
-        assert out[1:] == [str(BASELINE)]
-        shutil.copy(BASELINE, kept)
-        shutil.copytree(tmp_path / "cache", kept / "cache")
-    else:
-        shutil.copy(kept / BASELINE, BASELINE)
-        shutil.copytree(kept / "cache", tmp_path / "cache")
-    return BASELINE
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def made(recorded, fakes, tmp_path, monkeypatch):
+    """The same in a folder of the test's own."""
+    folder = shutil.copytree(recorded, tmp_path / "here")
+    monkeypatch.setenv("COLUMNS", "2000")
+    with fakes(folder, monkeypatch):
+        monkeypatch.chdir(folder)
+        yield BASELINE
 
 
 def gate(*arguments):
@@ -89,30 +73,18 @@ def checks():
 # ---- checks
 
 
-@pytest.mark.usefixtures("made")
-def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_threshold(
-    scene_file, gravity, capsys
-):
-    scene_file("own", gravity.differ)  # Exudyn's motion becomes larger by a thousandth
+def test_a_change_of_one_model_names_it(gravity, capsys):
+    write_scene(gravity.differ)  # Exudyn's motion becomes larger by a thousandth
     assert gate() == 1
     out = capsys.readouterr().out
     assert "note: scene 'own': its numbers are not those that the baseline was made with" in out
-    number = r"(-?[\d.e-]+)"
-    said = (
-        rf"exudyn tight, scene 'own': slider_x at t = {number} s is {number} m, in the baseline {number} m: "
-        rf"off by {number} m, {number}% of its scale, the threshold is {number} m "
-        r"\(\d of 5 checkpoints are off\)"
-    )
     message = checks()["exudyn tight", "slider_x"]
-    time, value, before, off, share, threshold = map(float, re.match(said, message).groups())
+    off, share = map(float, re.search(r"off by (\S+) m, (\S+)% of its scale", message).groups())
     assert share == pytest.approx(100 * off / 2e-4, rel=0.05)  # of the clearance
-    assert 0 <= time <= 0.8
-    assert abs(value - before) == pytest.approx(off, rel=0.02)
-    assert threshold < off < 2e-4 * 1e-3 * 1.02
+    assert off < 2e-4 * 1e-3 * 1.02
     assert {group for group, _ in checks()} == {"exudyn standard", "exudyn tight"}  # the reference passes
 
 
-@pytest.mark.usefixtures("made")
 def test_counters_are_exact_on_the_same_machine_and_within_5_percent_elsewhere(capsys):
     steps = [
         ("steps = 5", "steps = 100", 1, "reference tight, scene 'own': the counter steps is 5, in the base"),
@@ -148,7 +120,6 @@ ONE_SIDED = [
 ]  # fmt: skip
 
 
-@pytest.mark.usefixtures("made")
 @pytest.mark.parametrize(("pattern", "by", "item", "message"), ONE_SIDED)
 def test_what_only_one_side_has_is_a_regression(pattern, by, item, message):
     for _ in range(1 + (by == OTHER)):  # the table of its channels too
@@ -157,19 +128,17 @@ def test_what_only_one_side_has_is_a_regression(pattern, by, item, message):
     assert any(message in said for (_, name), said in checks().items() if name == item), checks()
 
 
-@pytest.mark.usefixtures("made")
 @pytest.mark.parametrize(("what", "code"), [("fail", 1), ("refuse", 1), ("crash", 70)])
-def test_a_model_that_does_not_run_any_more_is_a_regression(scene_file, gravity, capsys, what, code):
-    scene_file("own", getattr(gravity, what))
+def test_a_model_that_does_not_run_any_more_is_a_regression(gravity, capsys, what, code):
+    write_scene(getattr(gravity, what))
     assert gate() == code
     assert "REGRESSION exudyn standard, scene 'own': scene 'own': " in capsys.readouterr().out
     assert set(checks()) == {("exudyn standard", "run"), ("exudyn tight", "run")}
 
 
-@pytest.mark.usefixtures("made")
-def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(scene_file, gravity, capsys):
+def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(gravity, capsys):
     """Perturbed runs agree by chance, and the run has moved; the other neighbours part by more than that."""
-    scene_file("own", gravity.lucky)
+    write_scene(gravity.lucky)
     assert gate() == 1
     assert {group for group, _ in checks()} == {"exudyn standard"}  # which has none
     said = r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than 20 runs from neighbouring "
@@ -181,14 +150,11 @@ def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(sc
 
 FIRST_POINT = r"slider_x = \[\n  \[[^]]*\]"
 NONE = [
-    ("^platform = .*", "", "platform is missing"),
     (r"^\[scenes(.|\n)*", "", "scenes is missing"),
     ("^platform = ", "platform ", "cannot be read as TOML: "),
     ("^platform", "colour = 1\nplatform", "colour is not"),
     ("contacts = 1", "contacts = -1", "scenes.own.reference.tight.counters.contacts = -1 must be "),
-    (FIRST_POINT, "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan must be finite"),
     (FIRST_POINT, "slider_x = [\n  [0.1, 0.2, 0]", "slider_x.0.2 = 0 must be > 0"),
-    (r"reference.tight\]", "reference.loose]", "= 'loose' must be 'standard' or 'tight'"),
     ("^checksum.*\n", "", "has no checksum"),
 ]
 
@@ -218,7 +184,6 @@ def test_the_layout_of_a_baseline_does_not_count_nor_does_making_it_again_change
     assert "was changed since: its checksum does not match" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("made")
 def test_thresholds_change_only_together_with_rates_measured_anew(capsys):
     edit("^thresholds = { k = 2.0", "thresholds = { k = 3.0")
     assert gate() == 1

@@ -1,39 +1,119 @@
-"""From errors to reliabilities: the cap, exact cases, what moves them."""
+"""From tables to reliabilities: errors and their peaks, averages over parts of the cycle, the cap."""
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.special import ndtr
 
 from comparison.reliability.assessment import assess, cap, reliability_index, sensitivity
-from comparison.reliability.errors import QUANTITIES, slider_errors
+from comparison.reliability.errors import (
+    MANY,
+    half_width,
+    part_edges,
+    slider_errors,
+    standard_error,
+)
 from comparison.scene.schema import AccelerationLimits, Limits, Reliability
+from comparison.tables.table import Table, TableError
 
-PHI_3 = 0.9986501020  # ten digits, as printed in tables
 PERIOD = 0.4
+ENDS = ("time_of_min", "min", "time_of_max", "max")
+REPEATED = 1000
+SAMPLES = 100
+# Of 1000 intervals with a probability of 0.95 each, the share that covers is within 0.021 of it in 99.7 %.
+CHANCE = 3 * np.sqrt(0.95 * 0.05 / REPEATED)
 
 
-@pytest.fixture
-def assessed(press):
-    """Assess the acceleration of a press with an error."""
-
-    def assessed(error, per_cycle=1000, cycles=2, upper=80.0, lower=0.0, **changes):
-        settings = Reliability(acceleration=AccelerationLimits(lower=lower, upper=upper), **changes)
-        tables = (press(each, cycles, per_cycle) for each in (error, 0.0))
-        return assess(slider_errors(*tables, PERIOD), settings)["acceleration"]
-
-    return assessed
+# ---- errors
 
 
-def test_without_error_the_reliability_is_phi_of_3_whatever_the_upper_limit(press):
+def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(press):
+    fine = press(5.0, per_cycle=1000)
+    errors = slider_errors(fine, press(per_cycle=400), PERIOD)
+    assert np.array_equal(errors.time, fine.time)
+    # Cubics with slopes to second order: h^3 y''''/ 24 = 1e-9 * 0.1 * 15.7^4 / 24, twice as much at the ends.
+    assert np.abs(errors.by_channel["slider_y"]).max() < 4e-7
+    assert errors.by_channel["slider_ay"] == pytest.approx(np.full(2001, 5.0), abs=1e-4)
+    assert not slider_errors(press(), press(), PERIOD).by_channel["slider_vy"].any()
+    with pytest.raises(TableError, match="channel slider_ay is missing"):
+        slider_errors(fine, Table(press().frame.drop(columns="slider_ay")), PERIOD)
+
+
+def test_a_peak_between_samples_is_that_of_its_cycle_else_of_the_run(press):
+    """By cycle against a second computation: test_second_opinion.py."""
+    high, low = (
+        0.1002,
+        0.6002,
+    )  # half an interval beside the samples, at which there is nothing of either peak
+    ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
+    by_cycle = ([high, 0.6], [ideal[0] - 100.0, ideal[1]], [0.2, low], [ideal[1], ideal[1] + 77.5])
+    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, by_cycle, strict=True)}
+    errors = slider_errors(Table(press().frame, cycle_extrema=extrema), press(), PERIOD)
+    for window, size, at in (((), -100.0, high), ((0.4, 0.8), 77.5, low)):
+        peak = errors.peak("slider_ay", *window)
+        # The ideal one between its samples: as above.
+        assert (peak.value, peak.time) == (pytest.approx(size, abs=1e-4), at)
+    # Where only other channels have extrema by cycle those of the whole run count.
+    whole = {"slider_ay": dict(zip(ENDS, (high, -130.0, 0.2, 30.0), strict=True))}
+    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ENDS}
+    run = Table(press().frame, extrema=whole, cycle_extrema=of_x)
+    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == high
+
+
+# ---- averages
+
+
+@pytest.mark.parametrize(
+    ("end", "count", "edges"),
+    [
+        (0.8, 10, 0.04 * np.arange(21)),
+        # A cycle and a half of the second part, then less than a part: that is left out.
+        (0.4 * 1.37, 4, 0.1 * np.arange(6)),
+        # But of a run shorter than a cycle it is the last one.
+        (0.4 * 0.37, 4, [0.0, 0.1, 0.148]),
+        (0.024, 10, [0.0, 0.024]),
+    ],
+)
+def test_parts_follow_each_other_as_far_as_the_run_goes(end, count, edges):
+    assert part_edges(end, PERIOD, count) == pytest.approx(edges, rel=1e-14)
+
+
+def remembering(shape, phi, rng):
+    """Normal noise of unit variance whose neighbours along the last axis are correlated by phi."""
+    steps = rng.normal(size=shape)
+    steps[..., 0] /= np.sqrt(1 - phi**2)
+    return lfilter([1.0], [1.0, -phi], steps, axis=-1) * np.sqrt(1 - phi**2)
+
+
+LOCKED = np.sin(2 * np.pi * np.arange(SAMPLES) / SAMPLES)
+NOISE = {
+    "correlated": lambda shape, rng: remembering(shape, 0.9, rng),  # over a tenth of the bin
+    # A sine twice as large as the correlated noise around it
+    "locked": lambda shape, rng: 1.5 * LOCKED + 0.5 * remembering(shape, 0.8, rng),
+    # Every cycle is off by a number of its own: all of a bin's samples together are worth one.
+    "offset": lambda shape, rng: LOCKED + 0.5 * rng.normal(size=shape[:2])[..., None] * np.ones(SAMPLES),
+}
+
+
+@pytest.mark.parametrize("kind", NOISE)
+@pytest.mark.parametrize("cycles", [5, MANY])
+def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_course(kind, cycles):
+    errors = NOISE[kind]((REPEATED, cycles, SAMPLES), np.random.default_rng(cycles))
+    widths, off = half_width(standard_error(errors)), np.abs(errors.mean((-2, -1)))
+    # Estimated correlations cost 2 %.
+    assert np.mean(off <= widths) >= 0.95 - CHANCE - 0.02
+    # Nor is it merely wide: 1.96 deviations of the averages, but for few degrees of freedom.
+    assert np.mean(widths) < (1.4 if cycles >= MANY else 2.2) * 1.96 * off.std() / np.sqrt(1 - 2 / np.pi)
+    assert standard_error(np.tile(2 * LOCKED, (3, 1))).error == 0.0  # what repeats leaves nothing open
+
+
+# ---- reliabilities
+
+
+def test_without_error_the_reliability_is_the_cap(press):
     for upper in (1e-6, 80.0, 1e3):
-        assert cap(Limits(upper=upper)) == pytest.approx(PHI_3, abs=5e-11)
-    # A lower limit raises it: (1 + 1/2) / (1 - 1/2) * 3.
-    assert cap(Limits(lower=1.0, upper=2.0)) == pytest.approx(ndtr(9.0), rel=1e-15)
-    quantities = assess(slider_errors(press(), press(), PERIOD), Reliability())
-    assert list(quantities) == list(QUANTITIES) == ["displacement", "velocity", "acceleration"]
-    for quantity in quantities.values():
-        assert quantity.reliability == pytest.approx(np.full(10, PHI_3), abs=5e-11)
-        assert quantity.minimum == quantity.cap
+        assert cap(Limits(upper=upper)) == pytest.approx(0.9986501020, abs=5e-11)  # Phi(3)
+    for quantity in assess(slider_errors(press(), press(), PERIOD), Reliability()).values():
         assert quantity.capped.all()
         assert not quantity.half_width.any()
         assert np.all(quantity.within == 1.0)
@@ -53,53 +133,20 @@ def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_thei
 
 
 @pytest.mark.parametrize(
-    ("error", "changes", "mean", "middle", "sixth"),
+    ("cycles", "changes", "mean", "count"),
     [
-        (8.0, {}, 8.0, 40.0, 80.0 / 6),
-        (-8.0, {}, 8.0, 40.0, 80.0 / 6),
-        (-8.0, {"errors": "signed"}, -8.0, 40.0, 80.0 / 6),  # the sign counts only if asked
-        (2.0, {"lower": 1.0, "upper": 9.0, "bins": 4}, 2.0, 5.0, 8.0 / 6),
-        (-90.0, {}, 90.0, 40.0, 80.0 / 6),  # outside the limit
-        (5.0, {"cycles": 0.06}, 5.0, 40.0, 80.0 / 6),  # of a part of a cycle the first bin
+        (2, {}, 8.0, 10),
+        (2, {"errors": "signed", "bins": 4}, -8.0, 4),  # the sign counts only if asked
+        (0.06, {}, 8.0, 1),  # of a part of a cycle the first bin
     ],
 )
-def test_a_constant_error_has_the_closed_form(assessed, error, changes, mean, middle, sixth):
-    result, bins = assessed(error, **changes), changes.get("bins", 10)
-    count = 1 if "cycles" in changes else bins
-    # Of a part of a cycle the last bin ends with the run.
-    ends = [21.6] if "cycles" in changes else [360.0 / bins * (n + 1) for n in range(bins)]
+def test_a_constant_error_has_the_closed_form(press, cycles, changes, mean, count):
+    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), **changes)
+    result = assess(slider_errors(press(-8.0, cycles), press(0.0, cycles), PERIOD), settings)["acceleration"]
+    # Of a part of a cycle the bin ends with the run.
+    ends = [21.6] if cycles < 1 else [360.0 / settings.bins * (n + 1) for n in range(count)]
     assert result.angle.tolist() == ends
-    assert result.cycles.tolist() == [1 if "cycles" in changes else 2] * count
+    assert result.cycles.tolist() == [np.ceil(cycles)] * count
     assert result.mean == pytest.approx(np.full(count, mean), rel=1e-12)
-    assert result.reliability == pytest.approx(np.full(count, ndtr((middle - mean) / sixth)), rel=1e-12)
-    assert result.within.tolist() == [float(abs(error) < 80.0)] * count
+    assert result.reliability == pytest.approx(np.full(count, ndtr((40.0 - mean) / (80.0 / 6))), rel=1e-12)
     assert not result.capped.any()
-
-
-def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(assessed):
-    angle = np.arange(2001) * 0.36 % 360.0
-    result = assessed(np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0))
-    worst = result.worst
-    assert result.angle[worst] == 108.0
-    # 22 samples of 100 intervals of 0.36 degrees, from 100.08 to 107.64.
-    share = 0.22
-    assert result.within[worst] == pytest.approx(1 - share, abs=1e-12)
-    assert np.delete(result.within, worst).tolist() == [1.0] * 9
-    assert result.mean[worst] == pytest.approx(90 * share, rel=1e-12)
-    assert result.deviation[worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
-
-
-@pytest.mark.parametrize("per_cycle", [300, 333, 10_000])
-def test_known_signals_have_their_exact_moments(per_cycle, assessed):
-    """A ramp in every part of the cycle, and a sine over all of it."""
-    phase = np.arange(2 * per_cycle + 1) / per_cycle % 1.0
-    result = assessed(30.0 * np.sin(2 * np.pi * phase) + 5.0, per_cycle, bins=1, errors="signed")
-    # The trapezoidal rule over whole periods is exact.
-    assert result.mean == pytest.approx([5.0], rel=1e-12)
-    assert result.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
-    of = assessed(10.0 + np.append(phase[:-1], 1.0), per_cycle)
-    # In a part it rises by a tenth; where it falls back to zero, between two samples, the last one errs.
-    assert of.mean[1:-1] == pytest.approx(10.15 + 0.1 * np.arange(8), rel=1e-12)
-    # Squares are not linear: h^2 / 6 too much of an interval h, of a part of one less. Round-off of 10^2.
-    variance = of.deviation[1:-1] ** 2 - 0.01 / 12
-    assert np.all((variance >= -1e-11) & (variance <= 1 / 6 / per_cycle**2 * 1.02 + 1e-11))

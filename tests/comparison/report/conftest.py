@@ -7,27 +7,9 @@ import pandas as pd
 import pytest
 from bouncing_press import make_scene
 from half_sines import half_sines
-from outline import page
 
-from comparison.report.figures import channel_figure
 from comparison.report.pictures.notebook import RunTable
 from comparison.tables.table_files import write
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _drawn_once():
-    """Drawing takes most of the time of a page: the figure of a channel is drawn once in a session."""
-    drawn = {}
-
-    def figure(scene, channel, key):
-        which = id(channel), id(scene.events), id(scene.pulses), scene.scene is None, scene.labels, key
-        if which not in drawn:
-            drawn[which] = (scene, channel), channel_figure(scene, channel, key)  # kept: no other has its ids
-        return drawn[which][1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("comparison.report.page.channel_figure", figure)
-        yield
 
 
 @pytest.fixture(scope="session")
@@ -42,35 +24,6 @@ def differing():
     return make_scene(
         "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
     )
-
-
-@pytest.fixture(scope="session")
-def tiered(scene):
-    """A scene that agrees at the standard tier and, with x moved by 0.1 µm, differs at the tight one."""
-    closer = make_scene(
-        tier="tight", alter=lambda columns: columns | {"slider_x": columns["slider_x"] + 1e-7}
-    )
-    return replace(scene, tight=closer)
-
-
-@pytest.fixture
-def broken(scene):
-    """A scene that could not be compared, with a title that a careless page would run."""
-    return replace(
-        scene,
-        name="broken",
-        title="<script>alert('x')</script> & $x^2$",
-        verdict="cannot compare",
-        error="exudyn: slider_vx is nan in row 17",
-        channels={},
-        events=(None, None),
-        provenance={},
-    )
-
-
-@pytest.fixture(scope="module")
-def html(scene, differing):
-    return page(scene, differing)
 
 
 @pytest.fixture

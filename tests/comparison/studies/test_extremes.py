@@ -2,22 +2,11 @@
 
 from collections import Counter
 
-import pandas as pd
 import pytest
 
 from comparison.studies.extremes import study
-from comparison.studies.extremes.runs import CUT_OFF, PairRun, both, run_pairs
-from comparison.studies.extremes.study import (
-    AXES,
-    COLUMNS,
-    HYPERCUBE,
-    LAWS,
-    PAIRS,
-    Class,
-    cells,
-    classify,
-    hypercube,
-)
+from comparison.studies.extremes.runs import CUT_OFF, PairRun, run_pairs
+from comparison.studies.extremes.study import AXES, HYPERCUBE, LAWS, PAIRS, Class, cells, classify, hypercube
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -98,25 +87,3 @@ def test_some_cells_for_real():
     assert 0.0 < rows[0]["apart_m"] < 1e-8
     assert rows[0]["reference"]["contacts"] == rows[0]["exudyn"]["contacts"] > 50
     assert "rod 4 is too short" in rows[1]["reference"]["message"]
-
-
-def test_the_page_counts_what_was_cut_off_apart_and_names_what_stopped(tmp_path):
-    places = [("base", "as shipped"), ("clearance", "1e-09"), ("clearance", "0.005"), (HYPERCUBE, "1")]
-    outcomes = [("success", "success"), (CUT_OFF, "success"), ("success", "newton-failed")]
-    rows = []
-    for number, (axis, value) in enumerate(places):
-        for at, pair in enumerate(PAIRS):
-            first, second = outcomes[(number + at) % 3]
-            row = both(first, "") | {"exudyn": {"status": second, "message": ""}, "verdict": "agree"}
-            place = {"axis": axis, "value": value, "law": LAWS[0], "pair": pair}
-            status = {"reference_status": first, "exudyn_status": second, "class": str(classify(row))}
-            rows.append(place | status | {"speed_rpm": 10.0, "modulus_Pa": 1e9})
-    study.STUDY.report(pd.DataFrame(rows).reindex(columns=list(COLUMNS)), tmp_path)
-    text = (tmp_path / "README.md").read_text("utf-8")
-    assert "Of 8 comparisons 3 ended at the study's own limit" in text
-    assert "reference, minimal (nowhere); Exudyn, tree (clearance 0.005); reference, mult" in text
-    assert "Exudyn, five bodies (clearance 1e-09).**" in text
-    assert "| smallest | hertz-corners | 2 | 1 | 1 | 4 |" in text
-    assert len(pd.read_csv(tmp_path / "cells.csv")) == 8
-    drawn = (tmp_path / "axes.svg").read_text("utf-8")
-    assert all(words in drawn for words in ("clearance (m)", "minimal, tree", "Exudyn stops"))

@@ -1,31 +1,16 @@
 """Pages, tables and printed figures that several studies use."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.stats import beta
 
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import (
-    crossed,
     interval,
-    quantities,
     rate,
-    rows_table,
     share,
     upper_limit,
 )
-
-
-def test_rows_and_columns_stand_in_the_order_in_which_they_come_first_and_what_lacks_is_said():
-    shown = crossed("modulus", ["10", "10", "2"], ["b", "a", "b"], ["p", "q", "r"])
-    assert shown.splitlines() == ["| modulus | b | a |", "|---|---|---|", "| 10 | p | q |", "| 2 | r | n/a |"]
-    frame = pd.DataFrame({"law": ["a", "b"], "depth_m": [5.2e-7, np.nan]})
-    columns = {"law": "law", "deepest": ("depth_m", "m", 2), "force": ("force_N", "N")}
-    lines = quantities(frame, columns).replace("\u00a0", " ").splitlines()[2:]
-    assert lines == ["| a | 520 nm | n/a |", "| b | n/a | n/a |"]
-    assert rows_table([]) == ""
-    assert rows_table([{"a": "1|2", "b": "3"}]).splitlines() == ["| a | b |", "|---|---|", "| 1\\|2 | 3 |"]
 
 
 def test_rates_and_their_limits():

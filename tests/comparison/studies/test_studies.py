@@ -5,7 +5,6 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,11 +12,14 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
+from comparison.execution.run import Outcome
 from comparison.models import platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import NAMES, verdicts
+from comparison.studies import MOVED, NAMES, verdicts
 from comparison.studies.paper import MAIN, PARTS
+from comparison.studies.paper.laws import TOLERANCES, page, runs_frame
+from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 
 OTHER_FILES = {
@@ -47,74 +49,73 @@ def folder(fakes, tmp_path_factory):
     return folder
 
 
+def place(root, name):
+    """Page and folder of a study, or of a part of the paper."""
+    return root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
+
+
 @pytest.mark.parametrize("name", OTHER_FILES)
-def test_a_study_writes_page_figures_and_tables_and_a_second_call_runs_nothing(
-    name, folder, fakes, monkeypatch, capsys
-):
-    study, _, part = name.partition("/")
-    page = folder / "reports" / (f"{name}.md" if part else f"{name}/README.md")
+def test_a_study_writes_page_figures_and_tables(name, folder):
+    page, beside = place(folder / "reports", name)
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
-    beside = f"{part}/" if part else ""
-    linked = set(re.findall(rf"\]\({beside}([\w.-]+\.(?:svg|csv|json|html))\)", text))
+    inside = f"{beside.name}/" if "/" in name else ""
+    linked = set(re.findall(rf"\]\({inside}([\w.-]+\.(?:svg|csv|json|html))\)", text))
     pictures = {file for file in linked if file.endswith(".svg")}
-    written = {path.name: path for path in (folder / "reports" / name).iterdir() if path.suffix != ".md"}
-    for path in [path for path in written.values() if path.is_dir()]:
-        assert f"paper/{path.name}" in OTHER_FILES
-        del written[path.name]
-    assert written.keys() == {*OTHER_FILES[name].split(), *pictures}
-    assert written.keys() - linked <= set(UNLINKED)
+    written = {path.name for path in beside.iterdir() if path.suffix != ".md" and path.is_file()}
+    assert written == {*OTHER_FILES[name].split(), *pictures}
+    assert written - linked <= set(UNLINKED)
     for picture in pictures:
-        drawn = written[picture].read_text("utf-8")
+        drawn = (beside / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
         assert any(colour in drawn for colour in (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE))
-    if name == "verdicts":  # which has the day, and takes longest
-        return
-    monkeypatch.setattr(svg, "write_svg", lambda _, path: path.touch())  # the same results: drawn once
+
+
+@pytest.mark.parametrize("name", ["extremes", "paper/nonlinear", "trust", "tradeoff"])
+def test_a_second_call_runs_nothing_and_writes_the_same(name, folder, fakes, monkeypatch, capsys):
+    study, _, part = name.partition("/")
     with fakes(folder, monkeypatch) as log:
         monkeypatch.chdir(folder)
         runs = log.read_text()
-        assert runs.count("\n") > 1000
-        chosen = ["--part", part or MAIN] if study == "paper" else []
-        assert main(["study", study, "--small", *chosen]) == 0
+        assert main(["study", study, "--small", *(["--part", part] if part else [])]) == 0
         assert log.read_text() == runs
-    again = Path("reports/out", f"{name}.md" if part else f"{name}/README.md")
+    page, beside = place(folder / "reports", name)
+    again, same = place(Path("reports", "out"), name)
     assert capsys.readouterr().out == f"{again}\n"
     assert again.read_bytes() == page.read_bytes()
-    for path in written.values():
-        same = folder / "reports" / "out" / name / path.name
-        assert path.suffix == ".svg" or path.read_bytes() == same.read_bytes()
+    for path in same.iterdir():
+        assert path.suffix not in (".csv", ".json") or path.read_bytes() == (beside / path.name).read_bytes()
 
 
-def test_a_part_that_is_none_is_refused(capsys):
+def test_a_study_that_is_a_part_now_says_so_and_a_part_that_is_none_is_refused(capsys):
+    for name, words in MOVED.items():
+        assert main(["study", name, "--small", "--jobs", "1"]) == 2
+        assert f": sixbar study {words}\n" in capsys.readouterr().err
+        study, _, part = words.partition(" --part ")
+        assert study in NAMES
+        assert part in ("", *PARTS)
     assert main(["study", "paper", "--part", "nonlinera"]) == 2
     assert "'nonlinera'" in capsys.readouterr().err
 
 
-def test_all_studies_their_list_and_the_table_of_the_readme(folder):
+def test_the_list_of_the_studies_and_the_table_of_the_readme_are_written_anew(folder):
     listed = (folder / "reports" / "README.md").read_text("utf-8")
     links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
     parts = [f"paper/{part}.md" for part in PARTS if part != MAIN]
     assert sorted(links) == sorted([f"{name}/README.md" for name in NAMES] + parts)
-    for section in listed.split("\n## ")[1:]:
-        _, finding, *pictures = section.strip().split("\n\n")
-        assert finding.endswith(".")
-        assert all((folder / "reports" / re.findall(r"\]\((.+)\)$", each)[0]).is_file() for each in pictures)
     readme = (folder / "README.md").read_text("utf-8")
     assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
     assert "formerly" not in readme
     # Machine, versions and date stand below the table, and with the verdicts on record.
     recorded = tomllib.loads((folder / "reports" / "verdicts" / "verdicts.toml").read_text("utf-8"))
-    made = f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n"
-    assert made in readme
-    assert platform_name() in made
-    assert f"numpy {np.__version__}" in made
-    known = recorded["scenes"]["150rpm-0.2mm"]
-    assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
+    assert f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n" in readme
+    assert platform_name() in recorded["made"]["machine"]
+    known = {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
+    assert recorded["scenes"]["150rpm-0.2mm"] == known
     assert list(recorded["scenes"]) == shipped_scenes()
 
 
-def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make_table):
+def test_a_line_of_the_verdicts_tells_both_tiers_and_marks_a_larger_difference(scene, make_table):
     def compared(tier, apart):
         sides = [
             Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 1e-8 + apart)
@@ -122,25 +123,29 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
         return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
 
     usual = compared("standard", 1e-6)
-    line = verdicts.row(replace(usual, tight=compared("tight", 1e-7)))
-    assert line["tight tier"] == line["standard tier"] == "**agree**"
-    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
-    assert line[f"{verdicts.X}, tight"] == "2.6e-11 m"
-    assert line[verdicts.X] == "2.6e-10 m"
-    assert line["samples predictable"] == "100\u00a0%"
-    refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
-    for tight, verdict in ((None, "not run"), (refused, "**cannot compare**")):
-        shown = verdicts.row(replace(usual, tight=tight))
-        assert [value for name, value in shown.items() if "tight" in name] == [verdict, *["n/a"] * 3]
-    # What the mark of a larger difference means stands below the table where there is one: two errors of
-    # some 1e-5 of the clearance of 2e-4 m.
-    far = replace(usual, tight=compared("tight", 1e-5))
-    for comparison, marked in ((replace(usual, tight=None), False), (far, True)):
-        results = verdicts.Results([comparison], {"machine": "a machine", "date": "2030-01-01"})
-        text = verdicts.STUDY.text(results)
-        assert ("† above 1e-09 m" in text) == marked
-        assert text.endswith("\nMade on a machine; 2030-01-01.\n")
-        assert text.count("†") == 2 * marked
+    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees; of the last
+    # one errors of some 1e-5 of that, and what the mark means stands below the table.
+    for apart, size, marks in ((None, "n/a", 0), (1e-7, "2.6e-11 m", 0), (1e-5, "2.6e-09 m †", 2)):
+        both = replace(usual, tight=apart and compared("tight", apart))
+        line = verdicts.row(both)
+        assert line["standard tier"] == "**agree**"
+        assert (line[verdicts.X], line[f"{verdicts.X}, tight"]) == ("2.6e-10 m", size)
+        text = verdicts.STUDY.text(verdicts.Results([both], {"machine": "a machine", "date": "2030-01-01"}))
+        assert text.count("†") == marks
+
+
+def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
+    beside = folder / "reports" / "paper"
+    printed, judged, forms = (pd.read_csv(beside / f"{name}.csv") for name in ("printed", "judged", "forms"))
+    first = printed["ids"].str.split(", ").str[0]
+    predicted = judged[judged["id"].isin(first[printed["use"] == "prediction"])]
+    inside = predicted[predicted["size"].str.startswith("inside")].groupby("hypothesis").size()
+    text = (beside / "README.md").read_text("utf-8")
+    assert f"{inside.get('gravity', 0)} of them lie in our\n95 % interval with gravity and" in text
+    assert f"{inside.get('none', 0)} without" in text
+    assert len(text.split("\n\n")[1].split()) <= 120  # the summary
+    shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
+    assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
 
 def test_extremes_have_every_comparison_in_a_class(folder):
@@ -148,3 +153,27 @@ def test_extremes_have_every_comparison_in_a_class(folder):
     # The fakes differ by what their settings say, and refuse nothing.
     assert set(rows["class"]) <= {"agree", "indeterminate", "refused"}
     assert (rows["axis"] == "hypercube").sum() == 5 * 2
+
+
+def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
+    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
+    partial = Table(
+        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0], "slider_x": [0.0, 1.0]}),
+        pd.DataFrame(
+            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
+        ),
+        {"slider_vx": {"min": -2.0, "max": 1.0}},
+    )
+    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
+    results = {
+        (law, "reference", tolerance): refused if law == "foundation" else stopped
+        for law, each in TOLERANCES.items()
+        for tolerance in each
+    }
+    frame = runs_frame(results).drop_duplicates("law").set_index("law")
+    assert (frame["spurious_energy_J"]["hertz-corners"], frame["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
+    assert pd.isna(frame["force_N"]["foundation"])
+    hertz, foundation, *literal = page(results)["runs"].splitlines()[2:]
+    assert hertz.endswith("| work-limit at 0.1000 s |")
+    assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")
+    assert len(literal) == 4

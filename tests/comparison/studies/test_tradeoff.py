@@ -1,6 +1,5 @@
 """Costs at equal error of curves whose answers are known, bounds of named settings, the page."""
 
-import re
 import tomllib
 from math import isnan
 
@@ -10,7 +9,6 @@ import pytest
 
 from comparison.accuracy.levels import NAMES
 from comparison.execution.tasks import measure_all, on_processes
-from comparison.models import MODELS
 from comparison.studies import tradeoff as study
 from comparison.studies.shared.scenes import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
 from comparison.studies.tradeoff import SWEEPS, cost_at, front, measure
@@ -63,34 +61,16 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
 def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_finer_setting():
     assert study.bounded([1.11e-6, 1e-9, 3e-9], 1e-12) == [3.4e-6, 9e-9, 9e-9]
     assert study.bounded([1e-6, 1e-9, 1e-13], 1e-10) == [3e-6, 3e-9, 3e-10]
+    labels = {"model": "reference", "scene": "a", "cycles": 0.5}
     rows = [
-        {
-            "scene": "a",
-            "formulation": name,
-            "accuracy": each,
-            "cycles": 0.5,
-            "seconds": seconds,
-            "error": error,
-        }
+        labels | {"formulation": name, "accuracy": each, "seconds": seconds, "error": error}
         for name, errors in (("minimal", (1e-6, 1e-9, 1e-13)), ("tree", (1e-7, 1e-9, 1e-10)))
         for seconds, share in ((2.0, 1.0), (3.0, 0.5))
         for each, error in zip(NAMES, np.multiply(errors, share), strict=True)
     ]
-    table = tomllib.loads(study.named_table([{"model": "reference", **row} for row in rows]))
+    table = tomllib.loads(study.named_table(rows))
     assert table["a"]["minimal"] == {"error": [3e-6, 3e-9, 3e-10], "seconds": [4.0] * 3}
     assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
-
-
-def test_every_method_and_every_named_setting_is_a_scene_of_its_own():
-    assert set(SWEEPS) == set(METHODS)
-    full = study.swept(study.STUDY.full)
-    assert len({(task.model, task.scene.hash) for _, task in full}) == len(full)
-    few = study.Config(settings=1, scenes=3, starts=2)
-    asked = study.named(few)
-    assert {labels["accuracy"] for labels, _ in asked} == set(NAMES)
-    assert {task.model for _, task in asked} == set(MODELS)
-    offsets = {task.scene.data["initial"]["slider_offset"] for _, task in asked if task.name == SCENE}
-    assert sorted(offsets) == pytest.approx([5e-5, 5e-5 + study.APART], abs=1e-12)
 
 
 def test_a_measured_run_has_its_error_against_the_exact_one(own_cache):
@@ -107,18 +87,3 @@ def test_a_measured_run_has_its_error_against_the_exact_one(own_cache):
     assert "must be" in bad["status"]
     assert bad["seconds"] is None
     assert measure_all(measure, tasks, on_processes(1)) == rows  # cached
-
-
-def test_the_page_shows_tables_drawings_and_failures(tmp_path):
-    rows = measured(dict.fromkeys(METHODS, 1.0))
-    rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "error": None}
-    labels = {"scene": "ideal", "model": "exudyn", "formulation": "tree", "cycles": 1.0}
-    named = [labels | {"accuracy": name, "seconds": 1.0, "error": 1e-9} for name in NAMES]
-    results = study.Results(rows, named, [1e-12, 1e-12])
-    text = study.STUDY.report(results, tmp_path).read_text("utf-8")
-    assert not re.search(r"\{\w*\}|\bnan\b", text)
-    linked = re.findall(r"\]\(([\w.-]+\.\w+)\)", text)
-    assert {path.name for path in tmp_path.iterdir()} == {"README.md", *linked}
-    assert sum(name.endswith(".svg") for name in linked) == 2
-    assert re.search(r"^- reference, minimal, DOP853, 150rpm-0.2mm, 1e-06: gave up$", text, re.MULTILINE)
-    assert ">minimal, DOP853 (-1)<" in (tmp_path / "150rpm-0.2mm-seconds.svg").read_text("utf-8")
