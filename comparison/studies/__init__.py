@@ -12,6 +12,7 @@ from pathlib import Path
 from comparison.studies.paper import MAIN, PARTS
 
 STUDIES = {
+    "truth": "Uncertainties of both models against a trajectory in 34 digits; half an hour.",
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
     "paper": "The paper: its numbers and statements against both models, and parts on what they need; hours.",
     "trust": "The verdict under test: false alarms on random scenes, seeded faults; hours.",
