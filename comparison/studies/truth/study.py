@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from comparison.accuracy.levels import NAMES, TIERS, expected, solver_values, thresholds
-from comparison.accuracy.refine import CHANNEL as X
-from comparison.accuracy.refine import families, runs_by_model
+from comparison.accuracy.refine import CHANNEL, families, runs_by_model
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, round_off, uncertainty, window_samples
 from comparison.execution.run import Job, Progress, check_forces, run_all, successful
 from comparison.execution.store import Row
@@ -41,8 +40,6 @@ TRUTH = "truth"
 """Model of examples/truth_engine."""
 LIMIT = sqrt(2)
 DRAWS = 10_000  # of scenes, for the bootstrap
-IntArray = NDArray[np.intp]
-WIDEST = 1e6  # u over error at most, which may be zero
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
 
@@ -59,7 +56,7 @@ class Results(NamedTuple):
 
     rows: pd.DataFrame  # as `summary` returns them
     intervals: pd.DataFrame  # ``start`` (s), ``largest`` error over u, ``name`` of its channel
-    failed: Sequence[str]
+    failed: list[str]  # scene and message
 
 
 def measure(names: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
@@ -122,7 +119,10 @@ def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
         for formulation, name in product(formulations(model, scene.data), NAMES):
             named = scene.variant({f"solver.{model}.formulation": formulation})
             named = named.variant(solver_values(model, name, named))
-            bound, error = expected(named, model), np.abs(run(named, model).values(X) - true.values(X))
+            bound, error = (
+                expected(named, model),
+                np.abs(run(named, model).values(CHANNEL) - true.values(CHANNEL)),
+            )
             largest = error[true.time <= bound.cycles * scene.period].max(keepdims=True)
             row = summary(f"--accuracy {name}", formulation, largest, np.array([bound.error]))
             yield row | {"outside": int(largest[0] > bound.error), "model": model}
@@ -154,7 +154,7 @@ def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: floa
     return list(known.values())
 
 
-def summary(kind: str, name: str, error: Array, u: Array, group: IntArray | None = None) -> Row:
+def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp] | None = None) -> Row:
     """Return the row of a quantity with an error and a u, in the same unit, for each of n samples.
 
     ``outcomes`` are the groups, by default each sample is one; ``outside`` those with an error above `LIMIT`
@@ -163,20 +163,18 @@ def summary(kind: str, name: str, error: Array, u: Array, group: IntArray | None
     ratio = pd.Series(error / u).groupby(np.arange(error.size) if group is None else group).max()
     row: Row = {"kind": kind, "name": name, "samples": error.size, "outcomes": ratio.size}
     row |= {"outside": int((ratio > LIMIT).sum()), "largest": float(ratio.max())}
-    widths = np.quantile(u / np.maximum(error, u / WIDEST), (0.5, 0.9)).tolist()
+    widths = np.quantile(u / np.maximum(error, 1e-6 * u), (0.5, 0.9)).tolist()
     return row | dict(zip(("width", "width_90"), widths, strict=True))
 
 
-def sample_rows(
-    assessed: Sequence[Samples], true: Table, period: float, alpha: float
-) -> tuple[list[Row], list[Row]]:
+def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: float) -> list[list[Row]]:
     """Return rows of each channel and of all, and one for each interval between touches that is judged.
 
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
     time, rows, ratios = true.time, list[Row](), dict[str, Array]()
-    starts = np.unique([time[0], *events_of(true)["start"]])
+    starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
     for one in (one for one in assessed if one.judged.any()):
@@ -193,7 +191,8 @@ def sample_rows(
     every |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
     every["outside"] = int((largest > LIMIT).sum())
     columns = zip(starts[table.index].tolist(), largest.tolist(), table.idxmax(axis=1), strict=True)
-    return [*rows, every], [{"start": start, "largest": most, "name": name} for start, most, name in columns]
+    intervals: list[Row] = [dict(zip(("start", "largest", "name"), one, strict=True)) for one in columns]
+    return [[*rows, every], intervals]
 
 
 def of_runs(levels: dict[str, Array], true: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
@@ -221,7 +220,7 @@ def contact_rows(assessed: Sequence[Samples], runs: Runs, true: Table, period: f
     A contact is predictable where its corner's gap is at the samples on either side.
     """
     gaps = {one.name[7:9]: one.judged for one in assessed if one.name.endswith("_gap")}
-    events = {which: events_of(table) for which, table in (runs.tables | {"true": true}).items()}
+    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": true}).items()}
     rows = {which: same_contacts(events["true"], own, WINDOW * period) for which, own in events.items()}
     predictable = begin_where(events["true"], true.time, gaps)
     counts = {"outcomes": int(predictable.sum()), "outside": int((predictable & (rows["base"] < 0)).sum())}
@@ -233,13 +232,7 @@ def contact_rows(assessed: Sequence[Samples], runs: Runs, true: Table, period: f
         yield summary(f"{name} of contacts", "", *of_runs(levels, levels.pop("true"), runs, floor))
 
 
-def events_of(table: Table) -> pd.DataFrame:
-    """Return the contacts of a run that lists them."""
-    assert table.events is not None
-    return table.events
-
-
-def same_contacts(contacts: pd.DataFrame, others: pd.DataFrame, window: float) -> IntArray:
+def same_contacts(contacts: pd.DataFrame, others: pd.DataFrame, window: float) -> NDArray[np.intp]:
     """Return the row of each contact in another table, by corner and time, else -1; shape (n,)."""
     rows, pairs = np.full(len(contacts), -1), match(contacts, others, window)
     rows[pairs[:, 0]] = pairs[:, 1]
@@ -276,7 +269,7 @@ def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     groups = dict(list(results.rows.groupby("kind", sort=False)))
     every, samples = groups.pop("intervals"), groups.pop("samples")
-    lost = samples[(samples["name"] == X) & samples["until"].notna()]
+    lost = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
     return {
         "scenes": list(every["scene"].unique()),
         "total": next(counted(every.assign(all=""), ["all"])),
@@ -299,7 +292,7 @@ def draw(results: Results, folder: Path) -> None:
     shares = intervals.groupby(["model", "tier"])["largest"].rank(ascending=False, pct=True)
     curves = intervals.assign(share=shares).sort_values("largest")
     for name, frame, x, y, marks, label in (
-        ("intervals", curves, "largest", "share", ("-", "--"), "largest error over u between two touches"),
+        ("intervals", curves, "largest", "share", ("-", "--"), "largest error over u in an interval"),
         ("widths", every, "width", "scene", ("o", "s"), "median of u over error"),
     ):
         with svg.panels(folder / f"{name}.svg") as (axes,):
@@ -307,8 +300,8 @@ def draw(results: Results, folder: Path) -> None:
                 (line,) = axes.plot(own[x], own[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
                 line.set_color(_COLOURS[str(model)])
             axes.axvline(LIMIT if name == "intervals" else 1.0, color=svg.LIMIT)
-            axes.set(xscale="log", xlabel=label, yscale="log" if y == "share" else "linear")
-            svg.legend_above(axes)
+            axes.set(xscale="log", xlabel=label, ylabel=y)
+            svg.legend_above(axes, 2)
 
 
 STUDY = Study("truth", small=["wedge"], full=shipped_scenes(), measure=measure, page=page, draw=draw)
