@@ -50,7 +50,9 @@ test-slow: $(VENV)/.developed
 test-browser: $(VENV)/.developed
 	$(BIN)/python -m pytest -m browser
 
+# Study truth needs its engine.
 reports: $(VENV)/.installed
+	$(INSTALL) -c constraints.txt -e examples/truth_engine
 	$(BIN)/python -c 'from comparison.cli.study import main; main()'
 
 # A warning, such as of a link or an anchor that leads nowhere, fails.

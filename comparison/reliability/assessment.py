@@ -267,9 +267,9 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints: "base" and, where the model can be refined, "coarser".
 
-    Samples are those of `dense_scene`, but a coarser run's the scene's. What does not affect a motion that
-    the drive alone prescribes is set to one value, also the settings of our two models: scenes that differ in
-    nothing else share the run.
+    Samples are those of `dense_scene`, but a coarser run's the scene's, as far as its steps fit between them.
+    What does not affect a motion that the drive alone prescribes is set to one value, also the settings of
+    our two models: scenes that differ in nothing else share the run.
     """
     base = load_scene(BASE).data
     sections = {section: base[section] for section in _WITHOUT_EFFECT} | {
@@ -280,8 +280,9 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     }
     values = {f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()}
     ideal = scene.variant(values)
-    coarse = coarser(model, ideal)
-    # Its step, twice that of the base, would not fit between dense samples.
+    # A step twice that of the base would not fit between more samples, and the run would be the base itself.
+    few = min(int(scene.data["output"]["samples_per_cycle"]), STEPS // 2)
+    coarse = coarser(model, ideal.variant({"output.samples_per_cycle": few}))
     return {"base": dense_scene(ideal)} | ({} if coarse is None else {"coarser": coarse})
 
 

@@ -260,7 +260,9 @@ class Case:
         for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
             for which, outcome in unusable(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
-        runs, ideals = (runs_by_model(self.scene, self.models, outcomes) for outcomes in (dense, ideal))
+        still = ideal_scenes(self.scene, self.models[0])["base"]  # refined by other settings than the scene
+        runs = runs_by_model(self.scene, self.models, dense)
+        ideals = runs_by_model(still, self.models, ideal)
         try:
             quantities = compare_reliability(
                 runs, ideals, self.scene.period, settings, thresholds(self.tier).k

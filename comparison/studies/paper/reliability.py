@@ -62,7 +62,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
     each_run = {
         (name, model, motion): Runs(
-            refinement=refinement(model, scenes[name]), **dict(zip(variants, tables, strict=False))
+            refinement=refinement(model, variants["base"]), **dict(zip(variants, tables, strict=False))
         )
         for (name, model, motion), variants in planned.items()
     }

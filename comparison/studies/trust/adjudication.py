@@ -1,7 +1,8 @@
 """Which of two models errs where they differ: what tables show against themselves, and third opinions.
 
 A model errs whose run contradicts itself, or whose own code, run otherwise, stands with the other model. That
-its opinions stand with its own run proves nothing: they may share the fault.
+its opinions stand with its own run proves nothing: they may share the fault. Last, where it is installed and
+covers the scene, the truth engine is asked: it decides if it stands with one model alone.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_here
 from comparison.execution.store import Row
 from comparison.formatting import quantity
-from comparison.models import MODELS
+from comparison.models import MODELS, engine_names
 from comparison.scene import Scene
 from comparison.studies.shared.scenes import at_tier
 from comparison.tables.channels import CONTACTS, CORNERS, Array, BoolArray, touching
@@ -25,6 +26,7 @@ LOOK_BACK = 0.05  # of a cycle: what happened earlier has shown itself before th
 # Of the distance between the models: an opinion this close to one is three times as far from the other.
 CLOSE = 0.25
 OPEN = "open"
+TRUTH = "truth"  # model of examples/truth_engine
 SMALL_STEP = 1e-7  # s: a fifth of what five bodies take at "strict"
 MOST_STEPS = 2_000_000  # of the five bodies, half a minute
 FINE_SAMPLES = 20  # times as many samples in the runs that are searched for corners inside their walls
@@ -118,7 +120,13 @@ def adjudicate(result: SceneComparison, runs: Sequence[Runs], scene: Scene) -> t
         side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
         if side not in ("", model):
             against[model].append(f"its own code stands with the other model's run ({name})")
-    return decide(against)
+    errs, why = decide(against)
+    table = run_here(short, TRUTH).table if TRUTH in engine_names() else None
+    side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
+    if not side:
+        return errs, why
+    errs = next(model for model in MODELS if model != side)
+    return errs, f"{errs} errs: the truth engine stands with {side} alone; without it: {why}"
 
 
 def opinions(scene: Scene) -> list[tuple[str, str, Scene]]:

@@ -52,6 +52,14 @@ def test_energy_is_balanced(run, name):
     assert {"time", *result.columns} == {"time", *expected(load_scene(scene, changes | ENERGY).data)}
 
 
+def test_a_run_ends_at_its_last_sample(run):
+    """At this speed end * 100 / 100 is less than the end, as in quadruple at 90 rpm."""
+    result = run("wedge", {"drive.speed_rpm": 154.0, "drive.cycles": 0.02})
+    assert len(result.columns["time"]) == 201
+    assert np.diff(result.columns["time"]).min() > 0.0
+    assert result.events["end"].max() <= result.columns["time"][-1]
+
+
 def test_both_corners_of_an_upright_slider_touch_at_one_instant(run):
     events = run("150rpm-0.2mm", {"drive.cycles": 0.1} | ENERGY).events
     assert list(events["corner"][:2]) == ["ll", "ul"]

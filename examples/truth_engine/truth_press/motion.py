@@ -147,7 +147,8 @@ class Motion:
             phase, slots, pars, taylor = self.phase(), self.slots(), self.parameters(), self.phase().taylor
             taylor.time, taylor.state[:], taylor.pars[:] = self.t, self.values(), pars[: len(taylor.pars)]
             taylor.reset_cooldowns()
-            until = end * piece / (PIECES * cycles)
+            # The last piece ends exactly there: end * n / n can be less, and one more would be beyond.
+            until = end * piece / (PIECES * cycles) if piece < PIECES * cycles else end
             outcome, _, _, steps, solution, *_ = taylor.propagate_until(until, c_output=True)
             outcome, before, self.t, self.steps = int(outcome), self.t, taylor.time, self.steps + steps
             if not np.isfinite(float(np.sum(taylor.state))):

@@ -127,6 +127,17 @@ def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error(
     assert size[0] / size[1] == pytest.approx(4.0, rel=0.05)
 
 
+def test_a_coarser_ideal_run_is_coarser_however_many_samples_the_scene_has():
+    """Wedge has 10,000 a cycle, between which no step fits that is twice the base's."""
+    scene = load_scene("wedge")
+    known, fine, coarse = (
+        run_one(ideal_scenes(scene, model)[kind], model).values("slider_vy")
+        for model, kind in (("reference", "base"), ("exudyn", "base"), ("exudyn", "coarser"))
+    )
+    sizes = [np.abs(coarse - known[::2]).max(), np.abs(fine - known)[::2].max()]
+    assert sizes[0] / sizes[1] == pytest.approx(4.0, rel=0.05)
+
+
 @pytest.mark.parametrize(("own", "groups"), [(300, []), (333, ["accelerations", "corners"])])
 def test_a_dense_run_at_the_samples_of_the_scene_is_the_run_of_the_scene(own, groups):
     """Its times differ in the last digit, 1e-16 s, in which a gap or a force moves by 3e-10 of its range."""

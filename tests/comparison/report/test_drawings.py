@@ -14,7 +14,6 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from bouncing_press import stretched
-from comparison.report.curves import scene_lines
 from half_sines import half_sines
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,7 +23,7 @@ from comparison.formatting import number
 from comparison.report import svg
 from comparison.report.figures import channel_figure, picture
 from comparison.report.page import joints
-from comparison.report.plots import MOST, scene_plots
+from comparison.report.plots import MOST, scene_lines, scene_plots
 from comparison.scene import load_scene
 from comparison.tables.table import TableError
 

@@ -1,10 +1,14 @@
 """Studies as a whole, with fake models: what they write, that they resume, and how they show what failed."""
 
 import re
+import shutil
+import sys
 import tomllib
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import fake_model
 import pandas as pd
 import pytest
 
@@ -13,7 +17,7 @@ from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
 from comparison.execution.run import Outcome
-from comparison.models import platform_name
+from comparison.models import GROUP, platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts
@@ -31,10 +35,31 @@ OTHER_FILES = {
     "paper/reliability": "differences.csv",
     "trust": "trust.csv trust.json",
     "tradeoff": "settings.csv measured.toml",
+    "truth": "truth.csv",
     "verdicts": "verdicts.toml",
 }
 """Study, or paper and its part -> its files beside page and pictures."""
 UNLINKED = ["verdicts.toml", "measured.toml"]
+
+
+@pytest.fixture(scope="module")
+def fakes(fakes):
+    """Fake models, and a fake truth engine beside them."""
+
+    @contextmanager
+    def all_fakes(folder, monkeypatch):
+        with fakes(folder, monkeypatch) as log:
+            package, info = (folder / "fakes" / name for name in ("truth_press", "truth_press.dist-info"))
+            for each in (package, info):
+                each.mkdir(exist_ok=True)
+            shutil.copy(fake_model.__file__, package / "__init__.py")
+            (info / "METADATA").write_text("Metadata-Version: 2.1\nName: truth_press\nVersion: 1\n")
+            (info / "entry_points.txt").write_text(f"[{GROUP}]\ntruth = truth_press:simulate\n")
+            monkeypatch.delitem(sys.modules, "truth_press", raising=False)
+            yield log
+            sys.modules.pop("truth_press", None)
+
+    return all_fakes
 
 
 @pytest.fixture(scope="module")

@@ -225,6 +225,8 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     errs, why = adjudication.adjudicate(result, runs, scene)
     assert errs == wrong, why
     assert "its own code stands with the other model's run" in why
+    # Which has the last word, where it is installed.
+    assert ("the truth engine stands with" in why) == (adjudication.TRUTH in engine_names())
 
 
 # ---- what is written

@@ -1,0 +1,307 @@
+"""Both models at both tiers against a true trajectory of each scene, and the uncertainties that they state.
+
+A verdict is sure where the error of each run is at most `LIMIT` u: then |a - b| <= 2 hypot(u_a, u_b). Samples
+are correlated, so each interval between two touches of the truth is one outcome: whether any of its
+predictable samples has a larger error.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain, product
+from math import sqrt
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from comparison.accuracy.levels import NAMES, TIERS, expected, solver_values, thresholds
+from comparison.accuracy.refine import CHANNEL, families, runs_by_model
+from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, round_off, uncertainty, window_samples
+from comparison.execution.run import Job, Progress, check_forces, run_all, successful
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
+from comparison.formatting import number
+from comparison.metrics import WINDOW, begin_where, match
+from comparison.models import MODELS, find, formulations, machine_and_versions
+from comparison.reliability.assessment import at_own_samples, compare_reliability, dense_scene, ideal_scenes
+from comparison.report import svg
+from comparison.scene import Scene, SceneError, load_scene, shipped_scenes
+from comparison.studies.shared.study import Study, rows_table, share, upper_limit, write_csv
+from comparison.tables.channels import Array, BoolArray
+from comparison.tables.table import Table
+from comparison.verdict.results import SceneComparison
+from comparison.verdict.validate import validate
+
+TRUTH = "truth"
+"""Model of examples/truth_engine."""
+LIMIT = sqrt(2)
+DRAWS = 10_000  # of scenes, for the bootstrap
+_COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
+
+
+@dataclass(frozen=True)
+class AgainstTruth(Task):
+    """A scene to be run by the truth engine, and by both models at both tiers."""
+
+    scene: Scene
+    models = (*MODELS, TRUTH)
+
+
+class Results(NamedTuple):
+    """Rows of all scenes, with ``scene``, ``tier``, ``model``; why a scene has none."""
+
+    rows: pd.DataFrame  # as `summary` returns them
+    intervals: pd.DataFrame  # ``start`` (s), ``largest`` error over u, ``name`` of its channel
+    failed: list[str]  # scene and message
+
+
+def measure(names: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run and compare the scenes that the truth engine covers; `EngineError` where it is not installed."""
+    find(TRUTH)
+    tasks = []
+    for scene in map(load_scene, names):
+        with suppress(SceneError):  # it refuses the others
+            check_forces(scene, TRUTH)
+            tasks.append(AgainstTruth(scene))
+    measured = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
+    done = [row for row in measured if row["status"] == SUCCESS]
+    rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in done))]) for name in Results._fields[:2])
+    pairs = zip(tasks, measured, strict=True)
+    failed = [f"{task.scene.name}: {row['message']}" for task, row in pairs if row["status"] != SUCCESS]
+    return Results(rows, intervals, failed)
+
+
+def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
+    """Run a scene by all three models, ours as ``sixbar validate`` does; return its part of `Results`."""
+    progress(0.0)
+    scene, rows, intervals = task.scene, list[Row](), list[Row]()
+    dense = run(dense_scene(scene), TRUTH)
+    true = at_own_samples(dense, scene)
+    (validated,) = validate(scene, n_jobs=0)
+    for tier, comparison in zip(TIERS, validated.comparison.tiers, strict=True):
+        ran, alpha = comparison.ran or scene, thresholds(tier).alpha
+        ideal = {(m, kind): Job(level, m) for m in MODELS for kind, level in ideal_scenes(ran, m).items()}
+        jobs = (ran, families(dense_scene(ran), MODELS)), (next(iter(ideal.values())).scene, ideal)
+        pair, ideals = (
+            runs_by_model(refined, MODELS, dict(zip(each, run_all(list(each.values()), 0), strict=True)))
+            for refined, each in jobs
+        )
+        for index, (model, runs) in enumerate(zip(MODELS, pair, strict=True)):
+            samples = samples_of(comparison, index, true, alpha)
+            own, of_intervals = sample_rows(samples, true, scene.period, alpha)
+            own += [
+                *extremum_rows(samples, runs, true, alpha),
+                *contact_rows(samples, runs, true, scene.period),
+            ]
+            both = (runs, Runs(dense, finer=dense)), (ideals[index], ideals[0])
+            for name, one in compare_reliability(*both, scene.period, scene.reliability, 1.0).items():
+                own.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
+            labels = {"scene": scene.name, "tier": tier, "model": model}
+            rows += [labels | row for row in own]
+            intervals += [labels | row for row in of_intervals]
+    rows += [{"scene": scene.name, "tier": ""} | row for row in setting_rows(scene, true)]
+    return {"rows": rows, "intervals": intervals}
+
+
+def run(scene: Scene, model: str) -> Table:
+    """Run a scene in this process; a stored run is used."""
+    job = Job(scene, model)
+    return successful(run_all([job], 0)[0], job)
+
+
+def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
+    """Yield a row for each named setting of each formulation: the largest error of x and its bound, m."""
+    for model in MODELS:
+        for formulation, name in product(formulations(model, scene.data), NAMES):
+            named = scene.variant({f"solver.{model}.formulation": formulation})
+            named = named.variant(solver_values(model, name, named))
+            bound, error = (
+                expected(named, model),
+                np.abs(run(named, model).values(CHANNEL) - true.values(CHANNEL)),
+            )
+            largest = error[true.time <= bound.cycles * scene.period].max(keepdims=True)
+            row = summary(f"--accuracy {name}", formulation, largest, np.array([bound.error]))
+            yield row | {"outside": int(largest[0] > bound.error), "model": model}
+
+
+# ---- rows: errors over uncertainties
+
+
+class Samples(NamedTuple):
+    """A channel of a run against the truth; arrays of shape (n,)."""
+
+    name: str
+    scale: float
+    error: Array  # |run - truth|
+    u: Array
+    judged: BoolArray  # predictable by the u of this run alone, and not zero in both
+
+
+def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: float) -> list[Samples]:
+    """Return the excited channels of the first (0) or second (1) model of a comparison."""
+    known: dict[str, Samples] = {}
+    for name, channel in comparison.excited.items():  # positions come before what follows from them
+        values, u = ((channel.a, channel.u_a), (channel.b, channel.u_b))[index]
+        assert u is not None
+        position = known.get(channel.definition.follows or "")
+        judged = (u <= alpha * channel.scale) & ((values != 0.0) | (true.values(name) != 0.0))
+        judged &= position is None or position.judged
+        known[name] = Samples(name, channel.scale, np.abs(values - true.values(name)), u, judged)
+    return list(known.values())
+
+
+def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp] | None = None) -> Row:
+    """Return the row of a quantity with an error and a u, in the same unit, for each of n samples.
+
+    ``outcomes`` are the groups, by default each sample is one; ``outside`` those with an error above `LIMIT`
+    u anywhere; ``largest`` error over u; ``width`` the median of u over error, below ``width_90`` are 90 %.
+    """
+    ratio = pd.Series(error / u).groupby(np.arange(error.size) if group is None else group).max()
+    row: Row = {"kind": kind, "name": name, "samples": error.size, "outcomes": ratio.size}
+    row |= {"outside": int((ratio > LIMIT).sum()), "largest": float(ratio.max())}
+    widths = np.quantile(u / np.maximum(error, 1e-6 * u), (0.5, 0.9)).tolist()
+    return row | dict(zip(("width", "width_90"), widths, strict=True))
+
+
+def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: float) -> list[list[Row]]:
+    """Return rows of each channel and of all, and one for each interval between touches that is judged.
+
+    ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
+    error, the largest within the window of u(t), stays above that; None: it does not.
+    """
+    time, rows, ratios = true.time, list[Row](), dict[str, Array]()
+    starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
+    interval = np.searchsorted(starts, time, side="right") - 1
+    half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
+    for one in (one for one in assessed if one.judged.any()):
+        allowed, judged = alpha * one.scale, one.judged
+        around = maximum_filter1d(one.error, 2 * half_width + 1, mode="nearest")
+        lost = np.flatnonzero(around <= allowed).max(initial=-1) + 1
+        row = summary("samples", one.name, one.error[judged], one.u[judged], interval[judged])
+        row["beyond"] = int((one.error[judged] > allowed).sum())
+        rows.append(row | {"until": float(time[lost]) if lost < time.size else None})
+        ratios[one.name] = np.where(judged, one.error / one.u, np.nan)
+    table = pd.DataFrame(ratios).groupby(interval).max().dropna(how="all")
+    largest = table.max(axis=1)
+    every: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
+    every |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
+    every["outside"] = int((largest > LIMIT).sum())
+    columns = zip(starts[table.index].tolist(), largest.tolist(), table.idxmax(axis=1), strict=True)
+    intervals: list[Row] = [dict(zip(("start", "largest", "name"), one, strict=True)) for one in columns]
+    return [[*rows, every], intervals]
+
+
+def of_runs(levels: dict[str, Array], true: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
+    """Return error and u, shape (n,), of numbers of each run, by the rule for samples without a window."""
+    perturbed = tuple(values for which, values in levels.items() if which.endswith("perturbed"))
+    values = RunValues(levels["base"], levels["finer"], levels.get("coarser"), perturbed, *runs.refinement)
+    return np.abs(levels["base"] - true), uncertainty(values, 0, floor)
+
+
+def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: float) -> Iterator[Row]:
+    """Yield a row for the predictable ones of the smallest and the largest value of each channel."""
+    base, tables = runs.base, runs.tables | {"true": true}
+    for one in assessed:
+        floor = round_off(base.values(one.name), base.time, base.known[one.name].round_off)
+        own = {which: table.extrema[one.name] for which, table in tables.items()}
+        levels = {which: np.array([each["min"], each["max"]]) for which, each in own.items()}
+        error, u = of_runs(levels, levels.pop("true"), runs, floor)
+        if (kept := u <= alpha * one.scale).any():
+            yield summary("extrema", one.name, error[kept], u[kept])
+
+
+def contact_rows(assessed: Sequence[Samples], runs: Runs, true: Table, period: float) -> Iterator[Row]:
+    """Yield how many predictable contacts have no partner, and the errors of those that all runs have.
+
+    A contact is predictable where its corner's gap is at the samples on either side.
+    """
+    gaps = {one.name[7:9]: one.judged for one in assessed if one.name.endswith("_gap")}
+    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": true}).items()}
+    rows = {which: same_contacts(events["true"], own, WINDOW * period) for which, own in events.items()}
+    predictable = begin_where(events["true"], true.time, gaps)
+    counts = {"outcomes": int(predictable.sum()), "outside": int((predictable & (rows["base"] < 0)).sum())}
+    yield {"kind": "contacts without a partner", "name": "", **counts}
+    kept = predictable & np.all([each >= 0 for each in rows.values()], axis=0)
+    for name in ("start", "impulse") if kept.any() else ():
+        levels = {which: own[name].to_numpy(float)[rows[which][kept]] for which, own in events.items()}
+        floor = ROUND_OFF * float(levels["true"].max())
+        yield summary(f"{name} of contacts", "", *of_runs(levels, levels.pop("true"), runs, floor))
+
+
+def same_contacts(contacts: pd.DataFrame, others: pd.DataFrame, window: float) -> NDArray[np.intp]:
+    """Return the row of each contact in another table, by corner and time, else -1; shape (n,)."""
+    rows, pairs = np.full(len(contacts), -1), match(contacts, others, window)
+    rows[pairs[:, 0]] = pairs[:, 1]
+    return rows
+
+
+# ---- page and figures
+
+
+def limit_by_scene(rows: pd.DataFrame) -> float:
+    """Return the 95 % limit of the share of outcomes outside, by a bootstrap that draws scenes."""
+    counts = rows.groupby("scene")[["outside", "outcomes"]].sum().to_numpy()
+    totals = counts[np.random.default_rng(1).integers(len(counts), size=(DRAWS, len(counts)))].sum(axis=1)
+    return float(np.quantile(totals[:, 0] / totals[:, 1], 0.95))
+
+
+def counted(rows: pd.DataFrame, by: list[str]) -> Iterator[dict[str, str]]:
+    """Yield the line of each group of rows in a table."""
+    for keys, own in rows.groupby(by, sort=False):
+        outcomes, outside = own[["outcomes", "outside"]].sum().astype(int)
+        yield {
+            **dict(zip(by, map(str, keys), strict=True)),
+            "outcomes": str(outcomes),
+            "outside": str(outside),
+            "at most, 95 %": share(upper_limit(outside, outcomes)),
+            "by scene": share(limit_by_scene(own)),
+            "largest error over u": number(own["largest"].max(), 2),
+            "u over error, median": number(own["width"].median(), 2),
+            "90 % below": number(own["width_90"].median(), 2),
+        }
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    groups = dict(list(results.rows.groupby("kind", sort=False)))
+    every, samples = groups.pop("intervals"), groups.pop("samples")
+    lost = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
+    return {
+        "scenes": list(every["scene"].unique()),
+        "total": next(counted(every.assign(all=""), ["all"])),
+        "samples": samples,
+        "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
+        "missed": results.intervals[results.intervals["largest"] > LIMIT].to_dict("records"),
+        "overview": rows_table(counted(every, ["model", "tier"])),
+        "channels": rows_table(counted(samples, ["name", "tier"])),
+        "others": rows_table(counted(pd.concat(groups.values()), ["kind", "model", "tier"])),
+        "lost": lost.to_dict("records"),
+        "failed": results.failed,
+        "machine": machine_and_versions(),
+    }
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw the errors of the intervals as a distribution, and the width of u by scene; write the table."""
+    write_csv({"truth": results.rows}, folder, "%.4g")
+    every, intervals = results.rows[results.rows["kind"] == "intervals"], results.intervals
+    shares = intervals.groupby(["model", "tier"])["largest"].rank(ascending=False, pct=True)
+    curves = intervals.assign(share=shares).sort_values("largest")
+    for name, frame, x, y, marks, label in (
+        ("intervals", curves, "largest", "share", ("-", "--"), "largest error over u in an interval"),
+        ("widths", every, "width", "scene", ("o", "s"), "median of u over error"),
+    ):
+        with svg.panels(folder / f"{name}.svg") as (axes,):
+            for (model, tier), own in frame.groupby(["model", "tier"]):
+                (line,) = axes.plot(own[x], own[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
+                line.set_color(_COLOURS[str(model)])
+            axes.axvline(LIMIT if name == "intervals" else 1.0, color=svg.LIMIT)
+            axes.set(xscale="log", xlabel=label, ylabel=y)
+            svg.legend_above(axes, 2)
+
+
+STUDY = Study("truth", small=["wedge"], full=shipped_scenes(), measure=measure, page=page, draw=draw)

@@ -1,0 +1,165 @@
+"""The study of the uncertainties: its statistics on known errors, and one scene for real."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from contact_tables import contacts_of
+from scipy.stats import beta
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.studies.truth import study
+from comparison.studies.truth.study import LIMIT, Samples
+from comparison.tables.table import Table
+
+PERIOD = 1.0
+N = 1001
+TIME = np.linspace(0.0, 1.0, N)
+TOUCHES = np.arange(1, 20) / 20  # 20 intervals of 50 samples
+
+
+def true_table(contacts=None):
+    return Table(pd.DataFrame({"time": TIME}), contacts_of(*(("ll", t, t + 0.01) for t in TOUCHES))
+                 if contacts is None else contacts)  # fmt: skip
+
+
+def channel(wrong, name="slider_x", factor=2.0, judged=None, u=1e-9):
+    """A channel that errs by half of u, in one sample of each of some intervals by a factor of it."""
+    error = np.full(N, 0.5 * u)
+    for k in wrong:
+        error[50 * k + 25] = factor * u
+    judged = np.ones(N, dtype=bool) if judged is None else judged
+    return Samples(name, 1e-4, error, np.full(N, u), judged)
+
+
+@pytest.mark.parametrize("wrong", [(), (0,), (3, 4, 19), range(20)])
+def test_a_run_that_errs_by_two_u_in_some_intervals_is_outside_in_exactly_these(wrong):
+    both = [channel(wrong), channel((), "slider_y", u=3e-9)]
+    rows, intervals = study.sample_rows(both, true_table(), PERIOD, 0.01)
+    x, y, every = rows
+    assert (x["outcomes"], x["outside"], x["samples"]) == (20, len(wrong), N)
+    assert (y["outcomes"], y["outside"], every["outcomes"], every["outside"]) == (20, 0, 20, len(wrong))
+    assert x["largest"] == pytest.approx(2.0 if wrong else 0.5)
+    assert (x["width"], x["width_90"]) == pytest.approx((2.0, 2.0))
+    outside = [one for one in intervals if one["largest"] > LIMIT]
+    assert [one["start"] for one in outside] == pytest.approx([k / 20 for k in wrong])
+    assert {one["name"] for one in outside} <= {"slider_x"}
+
+
+def test_what_is_within_what_the_verdict_allows_for_is_not_outside():
+    rows, _ = study.sample_rows([channel((2, 5), factor=1.41)], true_table(), PERIOD, 0.01)
+    assert [row["outside"] for row in rows] == [0, 0]
+
+
+def test_what_is_not_predictable_is_no_outcome():
+    judged = np.ones(N, dtype=bool)
+    judged[150:250] = judged[425] = False  # intervals 3 and 4, and of 8 the sample that errs
+    rows, intervals = study.sample_rows([channel((3, 8, 9), judged=judged)], true_table(), PERIOD, 0.01)
+    assert [(row["outcomes"], row["outside"]) for row in rows] == [(18, 1), (18, 1)]
+    assert len(intervals) == 18
+
+
+def test_errors_beyond_what_is_judged_are_counted_and_a_run_is_lost_when_it_stays_there():
+    one = channel(())
+    one.error[[100, 200]] = 2e-6  # alpha times the scale is 1e-6
+    (row, _), _ = study.sample_rows([one], true_table(), PERIOD, 0.01)
+    assert (row["beyond"], row["until"]) == (2, None)
+    one.error[700:] = 2e-6
+    (row, _), _ = study.sample_rows([one], true_table(), PERIOD, 0.01)
+    assert row["beyond"] == 2 + N - 700
+    assert row["until"] == pytest.approx(TIME[700] - 0.01)  # the window of u(t)
+
+
+def shifted(contacts, by, impulse=1.0):
+    return contacts.assign(start=contacts["start"] + by, impulse=contacts["impulse"] * impulse)
+
+
+def test_contacts_are_matched_by_corner_and_time_whatever_their_order():
+    ties = [place for t in TOUCHES for place in (("ll", t, t + 0.01), ("ul", t, t + 0.02))]
+    true = contacts_of(*ties).assign(impulse=np.arange(1.0, 39.0))
+    # The run errs by 1e-6 s, its finer run by half of that: u = 3 x 5e-7 s. It lists a tie in another order.
+    order = np.arange(38).reshape(-1, 2)[:, ::-1].ravel()
+    runs = Runs(*(true_table(shifted(true, by, 1 + by).iloc[order]) for by in (1e-6, 5e-7)))
+    gaps = [channel((), f"corner_{place}_gap") for place in ("ll", "ul")]
+    alone, start, impulse = study.contact_rows(gaps, runs, true_table(true), PERIOD)
+    assert (alone["outcomes"], alone["outside"]) == (38, 0)
+    assert (start["outcomes"], start["outside"], impulse["outcomes"], impulse["outside"]) == (38, 0, 38, 0)
+    assert start["largest"] == pytest.approx(1 / 1.5, rel=1e-6)
+    assert impulse["largest"] == pytest.approx(1 / 1.5, rel=1e-6)
+    # One that the run lacks has no partner; of another corner it would be none.
+    fewer = true.iloc[order].drop(index=[6]).assign(corner=lambda own: own["corner"].replace("ul", "ur"))
+    runs = Runs(*(true_table(shifted(fewer, by)) for by in (1e-6, 5e-7)))
+    alone, start, _ = study.contact_rows(gaps, runs, true_table(true), PERIOD)
+    assert (alone["outcomes"], alone["outside"], start["outcomes"]) == (38, 20, 18)
+
+
+def rows_of(outside, outcomes):
+    """Rows of three scenes with so many outcomes outside."""
+    shared = {"kind": "intervals", "name": "", "largest": 1.2, "width": 10.0, "width_90": 99.0}
+    return pd.DataFrame(
+        [
+            shared
+            | {"scene": f"scene {k}", "model": "exudyn", "tier": "tight", "outside": bad, "outcomes": of}
+            for k, (bad, of) in enumerate(zip(outside, outcomes, strict=True))
+        ]
+    )
+
+
+def test_limits_of_a_share_are_those_of_clopper_and_pearson_and_of_drawing_scenes():
+    (line,) = study.counted(rows_of((3, 0, 0), (100, 100, 100)), ["model", "tier"])
+    assert (line["outcomes"], line["outside"], line["u over error, median"]) == ("300", "3", "10")
+    assert line["at most, 95 %"] == f"{100 * beta.ppf(0.95, 4, 297):.2g}\u00a0%"
+    # The first scene is drawn two times or three in 7 of 27 cases, three times in one of 27.
+    assert line["by scene"] == "2\u00a0%"
+    assert study.limit_by_scene(rows_of((0, 0, 0), (10, 20, 30))) == 0.0
+
+
+def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
+    rows = [rows_of((1, 0, 0), (100, 100, 100)).assign(tier=tier) for tier in ("standard", "tight")]
+    lost = pd.DataFrame([{"until": 0.25, "beyond": 7, "samples": 50, "name": "slider_x", "kind": "samples"}])
+    others = rows[0].assign(kind="extrema", name="slider_vx")
+    samples = rows[1].assign(kind="samples", samples=1000, beyond=0).iloc[:1].drop(columns="name")
+    samples = samples.assign(**lost.iloc[0])
+    intervals = [
+        {
+            "scene": "scene 0",
+            "model": "exudyn",
+            "tier": tier,
+            "start": 0.125,
+            "largest": largest,
+            "name": "slider_x",
+        }
+        for tier, largest in (("standard", 0.7), ("tight", 1.7))
+    ]
+    results = study.Results(pd.concat([*rows, samples, others]), pd.DataFrame(intervals), ["a: stopped"])
+    text = study.STUDY.report(results, tmp_path).read_text("utf-8")
+    assert text.startswith("# Both models")
+    for part in (
+        "**Of 600 intervals between touches, 2 have an error above 1.41 times its uncertainty",
+        "- scene 0, exudyn, tight: slider_x, 1.7 u after 0.125 s.",
+        "- scene 0, exudyn, tight: from 0.25 s on.",
+        "- a: stopped.",
+        "of 50 predictable samples 7 err",
+    ):
+        assert part in " ".join(text.split(" ")), part
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+
+
+@pytest.mark.slow
+def test_one_scene_for_real(install):
+    """Its headline; no uncertainty is too small, that of the reliability included."""
+    pytest.importorskip(
+        "heyoka", reason="heyoka has no wheel for this Python and platform, or is not installed"
+    )
+    install("truth_entry", "", {study.TRUTH: "truth_press:simulate"})
+    results = study.measure(study.STUDY.small, 1, None)
+    assert not results.failed
+    text = study.STUDY.text(results)
+    assert re.search(r"\*\*Of 48 intervals between touches, 0 have an error above 1.41 times", text)
+    rows = results.rows.set_index("kind")
+    for kind in ("intervals", "samples", "start of contacts", "impulse of contacts", "reliability"):
+        assert rows.loc[kind, "largest"].max() < 1.0, kind
+    assert rows.loc["contacts without a partner", "outside"].sum() == 0
+    assert (rows["outside"][rows.index.str.startswith("--accuracy")] == 0).all()
+    assert rows.loc["samples", "beyond"].sum() == 0
