@@ -51,6 +51,7 @@ WIDE: float = DATA["wide"]
 FACTOR: float = DATA["factor"]
 CLOSE: float = DATA["close"]
 SETS = 1000  # of random sizes: a share of 5 % is then known to 0.7 %
+POISSON = "poisson-0.33"  # the central case under another Poisson's ratio
 PROBED = 2  # draws that must succeed before more are run: a law may be refused, or take minutes to fail
 
 
@@ -175,7 +176,7 @@ def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFram
         entry |= {f"{model}_at": each.time for model, each in shown.items()}
         entry |= {"other": shown[MODELS[0]].other, "printed_size": size, "missed": miss}
         entry |= {"u_num": max(abs(other - own) for other in others) + miss, "u_print": first.rounding}
-        entry |= {"u_D": solver.get(str(name), nan) * size}
+        entry |= {"u_D": solver.get(str(name), nan) * own}
         rows[str(name)] = entry | {"u_model": float(mine["change"].abs().max()) if len(mine) else nan}
     return pd.DataFrame.from_dict(rows, orient="index")
 
@@ -184,7 +185,8 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     """Return a row for each entry that is judged and each hypothesis.
 
     ``id``, ``hypothesis``; ``u_input``, ``low``, ``middle``, ``high`` of the size, ``size``: a `Size`;
-    ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``. ``transient``:
+    ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``; ``without`` and
+    ``without_chance``: whether it is inside without u_D, and the chance of it. ``transient``:
     share of the draws in which an end of a range is the first cycle's alone.
     """
     rows = []
@@ -208,6 +210,9 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
                 "size": size,
             }
             row |= {"chance": within.chance(), "form_chance": wider.chance()}
+            bare = interval(sizes, *_others(entry | {"u_D": nan}))
+            row |= {"without": bare.size(entry["printed_size"]) != Size.OUTSIDE}
+            row |= {"without_chance": bare.chance()}
             rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
     return pd.DataFrame(rows)
 
@@ -222,12 +227,16 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
 
     ``at`` and ``ours``: s, or deg; ``share`` of the draws that have the printed sign within `REACH` of a
     cycle of it, of a reliability its angle; ``shifted``: the same of the first cycle, for the instant a
-    period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too.
+    period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too. ``random``
+    and ``random_shifted``: the mean of both shares over the peaks of this quantity under all conditions, by
+    their phase: what chance gives if a printed instant belonged to any of them. ``first``: whether
+    the instant is the first print of its number.
     """
     rows = []
+    periods = {name: load_scene(entry["scene"]).period for name, entry in entries.to_dict("index").items()}
     pairs = product(drawn.by_hypothesis.items(), entries.to_dict("index").items())
     for (hypothesis, frames), (name, entry) in pairs:
-        shown, period = frames[str(name)], load_scene(entry["scene"]).period
+        shown, period = frames[str(name)], periods[name]
         angle, shifted, sized = entry["quantity"].startswith("min_"), nan, nan
         near = 1.0 if angle else REACH * period
         for identifier in entry["ids"].split(", "):
@@ -245,13 +254,37 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
             row = {"id": identifier, "scene": entry["scene"], "quantity": entry["quantity"]}
             row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
             row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
-            rows.append(row | {"shifted": shifted, "sized": sized})
+            row |= {"shifted": shifted, "sized": sized, "first": identifier == entry["ids"].split(", ")[0]}
+            others = entries.index[entries["quantity"] == entry["quantity"]]
+            chances = [
+                _met(frames[each], periods[each], printed.value, at / period)
+                for each in others
+                if entry["quantity"] in PEAKS
+            ]
+            random, early_random = np.mean(chances, axis=0) if chances else (nan, nan)
+            rows.append(row | {"random": random, "random_shifted": early_random})
     return pd.DataFrame(rows)
+
+
+def _met(shown: pd.DataFrame, period: float, printed: float, phase: float) -> tuple[float, float]:
+    """Return the shares of draws with a peak of the printed sign at a phase, and at one a cycle earlier."""
+
+    def share(value: str, time: str, late: float) -> float:
+        near = (shown[time] / period + late - phase).abs() <= REACH
+        return float((near & (shown[value] * printed > 0)).mean())
+
+    return share("value", "time", 0.0), share("other", "other_time", 1.0)
 
 
 def matches_by_chance(printed: Sequence[float], ours: Sequence[float]) -> float:
     """Return how many of ours are equal to the printed ones in the mean over all orders of these."""
     return sum(printed.count(each) for each in ours) / len(printed)
+
+
+def chance_of_matches(printed: Sequence[float], ours: Sequence[float], seed: int = 0) -> float:
+    """Return in which share of all orders of the printed ones as many as now or more are equal to ours."""
+    rng, own, count = np.random.default_rng(seed), np.array(ours), np.sum(np.equal(printed, ours))
+    return float(np.mean([(rng.permutation(printed) == own).sum() >= count for _ in range(10 * SETS)]))
 
 
 class Joint(NamedTuple):
@@ -263,28 +296,43 @@ class Joint(NamedTuple):
     median: float
     random: float  # mean of the best where the printed sizes are random within `FACTOR` of our medians
     chance: float  # share of random sets of which the best meets as many or more
+    met: tuple[str, ...]  # the numbers that the best draw meets
 
 
-def joint(sizes: pd.DataFrame, printed: pd.Series, seed: int = 0) -> Joint:
-    """Return the joint measure of drawn sizes, a row a draw, a column a printed number."""
+def joint(sizes: pd.DataFrame, printed: pd.Series, twins: Sequence[int], seed: int = 0) -> Joint:
+    """Return the joint measure of drawn sizes, a row a draw, a column a printed number.
+
+    Columns of one number in ``twins``, shape (columns,), are of one event: what is random of them is, too.
+    """
     values = sizes.dropna().to_numpy(np.float64)
 
     def met(targets: Array) -> Array:
         return np.asarray((np.abs(values - targets) <= CLOSE * targets).sum(axis=1))
 
     ours = met(printed.reindex(sizes.columns).to_numpy(np.float64))
-    powers = np.random.default_rng(seed).uniform(-1.0, 1.0, (SETS, values.shape[1]))
+    powers = np.random.default_rng(seed).uniform(-1.0, 1.0, (SETS, values.shape[1]))[:, list(twins)]
     random = np.array([met(np.median(values, axis=0) * FACTOR**power).max() for power in powers])
     best = int(ours.max())
     middle, chance = float(np.median(ours)), float((random >= best).mean())
-    return Joint(len(sizes.columns), len(values), best, middle, float(random.mean()), chance)
+    first = values[ours.argmax()]
+    targets = printed.reindex(sizes.columns)
+    hits = tuple(map(str, sizes.columns[np.abs(first - targets) <= CLOSE * targets]))
+    return Joint(len(sizes.columns), len(values), best, middle, float(random.mean()), chance, hits)
 
 
 def joints(entries: pd.DataFrame, drawn: Drawn) -> dict[str, Joint]:
-    """Return by hypothesis the `joint` measure of all predictions."""
-    printed = entries.loc[entries["use"] == Use.PREDICTION, "printed_size"]
+    """Return by hypothesis the `joint` measure of all predictions.
+
+    What the paper prints of one quantity under two Poisson's ratios differs by 0.3 %: these are twins.
+    """
+    own = entries[entries["use"] == Use.PREDICTION]
+    printed, events = own["printed_size"], own["scene"].replace(POISSON, CENTRAL) + own["quantity"]
     return {
-        name: joint(pd.DataFrame({each: frames[each]["value"].abs() for each in printed.index}), printed)
+        name: joint(
+            pd.DataFrame({each: frames[each]["value"].abs() for each in printed.index}),
+            printed,
+            pd.factorize(events)[0].tolist(),
+        )
         for name, frames in drawn.by_hypothesis.items()
     }
 

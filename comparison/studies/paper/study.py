@@ -22,6 +22,8 @@ from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REA
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
 
+POISSON_PAIR = ("F9-210-d", "F10-33-d")  # the displacement's error at both Poisson's ratios
+PRINTED_DIGITS = 1.5e-4  # relative: both are printed as 3.687e-5 m
 CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose exponents statements need
 
 
@@ -80,6 +82,7 @@ def page(results: Results) -> Mapping[str, object]:
     judged = results.judged[results.judged["id"].isin(predicted.index)]
     statements = results.statements.drop_duplicates("id")
     times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
+    peaks = times[times["first"] & times["random"].notna()]  # repeats, and the ideal stroke, show nothing
     angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
     units = {name: unit_of(name) for name in QUANTITIES}
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
@@ -96,14 +99,19 @@ def page(results: Results) -> Mapping[str, object]:
         "others": markdown(_written(entries[entries["use"] == Use.CALIBRATION], results.judged)),
         "instants": markdown(_times(times)),
         "dated": times["id"].nunique(),
+        "dated_peaks": peaks["id"].nunique(),
         "agreeing": {
-            name: {key: number(rows[key].sum(), 2) for key in ("share", "shifted", "sized")}
-            for name, rows in times.groupby("hypothesis", sort=False)
+            name: {
+                key: number(rows[key].sum(), 2)
+                for key in ("share", "shifted", "sized", "random", "random_shifted")
+            }
+            for name, rows in peaks.groupby("hypothesis", sort=False)
         },
-        "by_chance": number(times["id"].nunique() * REACH, 2),  # twice the reach, half of the signs
         "angles": len(angles),
         "angles_met": int(((angles["ours"] - angles["at"]).abs() < 1.0).sum()),
         "angles_chance": number(ledger.matches_by_chance(list(angles["at"]), list(angles["ours"])), 3),
+        "angles_likely": share(ledger.chance_of_matches(list(angles["at"]), list(angles["ours"]))),
+        "equal": _equal_pairs(results.runs.solver),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
         "variants": VARIANTS,
@@ -157,6 +165,11 @@ def _counts(judged: pd.DataFrame) -> dict[str, Any]:
         "expected": number(judged["chance"].sum(), 2),
         "likely": share(ledger.at_least(inside, judged["chance"].fillna(0.0))),
         "form_expected": number(judged["form_chance"].sum(), 2),
+        "without": int(judged["without"].sum()),
+        "without_expected": number(judged["without_chance"].sum(), 2),
+        "without_likely": share(
+            ledger.at_least(int(judged["without"].sum()), judged["without_chance"].fillna(0.0))
+        ),
     }
 
 
@@ -236,6 +249,18 @@ def _solver(solver: pd.DataFrame) -> str:
     ]
     columns = [f"{row.relative:.2g} / {row.absolute:.2g}" for row in ends.itertuples()]
     return crossed("printed as", list(ends["id"]), columns, cells)
+
+
+def _equal_pairs(solver: pd.DataFrame) -> dict[str, int]:
+    """Return of how many pairs of runs under two Poisson's ratios the displacements agree as in print."""
+    if solver.empty:
+        return {"pairs": 0, "equal": 0}
+    default = pd.MultiIndex.from_frame(solver[["relative", "absolute"]]).isin(numerics.DEFAULTS)
+    own = solver[default & (solver["gain"] > 0).to_numpy()]
+    keys = ["relative", "absolute", "gain", "inside", "draw"]
+    one, other = (own[own["id"] == name].set_index(keys)["value"].abs() for name in POISSON_PAIR)
+    ratio = (one / other).dropna()
+    return {"pairs": len(ratio), "equal": int(((ratio - 1.0).abs() <= PRINTED_DIGITS).sum())}
 
 
 def _forms(tried: pd.DataFrame) -> str:
