@@ -201,6 +201,8 @@ def generated(pages: dict[str, str]) -> str:
 
     page = f"{ABOUT_THE_VERDICT}/README.md"
     rates = f"The verdict itself, tested: {finding(pages[page])} [More](reports/{page})."
+    truth = "truth/README.md"
+    rates += f"\n\nIts uncertainties, tested: {finding(pages[truth])} [More](reports/{truth})."
     verdicts = pages["verdicts/README.md"].splitlines()
     rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
     both = [rows[0].index(f"{tier} tier") for tier in TIERS]
