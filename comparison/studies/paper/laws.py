@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from math import nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -57,17 +56,6 @@ def _recorded(outcome: Outcome) -> Table | None:
     """Return the table of a run, or its part up to where it stopped."""
     table = outcome.table or outcome.partial
     return table if table and len(table.frame) else None
-
-
-def contacts(run: Table) -> pd.DataFrame:
-    """Return the contacts of a run with clearance, which has them always; a row each, by their start."""
-    return pd.DataFrame() if run.events is None else run.events
-
-
-def corner_stiffness(contact: Mapping[str, Any]) -> float:
-    """Return K of one corner, N/m^n (Eq. 10)."""
-    compliance = 2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"]  # sigma_m + sigma_n, 1/Pa
-    return float(4 / (3 * compliance) * np.sqrt(contact["corner_radius"]))
 
 
 def runs_frame(results: Results) -> pd.DataFrame:

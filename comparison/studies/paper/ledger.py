@@ -276,15 +276,11 @@ def _met(shown: pd.DataFrame, period: float, printed: float, phase: float) -> tu
     return share("value", "time", 0.0), share("other", "other_time", 1.0)
 
 
-def matches_by_chance(printed: Sequence[float], ours: Sequence[float]) -> float:
-    """Return how many of ours are equal to the printed ones in the mean over all orders of these."""
-    return sum(printed.count(each) for each in ours) / len(printed)
-
-
-def chance_of_matches(printed: Sequence[float], ours: Sequence[float], seed: int = 0) -> float:
-    """Return in which share of all orders of the printed ones as many as now or more are equal to ours."""
-    rng, own, count = np.random.default_rng(seed), np.array(ours), np.sum(np.equal(printed, ours))
-    return float(np.mean([(rng.permutation(printed) == own).sum() >= count for _ in range(10 * SETS)]))
+def matches_by_chance(printed: Sequence[float], ours: Sequence[float], seed: int = 0) -> tuple[float, float]:
+    """Return of all orders of the printed the mean of the equal ones, and the share with as many as now."""
+    rng, own, now = np.random.default_rng(seed), np.array(ours), np.sum(np.equal(printed, ours))
+    likely = np.mean([(rng.permutation(printed) == own).sum() >= now for _ in range(10 * SETS)])
+    return sum(printed.count(each) for each in ours) / len(printed), float(likely)
 
 
 class Joint(NamedTuple):

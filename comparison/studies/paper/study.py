@@ -85,6 +85,7 @@ def page(results: Results) -> Mapping[str, object]:
     peaks = times[times["first"] & times["random"].notna()]  # repeats, and the ideal stroke, show nothing
     angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
     units = {name: unit_of(name) for name in QUANTITIES}
+    by_chance = ledger.matches_by_chance(list(angles["at"]), list(angles["ours"]))
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
     return {
         "entries": entries,
@@ -109,8 +110,8 @@ def page(results: Results) -> Mapping[str, object]:
         },
         "angles": len(angles),
         "angles_met": int(((angles["ours"] - angles["at"]).abs() < 1.0).sum()),
-        "angles_chance": number(ledger.matches_by_chance(list(angles["at"]), list(angles["ours"])), 3),
-        "angles_likely": share(ledger.chance_of_matches(list(angles["at"]), list(angles["ours"]))),
+        "angles_chance": number(by_chance[0], 3),
+        "angles_likely": share(by_chance[1]),
         "equal": _equal_pairs(results.runs.solver),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
