@@ -164,10 +164,12 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
     printed, judged, forms = (pd.read_csv(beside / f"{name}.csv") for name in ("printed", "judged", "forms"))
     first = printed["ids"].str.split(", ").str[0]
     predicted = judged[judged["id"].isin(first[printed["use"] == "prediction"])]
-    inside = predicted[predicted["size"].str.startswith("inside")].groupby("hypothesis").size()
+    held = predicted[predicted["size"].str.startswith("inside")].groupby("hypothesis").size()
+    bare = predicted[predicted["without"]].groupby("hypothesis").size()
     text = (beside / "README.md").read_text("utf-8")
-    assert f"{inside.get('gravity', 0)} of them lie in our\n95 % interval with gravity and" in text
-    assert f"{inside.get('none', 0)} without" in text
+    gravity, none = ([each.get(name, 0) for each in (bare, held)] for name in ("gravity", "none"))
+    assert f"{gravity[0]} of them lie in our 95 % interval with gravity and {none[0]} without;" in text
+    assert f"which is not printed, {gravity[1]} and {none[1]} do," in text
     assert len(text.split("\n\n")[1].split()) <= 120  # the summary
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
