@@ -203,7 +203,7 @@ def _unfinished_events(p: Parameters, state: data.Run) -> data.Records:
 def status_and_remedy(code: int, p: Parameters) -> tuple[str, str]:
     """Return the status of a run, and its remedy if that is not "success".
 
-    Each remedy was observed to help (tests/contract/test_remedies.py, the study extremes).
+    Each remedy was observed to help (the study extremes).
     """
     status, remedy = _FAILURES.get(code, ("success", ""))
     if status != "success" and p.journal.c_f > JAMMING:

@@ -257,7 +257,7 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
             row |= {"shifted": shifted, "sized": sized, "first": identifier == entry["ids"].split(", ")[0]}
             others = entries.index[entries["quantity"] == entry["quantity"]]
             chances = [
-                _met(frames[each], periods[each], printed.value, at / period)
+                _shares_at(frames[each], periods[each], printed.value, at / period)
                 for each in others
                 if entry["quantity"] in PEAKS
             ]
@@ -266,7 +266,7 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _met(shown: pd.DataFrame, period: float, printed: float, phase: float) -> tuple[float, float]:
+def _shares_at(shown: pd.DataFrame, period: float, printed: float, phase: float) -> tuple[float, float]:
     """Return the shares of draws with a peak of the printed sign at a phase, and at one a cycle earlier."""
 
     def share(value: str, time: str, late: float) -> float:
@@ -292,7 +292,7 @@ class Joint(NamedTuple):
     median: float
     random: float  # mean of the best where the printed sizes are random within `FACTOR` of our medians
     chance: float  # share of random sets of which the best meets as many or more
-    met: tuple[str, ...]  # the numbers that the best draw meets
+    numbers: tuple[str, ...]  # that the best draw meets
 
 
 def joint(sizes: pd.DataFrame, printed: pd.Series, twins: Sequence[int], seed: int = 0) -> Joint:

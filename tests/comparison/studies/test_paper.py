@@ -190,7 +190,7 @@ def test_one_draw_against_all_printed_sizes_and_what_random_sizes_give():
     # All other draws are equal: each random size is met with ln(1.05 / 0.95) / ln 4, by the best more often.
     chance = np.log(1.05 / 0.95) / np.log(4)
     assert 8 * chance < joint.random < 3 * 8 * chance
-    assert (joint.chance < 0.01, joint.met) == (True, tuple(ids[:5]))
+    assert (joint.chance < 0.01, joint.numbers) == (True, tuple(ids[:5]))
     # Of eight numbers of one event random sizes meet all or none.
     assert ledger.joint(sizes, printed, [0] * 8).random == pytest.approx(8 * chance, abs=0.7)
     sizes.loc[9, "p0"] = np.nan
