@@ -160,17 +160,11 @@ def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float
     even = np.linspace(time[0], time[-1], n)
     reach = int(_REACH * n)
     lags = np.arange(-reach, reach + 1)
-    count = n - np.abs(lags)
     cost, total = np.zeros(lags.size), 0.0
-    ones = np.fft.rfft(np.ones(n), 2 * n)
     for name, scale in scales.items():
         first, second = (np.interp(even, time, side[name]) / scale for side in (a, b))
-        first, second = first - first.mean(), second - second.mean()
-        # Sums over what overlaps at each lag: correlations, zero-padded against wrap-around.
-        x, y, xx, yy = np.fft.rfft(np.array([first, second, first**2, second**2]), 2 * n)
-        squared = yy * ones.conj() + ones * xx.conj() - 2 * y * x.conj()
-        squares, sums = np.fft.irfft([squared, y * ones.conj() - ones * x.conj()], 2 * n)[:, lags]
-        cost += squares / count - (sums / count) ** 2
+        for place, (late, early) in enumerate(zip(np.maximum(lags, 0), np.maximum(-lags, 0), strict=True)):
+            cost[place] += np.var(second[late : n - early] - first[early : n - late])
         total += float(np.var(first) + np.var(second)) / 2
     inner = np.flatnonzero((cost[1:-1] <= cost[:-2]) & (cost[1:-1] <= cost[2:])) + 1
     # A lag between two steps leaves an eighth of the curvature at most: without it another period of a
