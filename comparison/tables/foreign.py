@@ -322,8 +322,8 @@ def _definitions(
         )
     for channel in defined.values():
         rate = (channels() | defined).get(channel.rate or "")
-        own, per_second = parse_unit(channel.unit), rate and rate.unit and parse_unit(f"s {rate.unit}")
-        if rate and own and per_second and per_second != own:
+        own, of_rate, per = map(parse_unit, (channel.unit, rate.unit if rate else "", "s"))
+        if rate and own and of_rate and per and of_rate.times(per) != own:
             units = f"is in {rate.unit}, which is not {channel.unit} per second"
             raise TableError(f"{mapping.file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
     return defined
