@@ -38,9 +38,9 @@ class Key(NamedTuple):
 
 @cache
 def scene_keys() -> list[Key]:
-    """Return all keys of a scene in the order of the schema; those of ``[[random]]`` as ``random[].key``."""
+    """Return all keys of a scene in the order of the schema."""
     text = files("comparison.scene.shipped").joinpath("paper.toml").read_text("utf-8")
-    base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene", "random"})
+    base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene"})
     extends = "Scene whose values hold where this one has none: a shipped name or a path."
     return [Key("scene.extends", "", "text", None, "", extends), *_below(SceneKeys, base, "", "")]
 
@@ -50,11 +50,9 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
         notes = list(_notes(field))
         own_unit = next((note.symbol for note in notes if isinstance(note, Unit)), unit)
         default = defaults.get(name)
-        item, mark = field.annotation, ""
-        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # a list of sections
-            item, mark = get_args(item)[0], "[]"
+        item = field.annotation
         if isinstance(item, type) and issubclass(item, BaseModel):
-            yield from _below(item, default or {}, f"{above}{name}{mark}.", own_unit)
+            yield from _below(item, default or {}, f"{above}{name}.", own_unit)
             continue
         sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
         source = "" if default is None else sources[0]
@@ -98,7 +96,7 @@ def did_you_mean(wrong: str) -> str:
     It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
     key), keys in any order of their words and last parts of keys; else a key may contain its last part.
     """
-    names = [key.name for key in scene_keys() if key.name != wrong and ("[]" in key.name) <= ("[]" in wrong)]
+    names = [key.name for key in scene_keys() if key.name != wrong]
     names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
     section, _, last = wrong.rpartition(".")
     ways: list[tuple[str, Callable[[str], str]]] = [
@@ -325,7 +323,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
         if schema is SceneKeys:
-            wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
+            wrong = next(iter(flat({".".join(steps): value})))
             return f"{key} {text}{did_you_mean(wrong)}"
         close = get_close_matches(".".join(steps), schema.model_fields, n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"

@@ -347,19 +347,6 @@ class Reliability(Section):
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
 
 
-class RandomInput(Section):
-    """Random variable about the scene's value of a key, for the study paper, part reliability."""
-
-    key: Annotated[str, Field(min_length=1)]
-    """Key of the scene that is random."""
-    distribution: Literal["normal", "lognormal", "uniform"]
-    """Distribution about the scene's value."""
-    deviation: Positive
-    """Standard deviation in the key's unit; of a lognormal one small against the value, its median."""
-    element: Annotated[int, Field(ge=0)] | None = None
-    """Place in a list from 0, where the key holds one."""
-
-
 class SceneKeys(Section):
     """Complete scene."""
 
@@ -377,7 +364,6 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
-    random: list[RandomInput] = []
 
     @model_validator(mode="after")
     def _check_rules(self) -> Self:

@@ -211,8 +211,6 @@ FILES = {
     PAPER + "[drive]\ncycles = 1e308\n": "must give 1 to 100000000 samples, not inf",
     PAPER + "[drive]\nspeed_rpm = 1e-310\n": "last for ever",
     PAPER + f'name = "{"a" * 240}"\n': "must have at most 100 characters",
-    PAPER
-    + '[[random]]\nkey = "a"\ndistribution = "normal"\ndeviation = 1.0\nelment = 1\n': "random[].element?",
     PAPER.replace("paper", "a" * 5000): "File name too long",
     PAPER.replace('"paper"', "3"): "scene.extends = 3 must be a shipped name or a path",
     PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",
