@@ -20,7 +20,7 @@ runs M_i of the same setting from moved starts (`comparison.verdict.confirmation
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import degrees, isfinite, log, nan, sqrt
+from math import degrees, isfinite, isnan, log, nan, sqrt
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -49,7 +49,8 @@ class Runs:
     """One model's runs of a scene; without a finer run it has no uncertainty.
 
     The perturbed runs have the coarser setting, or the base's where there is no coarser run. ``refinement``
-    is the factor between two levels and the order of the error.
+    is the factor between two levels and the order of the error; nan where the order is not known: then the
+    least of any method, 1, counts for the coarser run, and the factor of safety is always the large one.
     """
 
     base: Table
@@ -129,7 +130,7 @@ def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
     distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
-        original, gain = levels.coarser, levels.factor**levels.order
+        original, gain = levels.coarser, levels.factor ** (1.0 if isnan(levels.order) else levels.order)
         coarse = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import cached_property
+from importlib import import_module
 from math import inf, isnan, nan
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -331,6 +333,8 @@ class Doubt(Enum):
     SLOW = auto()  # both models are too slow for an ensemble
     NO_STARTS = auto()  # no recorded runs beyond those of the uncertainty
     FEW_RUNS = auto()
+    ONE_STATE = auto()  # one state alone was moved
+    UNREFINED = auto()  # a run at a finer setting failed
 
 
 @dataclass(frozen=True)
@@ -395,6 +399,11 @@ class SceneComparison:
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
         return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {len(self.channels)})"
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report, one HTML file, and return its path; an `OSError` if it cannot be written."""
+        page = import_module("comparison.report.page")  # above this layer, and slow to import
+        return Path(page.write_report([self], Path(path), title=self.title, command=self.command))
 
     @property
     def decisive(self) -> ChannelComparison | None:
