@@ -106,7 +106,7 @@ def judge_again(
         tier=result.tier,
         ensembles=ensembles,
     )
-    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined")}
+    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined", "demand")}
     return replace(judged, **kept)
 
 
