@@ -1,5 +1,6 @@
 """``sixbar judge``: whether two solvers agree, by runs of their own."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +18,9 @@ class Judgement:
     pair: Annotated[Path, typer.Argument(metavar="PAIR", hidden=True)]
     out: console.OutFolder = None
     jobs: console.Jobs = None
+    until: Annotated[
+        str | None, console.option("SECONDS|any", "Time until which the two have to agree; default: the end.")
+    ] = None
     allow_indeterminate: console.AllowIndeterminate = False
     quiet: console.NoProgress = False
     json: console.AsJson = False
@@ -34,18 +38,23 @@ def judge(options: Judgement) -> int:
     from comparison.files import check_folder, plain
     from comparison.scene import command_line
     from comparison.verdict.pair import load_pair
-    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.results import exit_code
     from comparison.verdict.validate import Validation
     from comparison.words.differences import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import headline
 
-    pair, command = load_pair(options.pair), command_line("judge", [str(options.pair)], {})
+    words = [] if options.until is None else ["--until", options.until]
+    command = command_line("judge", [str(options.pair)], {}, words)
+    until: float | str | None = options.until
+    with suppress(TypeError, ValueError):
+        until = float(options.until or "")
+    pair = load_pair(options.pair, until)
     folder = check_folder(options.out or console.REPORTS / pair.name)
     with progress(pair.name, quiet=options.quiet) as report:
         comparison, programs = replace(pair, n_jobs=options.jobs or cpus(), on_progress=report).judge()
     comparison = replace(comparison, command=command)
-    code = exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=options.allow_indeterminate)
+    code = exit_code([comparison.exit_code], allow_indeterminate=options.allow_indeterminate)
     say_wrapped(*lead([comparison]), err=options.json)
     for line in (*channel_lines(comparison), *verdict_lines([comparison], verbose=True)):
         typer.echo(line, err=options.json)  # with colours

@@ -30,8 +30,9 @@ def main() -> None:
     for name in moved:
         if name not in known or known[name].start is None:
             starts = [each for each in known if known[each].start is not None]
-            close = difflib.get_close_matches(name, starts, n=1) or [", ".join(starts)]
-            sys.exit(f"start.states: {name!r} is no variable with a start value; did you mean {close[0]}?")
+            close = difflib.get_close_matches(name, starts, n=1, cutoff=0.3)
+            meant = f"; did you mean {close[0]}?" if close else ""
+            sys.exit(f"start.states: {name!r} is no variable with a start value{meant}")
     names = [each.name for each in model.modelVariables if each.causality == "output"]
     names += [name for name in options["also"] if name in known and name not in names]
     # Steps are whole parts of the interval between two rows.

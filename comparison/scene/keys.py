@@ -312,7 +312,8 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
-    steps = [str(step) for step in first["loc"]]
+    # Without the branch of a union.
+    steps = [step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal["))]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
     if "key" in context:  # a rule of the schema is violated

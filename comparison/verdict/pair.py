@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -82,6 +82,13 @@ class Start(Section):
     size: Positive | None = None
 
 
+class Demand(Section):
+    """Time until which the two have to agree, s, or share of the samples that has to be predictable."""
+
+    until: Positive | Literal["any"] | None = None
+    coverage: Annotated[float, Field(gt=0, le=1)] | None = None
+
+
 class PairKeys(Section):
     """Contents of a pair file."""
 
@@ -90,14 +97,20 @@ class PairKeys(Section):
     start: Start = Start()
     mapping: Any = None
     scale: dict[str, Positive] = Field(default={})
+    demand: Demand = Demand()
     window: Positive | None = None
     limit: Positive = 600.0
 
 
-def load_pair(path: Path) -> "Pair":
-    """Read a pair file; a `TableError` tells file, key, value and violated rule."""
+def load_pair(path: Path, until: float | str | None = None) -> "Pair":
+    """Read a pair file; a `TableError` tells file, key, value and violated rule.
+
+    ``until``: the demand in place of that of the file.
+    """
     with reading(path, TableError, "TOML"):
-        return _pair(tomllib.loads(contents(path)), path.parent, (None, None), path.stem)
+        content = tomllib.loads(contents(path))
+        content |= {} if until is None else {"demand": {"until": until}}
+        return _pair(content, path.parent, (None, None), path.stem)
 
 
 def judge(
@@ -126,13 +139,14 @@ def judge(
         Runs at a time; above 1 functions run in processes, and a script needs
         ``if __name__ == "__main__":``.
     options
-        Other keys of a pair file: ``size``, ``window``, ``scale``, ``mapping``, ``title``, ``limit`` and, of
-        both sides, ``factor``, ``order``, ``stop``, ``interval``.
+        Other keys of a pair file: ``size``, ``until``, ``coverage``, ``window``, ``scale``, ``mapping``,
+        ``title``, ``limit`` and, of both sides, ``factor``, ``order``, ``stop``, ``interval``.
 
     Returns
     -------
     SceneComparison
-        ``verdict``: "agree", "differ" or "indeterminate"; ``channels``; ``report(path)`` writes the page.
+        ``verdict``: "agree", "differ" or "indeterminate"; ``until``, s; ``channels``; ``report(path)`` writes
+        the page.
 
     Raises
     ------
@@ -154,22 +168,25 @@ def judge(
     >>> sixbar.judge(decay, other, tolerance=1e-8, states=1).verdict
     'differ'
     """
-    of_sides, rest = ("factor", "order", "stop", "interval"), dict(options)
-    own = {name: rest.pop(name) for name in of_sides if name in rest}
     names = [position(n + 1) for n in range(states)] if isinstance(states, int) else [*states]
-    content = {
-        "side": {},
-        "start": {"states": names, **{k: rest.pop(k) for k in ("size",) if k in rest}},
-        **rest,
-    }
-    for n, (side, solver) in enumerate((("a", a), ("b", b))):
-        keys = own | {"tolerance": _of(tolerance, n), "step": _of(step, n)}
+    content: dict[str, Any] = {"side": {"a": {}, "b": {}}, "start": {"states": names}}
+    for key, value in ((key, unboxed(value)) for key, value in options.items() if value is not None):
+        if key in Solver.model_fields:
+            content["side"]["a"][key] = content["side"]["b"][key] = value
+        else:
+            section = next((name for name, keys in _SECTIONS.items() if key in keys.model_fields), "")
+            (content.setdefault(section, {}) if section else content)[key] = value
+    for n, (side, solver) in enumerate(zip("ab", (a, b), strict=True)):
+        keys = {"tolerance": _of(tolerance, n), "step": _of(step, n)}
         if not callable(solver):
             keys["fmu" if str(solver).lower().endswith(".fmu") else "command"] = str(solver)
-        content["side"][side] = {key: unboxed(value) for key, value in keys.items() if value is not None}
+        content["side"][side] |= {key: unboxed(value) for key, value in keys.items() if value is not None}
     functions = tuple(solver if callable(solver) else None for solver in (a, b))
-    pair = _pair({k: v for k, v in content.items() if v is not None}, Path(), functions, "judge")
+    pair = _pair(content, Path(), functions, "judge")
     return replace(pair, n_jobs=n_jobs).judge()[0]
+
+
+_SECTIONS: dict[str, type[Section]] = {"start": Start, "demand": Demand}
 
 
 def _of(value: Any, n: int) -> Any:
@@ -272,16 +289,15 @@ class Pair:
         return result, programs
 
     def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
-        usual: dict[str, Any] = {} if self.mapping.compare is None else {"channels": self.mapping.compare}
-        if self.keys.window is not None:
-            usual["period"] = self.keys.window / WINDOW
+        demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
+        period = None if window is None else window / WINDOW
+        until = "any" if demand.until is None and demand.coverage is not None else demand.until
         labels = self.sides[0].label, self.sides[1].label
-        first, second = programs
-        criteria = Criteria(**usual)
-        result = compare_recorded(
-            first, second, scene=None, labels=labels, warnings=warnings, criteria=criteria
-        )
-        return replace(result, name=self.name, title=self.keys.title)
+        criteria = Criteria(channels=channels, period=period, until=until)
+        result = compare_recorded(*programs, scene=None, labels=labels, warnings=warnings, criteria=criteria)
+        result = replace(result, name=self.name, title=self.keys.title)
+        lacks = result.verdict == "agree" and result.coverage < (demand.coverage or 0.0)
+        return replace(result, verdict="indeterminate") if lacks else result
 
     # ---- runs
 
@@ -330,12 +346,16 @@ class Pair:
 
         A scale is the range of the column of this name in the first run of the side, else 1.
         """
-        source = self._tables[Run(side, 0, (0.0,) * shares.size)]
-        assert isinstance(source, Source)
-        places = [*enumerate(source.columns)]
-        ranges = {key: float(np.ptp(c.numbers)) for n, c in places for key in (c.name, position(n))}
+        columns = self._columns(Run(side, 0, (0.0,) * shares.size))
+        ranges = {name: float(np.ptp(values)) for name, values in columns.items()}
         scales = [ranges.get(state) or 1.0 for state in self.keys.start.states]
         return tuple((shares * scales).tolist())
+
+    def _columns(self, run: Run) -> dict[str, Array]:
+        """Return the columns of a table by their names, and by their places."""
+        source = self._tables[run]
+        assert isinstance(source, Source)
+        return {key: c.numbers for n, c in enumerate(source.columns) for key in (c.name, position(n))}
 
     def _run(self, families: Sequence[Sequence[Run]], total: int = 0, *, needed: bool = True) -> None:
         """Run what has not run, of so many in ``total``; if needed a run that failed raises its error."""
@@ -356,14 +376,24 @@ class Pair:
 
     def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
         """Return the tables of runs as channels, and warnings."""
-        sources = [self._tables[run] for family in families for run in family]
+        runs = [run for family in families for run in family]
+        sources = [self._tables[run] for run in runs]
         sides = ["ab"[n] for n, family in enumerate(families) for _ in family]
         tables, warnings = read_tables([s for s in sources if isinstance(s, Source)], sides, self.mapping)
+        tables = [
+            replace(table, provenance={"settings": run.values()})
+            for table, run in zip(tables, runs, strict=True)
+        ]
         programs = []
         for side, count in zip(self.sides, map(len, families), strict=True):
             base, finer, coarser, *perturbed = tables[:count]
             programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
             tables = tables[count:]
-        if len(self.keys.start.states) == 1:
+        states = self.keys.start.states
+        if len(states) == 1:
             warnings += ("only one state is moved: how motions diverge along others is not seen",)
+        for side, family in zip(self.sides, families, strict=True):
+            columns = {*self._columns(family[0])}
+            lack = ", ".join(state for state in states if state not in columns)
+            warnings += (f"{side.label}: no column {lack}: its scale is taken as 1",) if lack else ()
         return tuple(programs), tuple(dict.fromkeys(warnings))

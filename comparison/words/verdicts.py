@@ -376,6 +376,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         u=uncertainty,
         usual=thresholds(),
         tiers={tier.tier: thresholds(tier.tier) for tier in judged},
+        of_scenes=any(tier.scene is not None for tier in judged) or not judged,
         uncertain=any(channel.u is not None for channel in channels),
         fixed=any(channel.u is None for channel in channels),
         perturbation=number(uncertainty.PERTURBATION, 1),
