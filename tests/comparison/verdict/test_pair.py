@@ -206,11 +206,13 @@ def test_a_function_that_fails_is_named(result, message):
 
 
 def test_neither_judge_nor_compare_loads_a_model():
-    code = (
-        "import sys, numpy, pandas, sixbar; t = numpy.linspace(0, 1, 99)\n"
-        "f = lambda tolerance, start: pandas.DataFrame({'time': t, 'y': t**2 * (1 + tolerance)})\n"
-        "print(sixbar.judge(f, f, tolerance=1e-6).verdict, sixbar.compare(f(0, 0), f(0, 0), tolerance=1e-3).verdict)\n"
-        "print([name for name in ('exudyn', 'numba', 'exudyn_model', 'reference_model') if name in sys.modules])"
-    )
+    code = """
+import sys, numpy, pandas, sixbar
+t = numpy.linspace(0, 1, 99)
+run = lambda tolerance, start: pandas.DataFrame({"time": t, "y": t**2 * (1 + tolerance)})
+a, b = sixbar.judge(run, run, tolerance=1e-6), sixbar.compare(run(0, 0), run(0, 0), tolerance=1e-3)
+print(a.verdict, b.verdict)
+print([name for name in ("exudyn", "numba", "exudyn_model", "reference_model") if name in sys.modules])
+"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "agree agree\n[]\n"
