@@ -72,8 +72,9 @@ class Comparison:
     refinement_b: _Refinement = None
     period: Annotated[
         float | None,
-        console.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
+        console.option("SECONDS", "Period of the motion; by default the scene's, else the time of a turn."),
     ] = None
+    until: console.Until = None
     out: Annotated[
         Path | None,
         console.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
@@ -90,13 +91,14 @@ class Comparison:
 
     def criteria(self) -> dict[str, Any]:
         """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
-        from comparison.scene import load_scene
+        from comparison.scene import load_scene, parse_set
         from comparison.tables.mapping import load_mapping
         from comparison.verdict.channel import Criteria
 
         names = None if self.channels is None else [name.strip() for name in self.channels.split(",")]
         same = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
-        criteria = Criteria(channels=names, **{name: getattr(self, name) for name in same})
+        stated = parse_set([f"until={self.until}"] if self.until else [])
+        criteria = Criteria(channels=names, **stated, **{name: getattr(self, name) for name in same})
         refinements = tuple(
             _factor_and_order(getattr(self, f"refinement_{side}"), f"--refinement-{side}") for side in "ab"
         )
@@ -129,10 +131,10 @@ def compare(options: Comparison) -> int:
     from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
     from comparison.verdict.recorded import compare_files
-    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.results import exit_code
     from comparison.words.differences import lead
     from comparison.words.record import as_mapping
-    from comparison.words.verdicts import shift_line
+    from comparison.words.verdicts import headline, shift_line
 
     if options.suggest_mapping:
         return _suggest(options)
@@ -154,12 +156,14 @@ def compare(options: Comparison) -> int:
     say_wrapped(*lead(comparisons), err=options.json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
         typer.echo(line, err=options.json)  # with colours
+    if any(comparison.has_u for comparison in comparisons):
+        say_wrapped(headline(comparisons), err=options.json)
     if options.json:
         print_json([*map(as_mapping, comparisons)] if title else as_mapping(comparisons[0]))
     say(str(write_page(comparisons, folder, command, title=title)), err=options.json)
     for comparison in comparisons:
         warn([f"{comparison.name}: {line}" if title else line for line in comparison.warnings])
-    codes = [EXIT_CODES[comparison.verdict] for comparison in comparisons]
+    codes = [comparison.exit_code for comparison in comparisons]
     return exit_code(codes, allow_indeterminate=options.allow_indeterminate)
 
 
@@ -237,6 +241,7 @@ class Validation:
     accuracy: console.Accuracy = None
     models: console.Models = "reference,exudyn"
     overrides: console.Overrides = None
+    until: console.Until = None
     allow_indeterminate: console.AllowIndeterminate = False
     quick: console.Quick = False
     verbose: console.Verbose = False
@@ -248,7 +253,8 @@ class Validation:
         """The dotted keys to change, and their values."""
         from comparison.scene import parse_set
 
-        return parse_set(self.overrides or [])
+        demand = [f"compare.until={self.until}"] if self.until else []
+        return parse_set([*(self.overrides or []), *demand])
 
     @property
     def tiers(self) -> Sequence[str]:

@@ -1,6 +1,5 @@
 """``sixbar judge``: whether two solvers agree, by runs of their own."""
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -18,9 +17,7 @@ class Judgement:
     pair: Annotated[Path, typer.Argument(metavar="PAIR", hidden=True)]
     out: console.OutFolder = None
     jobs: console.Jobs = None
-    until: Annotated[
-        str | None, console.option("SECONDS|any", "Time until which the two have to agree; default: the end.")
-    ] = None
+    until: console.Until = None
     allow_indeterminate: console.AllowIndeterminate = False
     quiet: console.NoProgress = False
     json: console.AsJson = False
@@ -36,7 +33,7 @@ def judge(options: Judgement) -> int:
     from comparison.cli.results import channel_lines, verdict_lines, write_validation
     from comparison.execution.pool import cpus
     from comparison.files import check_folder, plain
-    from comparison.scene import command_line
+    from comparison.scene import command_line, parse_set
     from comparison.verdict.pair import load_pair
     from comparison.verdict.results import exit_code
     from comparison.verdict.validate import Validation
@@ -46,10 +43,7 @@ def judge(options: Judgement) -> int:
 
     words = [] if options.until is None else ["--until", options.until]
     command = command_line("judge", [str(options.pair)], {}, words)
-    until: float | str | None = options.until
-    with suppress(TypeError, ValueError):
-        until = float(options.until or "")
-    pair = load_pair(options.pair, until)
+    pair = load_pair(options.pair, parse_set([f"until={options.until}"] if options.until else []))
     folder = check_folder(options.out or console.REPORTS / pair.name)
     with progress(pair.name, quiet=options.quiet) as report:
         comparison, programs = replace(pair, n_jobs=options.jobs or cpus(), on_progress=report).judge()

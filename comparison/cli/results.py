@@ -40,7 +40,7 @@ from comparison.tables.table import TableError
 from comparison.tables.table_files import write
 from comparison.verdict import validate as judge
 from comparison.verdict.channel import check_gate
-from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
+from comparison.verdict.results import SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.differences import lead
@@ -66,9 +66,7 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     compared, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
     comparisons = [result.comparison for result in results]
     codes = [
-        70 if result.crashed else EXIT_CODES[tier.verdict]
-        for result in results
-        for tier in result.comparison.tiers
+        70 if result.crashed else tier.exit_code for result in results for tier in result.comparison.tiers
     ]
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=options.allow_indeterminate)
     sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
@@ -205,19 +203,22 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
     known = any(tier.has_u for _, tier in tiers)  # by a tolerance all samples are judged
+    ends = any(tier.has_u and tier.scene is None for _, tier in tiers)
     rows = [
         (
             name,
             tier.tier,
             tier.verdict,
             *([percent(tier.coverage).replace(NO_BREAK, " ")] if known else []),
+            *([words.round_down(tier.until)] if ends else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
             _note(tier),
         )
         for name, tier in tiers
     ]
-    headings = ("scene", "tier", "verdict", *["coverage"] * known, ratio_name(comparisons), "")
-    heading, *lines = columns([headings, *rows], right=(3, 3 + known), verdict=2)
+    numbers = (*["coverage"] * known, *["until (s)"] * ends, ratio_name(comparisons))
+    headings = ("scene", "tier", "verdict", *numbers, "")
+    heading, *lines = columns([headings, *rows], right=range(3, 3 + len(numbers)), verdict=2)
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
@@ -233,6 +234,8 @@ def _note(tier: SceneComparison) -> str:
         return tier.error
     if tier.verdict == "differ" and result.outside_in:
         notes.append(f"{result.outside_in} from {result.outside_from:.3f} s")
+    if not tier.enough:
+        notes.append(words.agreement(tier))
     notes.append(words.mark(tier))
     if tier.verdict == "indeterminate" and worst is not None:
         notes.append(f"{worst.channel}: {words.reason(worst)}")
@@ -240,9 +243,9 @@ def _note(tier: SceneComparison) -> str:
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, largest difference, coverage if known, samples outside, RMS."""
+    """Return one line per channel: verdict, largest difference, predictable part, samples outside, RMS."""
     known = comparison.has_u  # by a tolerance all samples are judged
-    covered = ["coverage"] * known
+    covered = ["coverage", "until (s)"] * known
     heading = ("channel", "verdict", "max", "unit", "max/scale", *covered, "outside", "rms", "rms/scale")
     rows = [
         (
@@ -251,14 +254,14 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
             f"{channel.max_difference:.3g}",
             channel.unit,
             f"{channel.max_scaled:.3g}",
-            *[f"{channel.coverage:.1%}"] * known,
+            *[f"{channel.coverage:.1%}", words.until(channel)] * known,
             str(channel.outside) if isfinite(channel.worst_threshold) else "",
             f"{channel.rms_difference:.3g}",
             f"{channel.rms_scaled:.3g}",
         )
         for channel in comparison.channels.values()
     ]
-    return columns([heading, *rows], right=(2, 4, 5, 6, 7, 7 + known), verdict=1)
+    return columns([heading, *rows], right=(2, *range(4, len(heading))), verdict=1)
 
 
 def write_page(

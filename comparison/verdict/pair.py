@@ -102,14 +102,14 @@ class PairKeys(Section):
     limit: Positive = 600.0
 
 
-def load_pair(path: Path, until: float | str | None = None) -> "Pair":
+def load_pair(path: Path, demand: Pairs[str, object] | None = None) -> "Pair":
     """Read a pair file; a `TableError` tells file, key, value and violated rule.
 
-    ``until``: the demand in place of that of the file.
+    A ``demand`` takes the place of that of the file.
     """
     with reading(path, TableError, "TOML"):
         content = tomllib.loads(contents(path))
-        content |= {} if until is None else {"demand": {"until": until}}
+        content |= {"demand": demand} if demand else {}
         return _pair(content, path.parent, (None, None), path.stem)
 
 

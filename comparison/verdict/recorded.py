@@ -55,7 +55,7 @@ def compare(
         Names of the two in messages.
     options
         Other fields of `comparison.verdict.channel.Criteria`: ``channels``, ``tolerances``, ``absolute``,
-        ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``.
+        ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``, ``until``.
 
     Returns
     -------
@@ -175,12 +175,15 @@ def compare_files(
         unused, why = list(stated), ": the uncertainty from finer runs decides"
     elif whole.tolerance is None and not whole.tolerances:
         unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
+    warnings += tuple(f"{name} has no effect{why}" for name in unused if stated[name])
+    if criteria.until is not None and first.finer is None:
+        warnings += ("--until has no effect: without finer runs it is unknown what is predictable",)
     return compare_recorded(
         first,
         second,
         scene=scene,
         labels=labels,
-        warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
+        warnings=warnings,
         criteria=whole,
     )
 
