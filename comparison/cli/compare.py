@@ -26,6 +26,10 @@ _Coarser = Annotated[Path | None, console.option("FILE", "A run at a coarser set
 _Starts = Annotated[
     list[Path] | None, console.option("FILE", "A run from a moved start; repeat for several.")
 ]
+_Repeats = Annotated[
+    list[Path] | None, console.option("FILE", "A repetition that shows its error; repeat for several.")
+]
+_Errors = Annotated[Path | None, console.option("FILE", "TOML file of its error: channel = number.")]
 _Refinement = Annotated[
     str | None,
     console.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2."),
@@ -68,6 +72,10 @@ class Comparison:
     coarser_b: _Coarser = None
     perturbed_a: _Starts = None
     perturbed_b: _Starts = None
+    repeat_a: _Repeats = None
+    repeat_b: _Repeats = None
+    u_a: _Errors = None
+    u_b: _Errors = None
     refinement_a: _Refinement = None
     refinement_b: _Refinement = None
     period: Annotated[
@@ -87,10 +95,11 @@ class Comparison:
         kinds = ("finer", "coarser", "perturbed")
         finer, coarser, perturbed = (getattr(self, f"{kind}_{side}") for kind in kinds)
         further = [("finer", finer), ("coarser", coarser), *(("perturbed", path) for path in perturbed or ())]
+        further += [("repeat", path) for path in getattr(self, f"repeat_{side}") or ()]
         return [("base", getattr(self, side)), *((kind, path) for kind, path in further if path is not None)]
 
     def criteria(self) -> dict[str, Any]:
-        """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
+        """Return the arguments of `comparison.verdict.recorded.compare_files` beside tables and labels."""
         from comparison.scene import load_scene, parse_set
         from comparison.tables.mapping import load_mapping
         from comparison.verdict.channel import Criteria
@@ -104,7 +113,9 @@ class Comparison:
         )
         scene = None if self.scene is None else load_scene(self.scene)
         mapping = None if self.mapping is None else load_mapping(self.mapping)
-        return {"scene": scene, "mapping": mapping, "criteria": criteria, "refinements": refinements}
+        errors = tuple(None if path is None else _errors(path) for path in (self.u_a, self.u_b))
+        known = {"refinements": refinements, "errors": errors}
+        return {"scene": scene, "mapping": mapping, "criteria": criteria, **known}
 
     def command(self, **changes: object) -> str:
         """Return the command with all options that affect a number, some of them with other values."""
@@ -141,7 +152,7 @@ def compare(options: Comparison) -> int:
     a, b, command, criteria = options.a, options.b, options.command(), options.criteria()
     folder = check_folder(options.out or console.REPORTS / "compare")
     if a.is_dir() and b.is_dir():
-        if len(options.runs("a")) + len(options.runs("b")) > 2:
+        if len(options.runs("a")) + len(options.runs("b")) > 2 or options.u_a or options.u_b:
             raise typer.BadParameter("further runs are those of two tables, not of two folders")
         comparisons, title, lines = _by_name(a, b, criteria), f"Tables of {a} and {b}", []
     else:
@@ -217,6 +228,21 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
     return comparisons + [
         no_comparison_of_tables(name, f"{a} has no table of this name", labels) for name in alone
     ]
+
+
+def _errors(path: Path) -> dict[str, float]:
+    """Read the stated error of each channel, in its unit."""
+    import tomllib
+
+    from comparison.files import contents, reading
+    from comparison.tables.table import TableError
+
+    with reading(path, TableError, "TOML"):
+        errors: dict[str, float] = tomllib.loads(contents(path))
+        for name, error in errors.items():
+            if not isinstance(error, int | float) or not 0 < error < float("inf"):
+                raise TableError(f"{name} = {error!r} must be a number > 0")
+    return errors
 
 
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:

@@ -5,6 +5,7 @@ the files that they name; a function always runs.
 """
 
 import hashlib
+import pickle
 import shlex
 import shutil
 import subprocess
@@ -105,7 +106,7 @@ class Side:
     """
 
     label: str
-    solver: Function | Command
+    solver: Function | Command | tuple[Path, ...]  # a table, with repetitions, that no run can be added to
     setting: float  # a tolerance, or a step in s
     stepped: bool
     factor: float
@@ -118,7 +119,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Run:
-    """Run of a side at a level, with the offsets of its start, one a state."""
+    """Run of a side at a level, or its file of this number, with the offsets of its start, one a state."""
 
     side: Side
     level: int
@@ -129,6 +130,8 @@ class Run:
         start = ",".join(map(repr, self.start))
         # A value that begins with a minus would be taken for an option.
         start = f" {start}" if start.startswith("-") else start
+        if isinstance(self.side.solver, tuple):
+            return {"file": self.side.solver[self.level].name}
         setting = repr(self.side.at(self.level))
         return {"step" if self.side.stepped else "tolerance": setting, "start": start}
 
@@ -185,6 +188,10 @@ def _finished(runs: Sequence[Run], n_jobs: int, limit: float) -> Generator[tuple
             pool.submit(_attempt, partial(c.run, runs[n].values(), limit)): n for n, c in commands.items()
         }
         if n_jobs > 1 and functions:
+            try:
+                pickle.dumps(functions)
+            except Exception as error:
+                raise SolverError(f"n_jobs = {n_jobs} takes functions of a module alone: {error}") from None
             with closing(
                 work(_call, [(str(n), call) for n, call in functions.items()], n_jobs, limit)
             ) as events:

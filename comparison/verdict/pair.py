@@ -22,6 +22,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from comparison.accuracy.uncertainty import PERTURBATION, WINDOW
+from comparison.execution.pool import kept_workers
 from comparison.execution.run import Progress
 from comparison.execution.sides import (
     Command,
@@ -39,12 +40,12 @@ from comparison.scene.schema import Positive, Section
 from comparison.tables.arguments import as_mapping
 from comparison.tables.channels import Array
 from comparison.tables.dialect import Source, position
-from comparison.tables.foreign import read_tables
+from comparison.tables.foreign import open_source, read_tables
 from comparison.tables.mapping import Mapping, Quantity, mapping_of
 from comparison.tables.table import TableError
 from comparison.verdict.channel import Criteria
 from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
-from comparison.verdict.recorded import ProgramRuns, compare_recorded
+from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by
 from comparison.verdict.results import Doubt, SceneComparison
 
 FACTORS = {"tolerance": 10.0, "step": 1.7}
@@ -60,6 +61,9 @@ class Solver(Section):
 
     command: str | None = None
     fmu: str | None = None
+    file: str | None = None  # a table that no run can be added to; its error from these two:
+    u: dict[str, Positive] = Field(default={})
+    repeat: list[str] = Field(default=[])
     tolerance: Positive | None = None
     step: Positive | None = None
     factor: Annotated[float, Field(gt=1, allow_inf_nan=False)] | None = None
@@ -110,7 +114,7 @@ def load_pair(path: Path, demand: Pairs[str, object] | None = None) -> "Pair":
     with reading(path, TableError, "TOML"):
         content = tomllib.loads(contents(path))
         content |= {"demand": demand} if demand else {}
-        return _pair(content, path.parent, (None, None), path.stem)
+        return _pair(content, path.parent.resolve(), (None, None), path.stem)
 
 
 def judge(
@@ -182,8 +186,9 @@ def judge(
             keys["fmu" if str(solver).lower().endswith(".fmu") else "command"] = str(solver)
         content["side"][side] |= {key: unboxed(value) for key, value in keys.items() if value is not None}
     functions = tuple(solver if callable(solver) else None for solver in (a, b))
-    pair = _pair(content, Path(), functions, "judge")
-    return replace(pair, n_jobs=n_jobs).judge()[0]
+    pair = _pair(content, Path.cwd(), functions, "judge")
+    with kept_workers():
+        return replace(pair, n_jobs=n_jobs).judge()[0]
 
 
 _SECTIONS: dict[str, type[Section]] = {"start": Start, "demand": Demand}
@@ -219,18 +224,29 @@ def _pair(content: Pairs[str, Any], folder: Path, functions: Sequence[Function |
         sides = [
             replace(side, label=f"{side.label} ({which})") for which, side in zip("ab", sides, strict=True)
         ]
-    return Pair((sides[0], sides[1]), keys, mapping, name)
+    pair = Pair((sides[0], sides[1]), keys, mapping, name)
+    if all(isinstance(side.solver, tuple) for side in sides):
+        raise TableError("side.a and side.b are files: sixbar compare judges these")
+    for which, side in zip("ab", sides, strict=True):
+        for n, path in enumerate(side.solver if isinstance(side.solver, tuple) else ()):
+            pair._tables[Run(side, n, ())] = open_source(path, mapping.dialect.of(which))
+    return pair
 
 
 def _side(
     which: str, keys: Solver, function: Function | None, folder: Path, more: tuple[list[str], Mapping]
 ) -> Side:
     where, (states, mapping) = f"side.{which}", more
+    if keys.file is not None:
+        if {*keys.model_fields_set} - {"file", "u", "repeat"}:
+            raise TableError(f"{where} with a file has no other keys than u and repeat")
+        paths = tuple(folder / name for name in (keys.file, *keys.repeat))
+        return Side(paths[0].stem, paths, nan, stepped=False, factor=nan, order=nan)
     settings = [name for name in FACTORS if getattr(keys, name) is not None]
     if len(settings) != 1:
         raise TableError(f"{where} must have a tolerance or a step{', not both' if settings else ''}")
     if (keys.command is None) + (keys.fmu is None) + (function is None) != 2:
-        raise TableError(f"{where} must have a command or an fmu{', not both' if keys.command else ''}")
+        raise TableError(f"{where} must have a command, an fmu or a file, and one of them")
     (setting,), label = settings, which
     solver: Function | Command
     if keys.fmu is not None:
@@ -304,12 +320,20 @@ class Pair:
     def _families(self, level: int) -> list[list[Run]]:
         """Run both sides with the base at a level: base, finer, coarser, and the perturbed ones."""
         count = len(self.keys.start.states)
-        families = [[Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)] for side in self.sides]
+        families = [
+            [Run(side, n, ()) for n, _ in enumerate(side.solver)]
+            if isinstance(side.solver, tuple)
+            else [Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)]
+            for side in self.sides
+        ]
         moves = np.random.default_rng(0).standard_normal((2 if count else 0, count))
         self._run(families, sum(map(len, families)) + 2 * len(moves))
-        for family in families:  # random directions of root mean square 1; of one state + and -
-            shares = [self._size(family[0].side) * move / np.sqrt(np.mean(move**2)) for move in moves]
-            family += [Run(family[0].side, level - 1, self._start(family[0].side, own)) for own in shares]
+        for side, family in zip(self.sides, families, strict=True):
+            if not isinstance(
+                side.solver, tuple
+            ):  # random directions of root mean square 1, of one state + and -
+                shares = [self._size(side) * move / np.sqrt(np.mean(move**2)) for move in moves]
+                family += [Run(side, level - 1, self._start(side, own)) for own in shares]
         self._run(families)
         return families
 
@@ -317,16 +341,17 @@ class Pair:
         self, result: SceneComparison, level: int, programs: Sequence[ProgramRuns]
     ) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
         """Return the runs with those of an ensemble of each side behind the perturbed ones."""
-        families, shares = self._families(level), []
-        ends = [np.flatnonzero(~channel.predictable)[:1] for channel in result.excited.values()]
-        before = int(min([*np.concatenate(ends), result.time.size]))
+        families, shares = self._families(level), [np.empty(0)] * 2
+        before = int(np.searchsorted(result.time, result.until))
         lengths = {name: 1.0 / channel.scale for name, channel in result.excited.items()}
         for n, (family, program) in enumerate(zip(families, programs, strict=True)):
             side = family[0].side
+            if isinstance(side.solver, tuple):
+                continue
             shift, w = equivalent_start(program.runs, lengths, self._size(side), before)
             draws = np.random.default_rng(n + 1).standard_normal((OTHER_MEMBERS, len(family[0].start)))
             family += [Run(side, level, self._start(side, shift * draw)) for draw in draws]
-            shares.append(np.minimum(w / shift, 1.0))
+            shares[n] = np.minimum(w / shift, 1.0)
         self._run(families, needed=False)
         complete = [[run for run in family if isinstance(self._tables[run], Source)] for family in families]
         programs, warnings = self._read(complete)
@@ -385,15 +410,22 @@ class Pair:
             for table, run in zip(tables, runs, strict=True)
         ]
         programs = []
-        for side, count in zip(self.sides, map(len, families), strict=True):
-            base, finer, coarser, *perturbed = tables[:count]
-            programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
+        for side, keys, count in zip(
+            self.sides, (self.keys.side.a, self.keys.side.b), map(len, families), strict=True
+        ):
+            base, *others = tables[:count]
+            if isinstance(side.solver, tuple):
+                known = keys.u or others
+                programs.append(ProgramRuns(base, off_by(base, keys.u, others) if known else None))
+            else:
+                finer, coarser, *perturbed = others
+                programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
             tables = tables[count:]
         states = self.keys.start.states
         if len(states) == 1:
             warnings += ("only one state is moved: how motions diverge along others is not seen",)
         for side, family in zip(self.sides, families, strict=True):
-            columns = {*self._columns(family[0])}
+            columns = {*(states if isinstance(side.solver, tuple) else self._columns(family[0]))}
             lack = ", ".join(state for state in states if state not in columns)
             warnings += (f"{side.label}: no column {lack}: its scale is taken as 1",) if lack else ()
         return tuple(programs), tuple(dict.fromkeys(warnings))

@@ -250,7 +250,8 @@ def why(scene: SceneComparison) -> str:
 
 def mark(scene: SceneComparison) -> str:
     """Return the note beside a verdict: refinement of its runs, and its confirmation."""
-    marks = [f"step halved {_TIMES[scene.refined]}"] if scene.refined else []
+    how = "refined" if scene.scene is None else "step halved"
+    marks = [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
     if (result := scene.confirmation) is not None:
         marks.append(_MARKS[result.outcome].format(result))
     return "; ".join(marks)

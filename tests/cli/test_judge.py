@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 PAGE = (Path(__file__).parents[2] / "docs" / "judge.md").read_text("utf-8")
@@ -152,6 +153,52 @@ class Oscillator(Fmi2Slave):
 """
 
 
+REFERENCE = np.linspace(0, 5, 101), np.exp(-np.linspace(0, 5, 101))
+
+
+@pytest.mark.parametrize(
+    ("known", "verdict"),
+    [
+        ("u = { y = 3e-3 }", "agree"),
+        ("u = { y = 1e-6 }", "differ"),
+        ('repeat = ["one.csv", "two.csv"]', "agree"),
+        ("", "differ"),  # within its round-off
+    ],
+)
+def test_a_reference_that_is_only_a_file(sixbar, pair, known, verdict):
+    """The file is off by 1e-3, its repetitions by -1e-3 and 0."""
+    for name, error in (("file", 1e-3), ("one", -1e-3), ("two", 0.0)):
+        sixbar.table(f"{name}.csv", time=REFERENCE[0], y=REFERENCE[1] + error)
+    first = PAIR[: PAIR.index("[side.b]")]
+    command = pair((first, f'[side.a]\nfile = "file.csv"\n{known}\n'))
+    ended = sixbar(*command, "--json", PATH=PATH, code=int(verdict == "differ"))
+    (scene,) = sixbar.numbers["scenes"]
+    assert (scene["verdict"], scene["labels"]) == (verdict, ["file", "b"])
+    assert ("only the error of b is known" in ended.err) == (not known)
+
+
+def test_the_error_of_a_file_for_compare(sixbar):
+    """The tables are 1e-3 apart, and only b has a finer run."""
+    time, y = REFERENCE
+    for name, error in (("a", 1e-3), ("one", -1e-3), ("b", 1e-9), ("fine", 0.0)):
+        sixbar.table(f"{name}.csv", time=time, y=y + error)
+    sixbar.write("u.toml", "y = 3e-3")
+    sixbar.write("less.toml", "y = 1e-6")
+    judged = "compare", "a.csv", "b.csv", "--finer-b", "fine.csv"
+    assert "only the error of b is known" in sixbar(*judged, code=1).err
+    for further, code in ((("u.toml"), 0), (("less.toml"), 1)):
+        assert "only the error" not in sixbar(*judged, "--u-a", further, code=code).err
+    sixbar(*judged, "--repeat-a", "one.csv")
+    sixbar("compare", "a.csv", "b.csv", "--u-a", "u.toml", "--u-b", "less.toml")
+    sixbar.refused(
+        ["compare", "a.csv", "b.csv", "--finer-a", "one.csv", "--u-a", "u.toml"], "has a finer run"
+    )
+    sixbar.write("u.toml", "x = 3e-3")
+    sixbar.refused([*judged, "--u-a", "u.toml"], "'x'", "is not a channel")
+    sixbar.write("u.toml", "y = 0.0")
+    sixbar.refused([*judged, "--u-a", "u.toml"], "u.toml: y = 0.0 must be a number > 0")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -169,6 +216,7 @@ class Oscillator(Fmi2Slave):
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
         ("{out}", "{out}.csv", "has written no table to {out}"),
         ("[start]", "[[start]]", "start = "),
+        ("command", "file", "side.a with a file has no other keys than u and repeat"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line(sixbar, pair, old, new, message):
