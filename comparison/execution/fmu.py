@@ -38,9 +38,11 @@ def main() -> None:
     # Steps are whole parts of the interval between two rows.
     parts = ceil(float(interval) / float(value) - 1e-9) if kind == "step" else 1
     stepped = {"step_size": float(interval) / parts, "solver": "Euler"} if kind == "step" else {}
-    exchanged = model.coSimulation is None
+    # Of both kinds that whose error the setting controls: many co-simulations have a step of their own.
+    exchanged = model.modelExchange is not None and (kind == "tolerance" or model.coSimulation is None)
     result = simulate_fmu(
         path,
+        fmi_type="ModelExchange" if exchanged else "CoSimulation",
         stop_time=float(stop),
         output_interval=float(interval) / (1 if exchanged else parts),
         relative_tolerance=float(value) if kind == "tolerance" else None,

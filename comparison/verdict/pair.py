@@ -300,6 +300,11 @@ class Pair:
         if result.verdict == "differ" and self.keys.start.states:
             programs, warnings = self._ensembles(result, level, programs)
             result = replace(self._compare(programs, warnings), refined=level)
+        alike = [n for n, own in enumerate(programs) if own.finer and own.finer.frame.equals(own.base.frame)]
+        for n in alike:
+            line = f"{self.sides[n].label}: runs at two settings are equal: its error is not known"
+            result = replace(result, warnings=(*result.warnings, line))
+            doubt = Doubt.NO_EFFECT
         if result.verdict == "differ" and result.confirmation and doubt:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs

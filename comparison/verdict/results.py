@@ -354,6 +354,7 @@ class Doubt(Enum):
     FEW_RUNS = auto()
     ONE_STATE = auto()  # one state alone was moved
     UNREFINED = auto()  # a run at a finer setting failed
+    NO_EFFECT = auto()  # the setting of a solver changes nothing, so its error is not known
 
 
 @dataclass(frozen=True)

@@ -153,6 +153,15 @@ def euler(step, _):
     return pd.DataFrame({"time": t, "y": np.exp(-t) * (1 + step * t)})
 
 
+def test_a_setting_without_effect_confirms_nothing():
+    def fixed(_, offsets):
+        return decay(1e-4, offsets)
+
+    result = sixbar.judge(fixed, decay, tolerance=1e-8, states=1)
+    assert (result.verdict, result.confirmation.doubt) == ("differ", Doubt.NO_EFFECT)
+    assert "fixed: runs at two settings are equal: its error is not known" in result.warnings
+
+
 def test_chaotic_motion_agrees_until_it_is_lost_and_demands_are_met_by_that():
     def lorenz(_, y):
         return [10 * (y[1] - y[0]), y[0] * (28 - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]]
