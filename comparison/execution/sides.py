@@ -17,6 +17,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from importlib.util import find_spec
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -106,11 +107,12 @@ class Side:
     """
 
     label: str
-    solver: Function | Command | tuple[Path, ...]  # a table, with repetitions, that no run can be added to
-    setting: float  # a tolerance, or a step in s
-    stepped: bool
-    factor: float
-    order: float
+    solver: Function | Command | None
+    kind: str  # "tolerance" or "step"
+    setting: float = nan  # in s if it is a step
+    factor: float = nan
+    order: float = nan
+    files: tuple[Path, ...] = ()  # without a solver: a table and its repetitions
 
     def at(self, level: int) -> float:
         """Return the setting so many levels finer than the stated one."""
@@ -130,10 +132,9 @@ class Run:
         start = ",".join(map(repr, self.start))
         # A value that begins with a minus would be taken for an option.
         start = f" {start}" if start.startswith("-") else start
-        if isinstance(self.side.solver, tuple):
-            return {"file": self.side.solver[self.level].name}
-        setting = repr(self.side.at(self.level))
-        return {"step" if self.side.stepped else "tolerance": setting, "start": start}
+        if self.side.files:
+            return {"file": self.side.files[self.level].name}
+        return {self.side.kind: repr(self.side.at(self.level)), "start": start}
 
 
 def command_side(text: str, folder: Path, needs: Sequence[str]) -> Command:
@@ -231,9 +232,7 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     """Return the table of a run under its side's name, or its error."""
     label = run.side.label
     if isinstance(result, SolverError):
-        return SolverError(
-            f"{label}, {'step' if run.side.stepped else 'tolerance'} {run.side.at(run.level):g}: {result}"
-        )
+        return SolverError(f"{label}, {run.side.kind} {run.side.at(run.level):g}: {result}")
     try:
         if not isinstance(result, bytes):
             source = as_source(result, label)

@@ -225,10 +225,10 @@ def _pair(content: Pairs[str, Any], folder: Path, functions: Sequence[Function |
             replace(side, label=f"{side.label} ({which})") for which, side in zip("ab", sides, strict=True)
         ]
     pair = Pair((sides[0], sides[1]), keys, mapping, name)
-    if all(isinstance(side.solver, tuple) for side in sides):
+    if all(side.files for side in sides):
         raise TableError("side.a and side.b are files: sixbar compare judges these")
     for which, side in zip("ab", sides, strict=True):
-        for n, path in enumerate(side.solver if isinstance(side.solver, tuple) else ()):
+        for n, path in enumerate(side.files):
             pair._tables[Run(side, n, ())] = open_source(path, mapping.dialect.of(which))
     return pair
 
@@ -241,7 +241,7 @@ def _side(
         if {*keys.model_fields_set} - {"file", "u", "repeat"}:
             raise TableError(f"{where} with a file has no other keys than u and repeat")
         paths = tuple(folder / name for name in (keys.file, *keys.repeat))
-        return Side(paths[0].stem, paths, nan, stepped=False, factor=nan, order=nan)
+        return Side(paths[0].stem, None, "tolerance", files=paths)
     settings = [name for name in FACTORS if getattr(keys, name) is not None]
     if len(settings) != 1:
         raise TableError(f"{where} must have a tolerance or a step{', not both' if settings else ''}")
@@ -261,14 +261,8 @@ def _side(
     else:
         assert function is not None
         solver, label = function, getattr(function, "__name__", which).replace("<lambda>", which)
-    return Side(
-        label,
-        solver,
-        getattr(keys, setting),
-        setting == "step",
-        keys.factor or FACTORS[setting],
-        keys.order or nan,
-    )
+    factor, order = keys.factor or FACTORS[setting], keys.order or nan
+    return Side(label, solver, setting, getattr(keys, setting), factor, order)
 
 
 @dataclass(frozen=True)
@@ -288,7 +282,7 @@ class Pair:
         level, doubt = 0, Doubt.ONE_STATE if len(self.keys.start.states) == 1 else None
         programs, warnings = self._read(self._families(0))
         result = self._compare(programs, warnings)
-        most = max(LEVELS["step" if side.stepped else "tolerance"] for side in self.sides)
+        most = max(LEVELS[side.kind] for side in self.sides)
         while result.verdict == "differ" and level < most:
             try:
                 programs, warnings = self._read(self._families(level + 1))
@@ -326,17 +320,14 @@ class Pair:
         """Run both sides with the base at a level: base, finer, coarser, and the perturbed ones."""
         count = len(self.keys.start.states)
         families = [
-            [Run(side, n, ()) for n, _ in enumerate(side.solver)]
-            if isinstance(side.solver, tuple)
-            else [Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)]
+            [Run(side, n, ()) for n, _ in enumerate(side.files)]
+            or [Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)]
             for side in self.sides
         ]
         moves = np.random.default_rng(0).standard_normal((2 if count else 0, count))
         self._run(families, sum(map(len, families)) + 2 * len(moves))
         for side, family in zip(self.sides, families, strict=True):
-            if not isinstance(
-                side.solver, tuple
-            ):  # random directions of root mean square 1, of one state + and -
+            if not side.files:  # random directions of root mean square 1; of one state + and -
                 shares = [self._size(side) * move / np.sqrt(np.mean(move**2)) for move in moves]
                 family += [Run(side, level - 1, self._start(side, own)) for own in shares]
         self._run(families)
@@ -351,7 +342,7 @@ class Pair:
         lengths = {name: 1.0 / channel.scale for name, channel in result.excited.items()}
         for n, (family, program) in enumerate(zip(families, programs, strict=True)):
             side = family[0].side
-            if isinstance(side.solver, tuple):
+            if side.files:
                 continue
             shift, w = equivalent_start(program.runs, lengths, self._size(side), before)
             draws = np.random.default_rng(n + 1).standard_normal((OTHER_MEMBERS, len(family[0].start)))
@@ -368,7 +359,7 @@ class Pair:
         return tuple(scaled), warnings
 
     def _size(self, side: Side) -> float:
-        default = PERTURBATION if side.stepped else max(side.setting, LEAST_SIZE)
+        default = PERTURBATION if side.kind == "step" else max(side.setting, LEAST_SIZE)
         return self.keys.start.size or default
 
     def _start(self, side: Side, shares: Array) -> tuple[float, ...]:
@@ -410,6 +401,8 @@ class Pair:
         sources = [self._tables[run] for run in runs]
         sides = ["ab"[n] for n, family in enumerate(families) for _ in family]
         tables, warnings = read_tables([s for s in sources if isinstance(s, Source)], sides, self.mapping)
+        if unknown := [name for name in self.keys.scale if name not in tables[0].channels]:
+            raise TableError(f"scale.{unknown[0]}: {unknown[0]!r} is not a channel of the tables")
         tables = [
             replace(table, provenance={"settings": run.values()})
             for table, run in zip(tables, runs, strict=True)
@@ -419,7 +412,7 @@ class Pair:
             self.sides, (self.keys.side.a, self.keys.side.b), map(len, families), strict=True
         ):
             base, *others = tables[:count]
-            if isinstance(side.solver, tuple):
+            if side.files:
                 known = keys.u or others
                 programs.append(ProgramRuns(base, off_by(base, keys.u, others) if known else None))
             else:
@@ -430,7 +423,7 @@ class Pair:
         if len(states) == 1:
             warnings += ("only one state is moved: how motions diverge along others is not seen",)
         for side, family in zip(self.sides, families, strict=True):
-            columns = {*(states if isinstance(side.solver, tuple) else self._columns(family[0]))}
+            columns = {*(states if side.files else self._columns(family[0]))}
             lack = ", ".join(state for state in states if state not in columns)
             warnings += (f"{side.label}: no column {lack}: its scale is taken as 1",) if lack else ()
         return tuple(programs), tuple(dict.fromkeys(warnings))

@@ -47,6 +47,11 @@ def test_equal_systems_agree_to_the_end_and_a_changed_parameter_is_confirmed():
     assert (without.verdict, without.confirmation.doubt) == ("differ", Doubt.NO_STARTS)
 
 
+def test_a_scale_and_a_window_are_stated():
+    wide = sixbar.judge(decay, decay, tolerance=1e-6, states=1, scale={"y0": 40.0}, window=0.5)
+    assert (wide.channels["y0"].scale, wide.window) == (40.0, 0.5)
+
+
 def test_processes_give_the_same_bits():
     runs = [sixbar.judge(decay, decay, tolerance=(1e-6, 1e-8), states=1, n_jobs=jobs) for jobs in (1, 2)]
     first, second = (run.channels["y0"] for run in runs)
@@ -187,6 +192,7 @@ def test_chaotic_motion_agrees_until_it_is_lost_and_demands_are_met_by_that():
         ({"tolerance": 1e-8, "untl": 3.0}, "untl is not a known key"),
         ({"tolerance": 1e-8, "mapping": 3}, "mapping = 3 must be"),
         ({"tolerance": 1e-8, "size": "small"}, "start.size = 'small' must be a number"),
+        ({"tolerance": 1e-8, "scale": {"y1": 1.0}}, "scale.y1: 'y1' is not a channel"),
         ({"tolerance": 1e-8, "factor": 1.0}, "side.a.factor = 1.0 must be > 1"),
     ],
 )
