@@ -234,8 +234,6 @@ def _note(tier: SceneComparison) -> str:
         return tier.error
     if tier.verdict == "differ" and result.outside_in:
         notes.append(f"{result.outside_in} from {result.outside_from:.3f} s")
-    if not tier.enough:
-        notes.append(words.agreement(tier))
     notes.append(words.mark(tier))
     if tier.verdict == "indeterminate" and worst is not None:
         notes.append(f"{worst.channel}: {words.reason(worst)}")

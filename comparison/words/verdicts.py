@@ -164,16 +164,14 @@ def agreement(scene: SceneComparison) -> str:
 
 def predictable(scene: SceneComparison) -> str:
     """Return until when, by which window and how finely two results are judged; empty without u."""
-    first = scene.first_unpredictable
-    if first is None:
+    if (first := scene.first_unpredictable) is None:
         return ""
-    known = [channel for channel in scene.excited.values() if not isnan(channel.resolution)]
-    coarsest = max(known, key=lambda channel: channel.resolution)
     ends = first.until == scene.time[-1]
     text = "to the end" if ends else f"until {round_down(first.until)} s ({first.channel})"
+    largest = max(c.resolution for c in scene.excited.values() if not isnan(c.resolution))
     return (
         f"{text}, by a window of {quantity(scene.window, 's', 2)}; resolution: half of the thresholds are "
-        f"below {number(coarsest.resolution, 2)} of the scale ({coarsest.channel})"
+        f"below {number(largest, 2)} of the scale in each channel"
     )
 
 
@@ -185,7 +183,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 
 
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
-    """Return the reason of a scene's verdict; if brief, without the reasons of indeterminate channels."""
+    """Return the reason of a scene's verdict; if brief, without what indeterminate channels or time lack."""
     if scene.error:
         return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
@@ -208,7 +206,8 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         worst = min(unsettled, key=lambda channel: channel.coverage)
         which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
         return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
-    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", agreement(scene))))
+    until_then = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
+    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", until_then)))
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
@@ -249,9 +248,10 @@ def why(scene: SceneComparison) -> str:
 
 
 def mark(scene: SceneComparison) -> str:
-    """Return the note beside a verdict: refinement of its runs, and its confirmation."""
+    """Return the note beside a verdict: what it lacks, refinement of its runs, and its confirmation."""
+    marks = [] if scene.enough else [agreement(scene)]
     how = "refined" if scene.scene is None else "step halved"
-    marks = [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
+    marks += [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
     if (result := scene.confirmation) is not None:
         marks.append(_MARKS[result.outcome].format(result))
     return "; ".join(marks)
@@ -300,12 +300,7 @@ def headline(scenes: Sequence[SceneComparison]) -> str:
     results = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
     corrected = sum(result.outcome == "underestimated" for result in results)
     rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
-    lacking = sum(not judged.enough for judged in (*scenes, *closer)) if len(scenes) > 1 else 0
-    return (
-        f"{_capital(text)}."
-        + (f" {lacking} of these agree for less time than is demanded." if lacking else "")
-        + (f" {rest} on a corrected uncertainty." if corrected else "")
-    )
+    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if corrected else "")
 
 
 def _counted(scenes: Sequence[SceneComparison]) -> str:
