@@ -310,7 +310,8 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
-    steps = [str(step) for step in first["loc"]]
+    # Without the branch of a union.
+    steps = [step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal["))]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
     if "key" in context:  # a rule of the schema is violated
@@ -325,12 +326,20 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         if schema is SceneKeys:
             wrong = next(iter(flat({".".join(steps): value})))
             return f"{key} {text}{did_you_mean(wrong)}"
-        close = get_close_matches(".".join(steps), schema.model_fields, n=1)
+        close = get_close_matches(".".join(steps), [*_names(schema)], n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
     if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
         text += did_you_mean(steps[-1])
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
+
+
+def _names(schema: type[BaseModel]) -> Iterator[str]:
+    """Yield the dotted keys of a file, also those of its sections."""
+    for name, field in schema.model_fields.items():
+        yield name
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from (f"{name}.{below}" for below in _names(field.annotation))
 
 
 def short(value: object) -> str:

@@ -7,7 +7,7 @@ The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
+from math import inf, isfinite
 from typing import Annotated, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -47,6 +47,12 @@ def _integer(value: object) -> object:
     if type(value) is not int:
         raise PydanticCustomError("literal_error", "", {"expected": "-1 or 1"})
     return value
+
+
+def _time_or_any(value: object) -> object:
+    if value == "any" or (isinstance(value, int | float) and type(value) is not bool and 0 < value < inf):
+        return value
+    raise PydanticCustomError("rule", "", {"text": "must be > 0, or 'any'"})
 
 
 Real = Annotated[float, Field(allow_inf_nan=False)]
@@ -295,7 +301,10 @@ class Solver(Section):
 
 
 class Compare(Section):
-    """Rules for two tables without uncertainties, for every channel."""
+    """Rules of a comparison; all but ``until`` are for tables without uncertainties, for every channel."""
+
+    until: Annotated[Positive | Literal["any"], BeforeValidator(_time_or_any), S] | None = None
+    """Time until which two results with uncertainties have to be predictable and agree."""
 
     tolerance: Positive | None = None
     """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""

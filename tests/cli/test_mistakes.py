@@ -57,8 +57,6 @@ MISTAKES = {
     f"{COMPARE} --period -1": "period = -1.0 must be > 0",
     f"{COMPARE} --at-events before": "at_events = 'before' must be 'left', 'right' or 'both'",
     f"{COMPARE} --refinement-a 2": "--refinement-a '2'|2,4",
-    f"{COMPARE} --finer-a y.csv": "y |finer",
-    f"{COMPARE} --finer-b y.csv": "x |finer",
     f"{COMPARE} --coarser-a y.csv": "x|finer",
     f"{COMPARE} --perturbed-b y.csv": "y|finer",
     f"{COMPARE} --scene ideal --tolerance 0.1": "x: |slider_y",
