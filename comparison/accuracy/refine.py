@@ -91,7 +91,7 @@ class Estimate:
 
     time: Array  # s
     u: Array  # numerical uncertainty, m
-    spread: Array  # the part of u due to neighbouring starts, which no setting removes, m
+    spread: Array  # by how much neighbouring starts part, 3 d_t, which no setting removes, m
 
     def coverage(self, error: float) -> float:
         """Return the share of samples whose u is at most an error, m: the predictable part."""
