@@ -14,13 +14,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from comparison.formatting import spans
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
-from comparison.tables.table import Table, TableError, slacks
+from comparison.tables.table import SAME_GRID, Table, TableError, slacks
 
 # ---- missing rows, and the shift between two tables, reported, never applied
-
-SAME_GRID = 1e-9
-"""Share of a sample interval by which equal times may differ: a thousand rows written with 13 digits differ
-by less, with 10 by more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 
 _BLOCKS = 20
 _SAMPLES = 40_000  # largest number of samples of the two tables that count
