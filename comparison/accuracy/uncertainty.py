@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from math import degrees, isfinite, log, nan, sqrt
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
+from comparison.metrics import window_maximum
 from comparison.scene import Scene
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
@@ -126,11 +126,11 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
 
 def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
     """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples."""
-    distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
+    distance = window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
         original, gain = levels.coarser, levels.factor**levels.order
-        coarse = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
+        coarse = window_maximum(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.log(coarse / distance) / np.log(levels.factor)
@@ -141,7 +141,7 @@ def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
     if not levels.ensemble:
         return u
     farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
-    return np.maximum(u, ENSEMBLE_FACTOR * _window_maximum(farthest, half_width))
+    return np.maximum(u, ENSEMBLE_FACTOR * window_maximum(farthest, half_width))
 
 
 def model_uncertainty(
@@ -176,12 +176,7 @@ def model_uncertainty(
 def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
     """Return the part of u due to neighbouring starts, 3 d_t, which no setting removes; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
-    return SAFETY_FACTOR * _window_maximum(np.broadcast_to(farthest, original.shape), half_width)
-
-
-def _window_maximum(distance: Array, half_width: int) -> Array:
-    """Return the largest distance within the window, shape (n,)."""
-    return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
+    return SAFETY_FACTOR * window_maximum(np.broadcast_to(farthest, original.shape), half_width)
 
 
 def combined(u_a: Array, u_b: Array) -> Array:

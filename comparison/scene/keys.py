@@ -3,7 +3,9 @@
 The name, title and command line of a changed scene follow from its overrides.
 """
 
+import ast
 import hashlib
+import inspect
 import json
 import re
 import shlex
@@ -12,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
@@ -45,6 +48,18 @@ def scene_keys() -> list[Key]:
     return [Key("scene.extends", "", "text", None, "", extends), *_below(SceneKeys, base, "", "")]
 
 
+@cache
+def _texts(section: type[BaseModel]) -> dict[str, str]:
+    """Return the strings below the fields of a section; pydantic would read them at every start."""
+    texts = {} if (base := section.__base__) in (None, BaseModel) else dict(_texts(base))
+    (read,) = ast.parse(inspect.getsource(section)).body
+    assert isinstance(read, ast.ClassDef)
+    for field, text in pairwise(read.body):
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+            texts[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(text.value))
+    return texts
+
+
 def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, unit: str) -> Iterator[Key]:
     for name, field in section.model_fields.items():
         notes = list(_notes(field))
@@ -58,7 +73,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
             continue
         sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
         source = "" if default is None else sources[0]
-        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, field.description or "")
+        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, _texts(section).get(name, ""))
 
 
 def _bounds(notes: list[Any]) -> str:
