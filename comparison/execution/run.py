@@ -211,15 +211,17 @@ def run_key(job: Job, fingerprint: str) -> str:
     )
 
 
+def _code(job: Job) -> tuple[object, ...]:
+    """Return what determines the code that a run of our models compiles."""
+    return job.model, job.scene.data["solver"].get(job.model, {}).get("formulation"), job.scene.loose
+
+
 def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
-    """Order jobs: one of each formulation first, or two workers would compile the same, then the longest."""
-    ahead: dict[tuple[str, str | None], str] = {}
+    """Order jobs: the longest first, but ahead one of each `_code`, the reference's, which takes longest."""
     longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
-    for key in longest:
-        own = jobs[key].scene.data["solver"].get(jobs[key].model, {})
-        ahead.setdefault((jobs[key].model, own.get("formulation")), key)
-    first = list(ahead.values())
-    return [(key, jobs[key]) for key in (*first, *(key for key in longest if key not in first))]
+    first = {_code(jobs[key]): key for key in reversed(longest)}
+    ahead = sorted(first.values(), key=lambda key: (jobs[key].model != "reference", longest.index(key)))
+    return [(key, jobs[key]) for key in dict.fromkeys((*ahead, *longest))]
 
 
 def _outcomes(
@@ -229,7 +231,8 @@ def _outcomes(
     if not n_jobs:
         yield from ((key, _attempt(job, partial(on_share, key))) for key, job in jobs)
         return
-    with closing(work(_attempt, jobs, n_jobs)) as events:
+    kinds = {key: _code(job) for key, job in jobs if job.model in OWN}
+    with closing(work(_attempt, jobs, n_jobs, kinds=kinds)) as events:
         for key, event in events:
             if isinstance(event, Share):
                 on_share(key, event.value)
