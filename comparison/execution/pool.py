@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from math import inf
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -152,14 +153,16 @@ def work(
 
 
 @contextmanager
-def kept_workers() -> Iterator[None]:
+def kept_workers(ahead: int = 0) -> Iterator[None]:
     """Let workers live on from one call of `work` to the next, since they take seconds to start.
 
-    Not the general rule, since a worker does not see later changes of sources or variables.
+    So many are started ``ahead``: they import what runs need while this process does. Not the general rule,
+    since a worker does not see later changes of sources or variables.
     """
     global _keep_idle
     before, _keep_idle = _keep_idle, True
     try:
+        _idle.extend(_Worker() for _ in range(ahead))
         yield
     finally:
         _keep_idle = before
@@ -232,6 +235,7 @@ def _serve(connection: Connection) -> None:
     def report(share: float) -> None:  # a share that is no number is the model's own error
         connection.send(Share(min(1.0, max(0.0, float(share)))))
 
+    import_module("comparison.execution.run")
     with suppress(EOFError, OSError):
         while True:
             attempt, task = connection.recv()
