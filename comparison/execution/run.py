@@ -170,11 +170,7 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
     fingerprints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job, fingerprints[job.model]) for job in jobs]
     by_key = dict(zip(keys, jobs, strict=True))
-    outcomes = {
-        key: Outcome("success", table=table)
-        for key, job in by_key.items()
-        if (table := fetch(key, *_required(job.scene))) is not None
-    }
+    outcomes = {key: Outcome("success", table=table) for key in by_key if (table := fetch(key)) is not None}
     shares = {key: float(key in outcomes) for key in by_key}
     total = sum(job.cost for job in by_key.values())
 
@@ -248,7 +244,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         result = load(job.model)(deepcopy(scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status == "success":
-            check(table, *_required(scene), name=f"the {job.model} run")
+            check(table, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
         if result.status != "success":
@@ -269,11 +265,6 @@ def _load_line(job: Job) -> str:
     with suppress(ValueError):  # the check of a model may contradict its run
         return heavy_load(job.scene.data, check_scene(job.model, job.scene.data))
     return ""
-
-
-def _required(scene: Scene) -> tuple[list[str], tuple[float, float]]:
-    """Return the channels and the time span (s) that a table of the scene must have."""
-    return expected(scene.data), (0.0, scene.duration)
 
 
 def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:

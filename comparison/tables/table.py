@@ -8,6 +8,7 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -127,7 +128,14 @@ class Table:
 
     def values(self, channel: str) -> Array:
         """Return one column, shape (n,)."""
-        return np.asarray(self.frame[channel], dtype=np.float64)
+        if channel not in self._columns:
+            self._columns[channel] = np.asarray(self.frame[channel], dtype=np.float64)
+        return self._columns[channel]
+
+    @cached_property
+    def _columns(self) -> dict[str, Array]:
+        """Columns that were asked for: pandas takes as long for each as a comparison computes with it."""
+        return {}
 
 
 def check(

@@ -25,9 +25,8 @@ def cache(tmp_path):
 
 
 @pytest.fixture
-def fetched(make_table):
-    table = make_table()
-    return lambda: fetch(KEY, table.channels, (0.0, table.time[-1]))
+def fetched():
+    return lambda: fetch(KEY)
 
 
 @pytest.fixture
