@@ -21,6 +21,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from comparison.scene import schema
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
@@ -49,15 +50,15 @@ def scene_keys() -> list[Key]:
 
 
 @cache
-def _texts(section: type[BaseModel]) -> dict[str, str]:
-    """Return the strings below the fields of a section; pydantic would read them at every start."""
-    texts = {} if (base := section.__base__) in (None, BaseModel) else dict(_texts(base))
-    (read,) = ast.parse(inspect.getsource(section)).body
-    assert isinstance(read, ast.ClassDef)
-    for field, text in pairwise(read.body):
-        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
-            texts[ast.unparse(field.target)] = inspect.cleandoc(ast.literal_eval(text.value))
-    return texts
+def _texts() -> dict[tuple[str, str], str]:
+    """Return the strings below the fields of a section, by both; pydantic would read them at every start."""
+    return {
+        (section.name, ast.unparse(field.target)): inspect.cleandoc(ast.literal_eval(text.value))
+        for section in ast.parse(inspect.getsource(schema)).body
+        if isinstance(section, ast.ClassDef)
+        for field, text in pairwise(section.body)
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
 
 
 def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, unit: str) -> Iterator[Key]:
@@ -73,7 +74,8 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
             continue
         sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
         source = "" if default is None else sources[0]
-        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, _texts(section).get(name, ""))
+        texts = [_texts()[key] for each in section.__mro__ if (key := (each.__name__, name)) in _texts()]
+        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, "".join(texts[:1]))
 
 
 def _bounds(notes: list[Any]) -> str:

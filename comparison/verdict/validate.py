@@ -171,13 +171,13 @@ class Case:
         ask for, and chooses its times.
         """
         own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
-        dense = families(dense_scene(self.scene), self.models)
+        others = [model for model in self.models if model not in MODELS]
         ideal = {
             (model, which): Job(scene, model)
             for model in self.models
             for which, scene in ideal_scenes(self.scene, model).items()
         }
-        return own, {which: job for which, job in dense.items() if job.model not in MODELS}, ideal
+        return own, families(dense_scene(self.scene), others), ideal
 
     @cached_property
     def own(self) -> Jobs:
