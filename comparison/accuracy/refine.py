@@ -57,8 +57,8 @@ def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
     return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
 
 
-def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
-    """Return the jobs of both families by model and name."""
+def families(scene: Scene, models: Sequence[str]) -> dict[tuple[str, str], Job]:
+    """Return the jobs of the models' families by model and name."""
     return {(model, kind): job for model in models for kind, job in family(scene, model)}
 
 

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from glob import escape
+from importlib import import_module
 from math import isfinite
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -34,7 +36,6 @@ from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.report.ci import write_job_summary, write_junit
-from comparison.report.page import Row, write_pairwise, write_report
 from comparison.scene import Scene, SceneError, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
@@ -59,6 +60,7 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
     folder, command = check_folder(out or console.REPORTS / usual), options.command(models)
     title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
+    Thread(target=import_module, args=("comparison.report.page",), daemon=True).start()  # while they run
     with progress(title, quiet=options.quiet) as report:
         results = _validate_batches(scenes, models, options, report)
     if not results:
@@ -160,6 +162,8 @@ def _validate_batches(
 
 def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
     """Validate all pairs of models and write the page of all; after Ctrl-C no such page is written."""
+    from comparison.report.page import Row, write_pairwise
+
     folder = check_folder(folder)
     codes, results = [], {}
     for pair in pairs(models):
@@ -270,6 +274,8 @@ def write_page(
     title: str = "",
 ) -> Path:
     """Write the report of scenes into a folder and return its path; its title says how many are missing."""
+    from comparison.report.page import write_report
+
     total = len(comparisons) + len(missing)
     title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:

@@ -7,8 +7,6 @@ from importlib.resources import files
 from math import floor, isnan, log10
 from typing import NamedTuple
 
-import jinja2
-
 from comparison.accuracy import uncertainty
 from comparison.accuracy.levels import thresholds
 from comparison.formatting import instant, number, quantity
@@ -359,13 +357,6 @@ def _capital(text: str) -> str:
 
 # ---- the card of a scene, and the definition of the verdicts, for pages
 
-_DEFINITION = jinja2.Template(
-    files("comparison.words").joinpath("definition.j2").read_text("utf-8"),
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
-
 
 class Card(NamedTuple):
     """Texts of a card: reason of the verdict, observed orders, next step and its commands."""
@@ -427,9 +418,17 @@ def _run(scene: Scene, model: str, name: str, what: str = "") -> str:
 
 def definition(scenes: Sequence[SceneComparison]) -> list[str]:
     """Return the definition of the verdicts of these scenes, one step per line."""
+    import jinja2
+
     judged = [tier for scene in scenes for tier in scene.tiers]
     channels = [channel for tier in judged for channel in tier.channels.values()]
-    text = _DEFINITION.render(
+    template = jinja2.Template(
+        files("comparison.words").joinpath("definition.j2").read_text("utf-8"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    text = template.render(
         u=uncertainty,
         usual=thresholds(),
         tiers={tier.tier: thresholds(tier.tier) for tier in judged},

@@ -21,13 +21,21 @@ from scipy.ndimage import maximum_filter1d
 from comparison.accuracy.levels import NAMES, TIERS, expected, solver_values, thresholds
 from comparison.accuracy.refine import CHANNEL, families, runs_by_model
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, round_off, uncertainty, window_samples
-from comparison.execution.run import Job, Progress, check_forces, run_all, successful
+from comparison.execution.run import (
+    Job,
+    Progress,
+    at_own_samples,
+    check_forces,
+    dense_scene,
+    run_all,
+    successful,
+)
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.formatting import number
 from comparison.metrics import WINDOW, begin_where, match
 from comparison.models import MODELS, find, formulations, machine_and_versions
-from comparison.reliability.assessment import at_own_samples, compare_reliability, dense_scene, ideal_scenes
+from comparison.reliability.assessment import compare_reliability, ideal_scenes
 from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene, shipped_scenes
 from comparison.studies.shared.study import Study, rows_table, share, upper_limit, write_csv
