@@ -277,9 +277,9 @@ def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
     """Return the reasons of a verdict at one tier as pairs of topic and sentence."""
     lines = [
         ("reason", scene_reason(scene)),
-        ("predictable", predictable(scene)),
         ("runs", finer_runs(scene)),
         ("confirmation", confirmation(scene)),
+        ("predictable", predictable(scene)),
         ("why", "; ".join(attribution_lines(scene))),
         ("reliability", "" if scene.reliability is None else reliability_line(scene.reliability)),
     ]
