@@ -20,7 +20,7 @@ from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Columns, Study, markdown, part, write_csv
 
 FITTING = 0.3  # share of the progress that the fits take
-UNKNOWNS = ("H_x", "H_y", "guide")
+UNKNOWNS = ("H_x", "H_y", "line")
 VELOCITIES = {"lowest": (2, "F14c-vy"), "highest": (3, "F14c-vy2")}
 """Place among the facts, and row of the printed one."""
 CASES = {
@@ -141,6 +141,7 @@ def page(results: Results) -> dict[str, object]:
         "facts": markdown(compared.rename_axis("fact").reset_index(), written),
         "unknowns": markdown(pd.DataFrame({"": UNKNOWNS} | unknowns)),
         "certainty": ", ".join(map(_mm, deviations)),
+        "values": ", ".join(map(_mm, shipped)),
         "within": int((np.abs(np.subtract(shipped, best.geometry)) < deviations).sum()),
         "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
         "vibration": f"{1e3 * fitting.vibration():.1f}",

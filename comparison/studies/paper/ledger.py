@@ -22,6 +22,7 @@ from comparison.execution.run import Progress
 from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper import numerics
+from comparison.studies.paper.claims import BARE
 from comparison.studies.paper.runs import (
     CAP,
     CENTRAL,
@@ -91,11 +92,11 @@ class Interval(NamedTuple):
             return Size.OUTSIDE
         return Size.INSIDE if self.low > 0 and self.high <= WIDE * self.low else Size.WIDE
 
-    def chance(self) -> float:
-        """Return the share of log-uniform sizes within a factor of `FACTOR` of the middle that it holds."""
+    def chance(self, factor: float = FACTOR) -> float:
+        """Return the share of log-uniform sizes within a factor of the middle that it holds."""
         if not self.middle > 0:
             return nan
-        low, high = (log(max(end / self.middle, 1e-300)) / log(FACTOR) for end in (self.low, self.high))
+        low, high = (log(max(end / self.middle, 1e-300)) / log(factor) for end in (self.low, self.high))
         return max(min(high, 1.0) - max(low, -1.0), 0.0) / 2
 
 
@@ -149,7 +150,7 @@ def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFram
         exact = {
             name: abs(measure(name, runs, MODELS[0], limits).value) for name in set(runs.solver["id"]) - {""}
         }
-        solver = numerics.u_d(runs.solver, exact)
+        solver = numerics.u_d(runs.solver[runs.solver["gain"] > BARE], exact)
     rows = {}
     for name, row in numbers().to_dict("index").items():
         ids, quantity, use, limit = row["ids"].split(", "), row["quantity"], row["use"], nan
@@ -185,9 +186,9 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     """Return a row for each entry that is judged and each hypothesis.
 
     ``id``, ``hypothesis``; ``u_input``, ``low``, ``middle``, ``high`` of the size, ``size``: a `Size`;
-    ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``; ``without`` and
-    ``without_chance``: whether it is inside without u_D, and the chance of it. ``transient``:
-    share of the draws in which an end of a range is the first cycle's alone.
+    ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``; ``without``:
+    whether it is inside ``low_without`` and ``high_without``, the ends without u_D. ``transient``: share of
+    the draws in which an end of a range is the first cycle's alone.
     """
     rows = []
     for hypothesis, frames in drawn.by_hypothesis.items():
@@ -212,7 +213,7 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
             row |= {"chance": within.chance(), "form_chance": wider.chance()}
             bare = interval(sizes, *_others(entry | {"u_D": nan}))
             row |= {"without": bare.size(entry["printed_size"]) != Size.OUTSIDE}
-            row |= {"without_chance": bare.chance()}
+            row |= {"low_without": bare.low, "high_without": bare.high}
             rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
     return pd.DataFrame(rows)
 
@@ -310,9 +311,8 @@ def joint(sizes: pd.DataFrame, printed: pd.Series, twins: Sequence[int], seed: i
     random = np.array([met(np.median(values, axis=0) * FACTOR**power).max() for power in powers])
     best = int(ours.max())
     middle, chance = float(np.median(ours)), float((random >= best).mean())
-    first = values[ours.argmax()]
     targets = printed.reindex(sizes.columns)
-    hits = tuple(map(str, sizes.columns[np.abs(first - targets) <= CLOSE * targets]))
+    hits = tuple(map(str, sizes.columns[np.abs(values[ours.argmax()] - targets) <= CLOSE * targets]))
     return Joint(len(sizes.columns), len(values), best, middle, float(random.mean()), chance, hits)
 
 

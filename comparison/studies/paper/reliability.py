@@ -102,12 +102,13 @@ def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
 def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
     long, settings = differences(results.long), next(iter(results.scenes.values())).reliability
+    said = long.loc[long.filter(regex="_smallest$").max(axis=1).round(5) > 0, "verdict"]
     idle, loaded = (long[long["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
     limits = (f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES)
     return {
         "config": results.config,
         "long": long,
-        "verdicts": {name: int((long["verdict"] == name).sum()) for name in ("agree", "undecided", "differ")},
+        "verdicts": {name: int((said == name).sum()) for name in ("agree", "undecided", "differ")},
         "settings": settings,
         "limits": ", ".join(limits),
         "cap": f"{cap(settings.displacement):.10f}",

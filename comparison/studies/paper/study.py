@@ -15,13 +15,15 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
-from comparison.studies.paper.claims import CRITERIA, Verdict, judge_all
+from comparison.studies.paper.claims import BARE, CRITERIA, Verdict, judge_all
 from comparison.studies.paper.exponents import verdict
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
 
+FACTORS = (1.5, ledger.FACTOR, 3.0)  # of random sizes
+SHARES = ("share", "shifted", "sized", "random", "random_shifted")
 POISSON_PAIR = ("F9-210-d", "F10-33-d")  # the displacement's error at both Poisson's ratios
 PRINTED_DIGITS = 1.5e-4  # relative: both are printed as 3.687e-5 m
 CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose exponents statements need
@@ -50,6 +52,9 @@ class Results(NamedTuple):
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run everything and judge it."""
+    usual = [pair for pair in config.solver.tolerances if pair in numerics.DEFAULTS]
+    bare = config.solver._replace(tolerances=usual, gains=(BARE,), draws=1)
+    solver = [numerics.measure(each, n_jobs, part(on_progress, 0.35, 0.6)) for each in (config.solver, bare)]
     best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.2)).best
     exponents: dict[tuple[str, str], list[float]] = {}
     for (scene, model, *_), each in best.items():
@@ -58,7 +63,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         runs.simulate(config.runs, n_jobs, part(on_progress, 0.2, 0.35)),
         chaos=verdict(best, CENTRAL),
         exponents=exponents,
-        solver=numerics.measure(config.solver, n_jobs, part(on_progress, 0.35, 0.6)),
+        solver=pd.concat(solver, ignore_index=True),
     )
     limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
     drawn = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.6, 1.0))
@@ -80,9 +85,12 @@ def page(results: Results) -> Mapping[str, object]:
     entries, instants = results.entries, results.instants
     predicted = entries[entries["use"] == Use.PREDICTION]
     judged = results.judged[results.judged["id"].isin(predicted.index)]
+    by_hypothesis = [(name, judged[judged["hypothesis"] == name]) for name in HYPOTHESES]
+    twins = predicted.index[predicted["scene"] == ledger.POISSON]
     statements = results.statements.drop_duplicates("id")
     times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
     peaks = times[times["first"] & times["random"].notna()]  # repeats, and the ideal stroke, show nothing
+    peaks = peaks.drop_duplicates(["hypothesis", "scene", "quantity", "at"])
     angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
     units = {name: unit_of(name) for name in QUANTITIES}
     by_chance = ledger.matches_by_chance(list(angles["at"]), list(angles["ours"]))
@@ -90,7 +98,10 @@ def page(results: Results) -> Mapping[str, object]:
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
-        "hypotheses": {name: _counts(judged[judged["hypothesis"] == name]) for name in HYPOTHESES},
+        "seen": int((predicted["sight"] != "").sum()),
+        "hypotheses": {name: _counts(rows) for name, rows in by_hypothesis},
+        "once": {name: _counts(rows[~rows["id"].isin(twins)]) for name, rows in by_hypothesis},
+        "factors": FACTORS,
         "close": int(((ratio - 1.0).abs() <= ledger.CLOSE).sum()),
         "near": int(ratio.between(1 / ledger.FACTOR, ledger.FACTOR).sum()),
         "joints": results.joints,
@@ -102,10 +113,7 @@ def page(results: Results) -> Mapping[str, object]:
         "dated": times["id"].nunique(),
         "dated_peaks": peaks["id"].nunique(),
         "agreeing": {
-            name: {
-                key: number(rows[key].sum(), 2)
-                for key in ("share", "shifted", "sized", "random", "random_shifted")
-            }
+            name: {key: number(rows[key].sum(), 2) for key in SHARES}
             for name, rows in peaks.groupby("hypothesis", sort=False)
         },
         "angles": len(angles),
@@ -142,6 +150,7 @@ def page(results: Results) -> Mapping[str, object]:
         "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
         "central": CENTRAL,
+        "bare": f"{BARE:g}",
     }
 
 
@@ -159,19 +168,18 @@ def _pin(made: Runs) -> dict[str, str]:
 
 def _counts(judged: pd.DataFrame) -> dict[str, Any]:
     """Return how many predictions have each `Size`, how many are inside, and what chance gives of it."""
-    inside = int(judged["size"].isin([Size.INSIDE, Size.WIDE]).sum())
-    return {
-        **{str(size): int((judged["size"] == size).sum()) for size in Size},
-        "held": inside,
-        "expected": number(judged["chance"].sum(), 2),
-        "likely": share(ledger.at_least(inside, judged["chance"].fillna(0.0))),
-        "form_expected": number(judged["form_chance"].sum(), 2),
-        "without": int(judged["without"].sum()),
-        "without_expected": number(judged["without_chance"].sum(), 2),
-        "without_likely": share(
-            ledger.at_least(int(judged["without"].sum()), judged["without_chance"].fillna(0.0))
-        ),
-    }
+    inside, counts = judged["size"].isin([Size.INSIDE, Size.WIDE]), {"of": len(judged)}
+    counts |= {str(size): int((judged["size"] == size).sum()) for size in Size}
+    counts |= {"held": int(inside.sum()), "without": int(judged["without"].sum())}
+    counts |= {"certain": int((inside & (judged["chance"] == 1.0)).sum())}
+    random: dict[str, dict[float, str]] = {}
+    for key, end in (("held", ""), ("without", "_without")):
+        ends = judged[[f"low{end}", "middle", f"high{end}", "u_input"]].to_numpy(np.float64)
+        for factor in FACTORS:
+            chances = np.nan_to_num([ledger.Interval(*each).chance(factor) for each in ends])
+            random.setdefault(key, {})[factor] = number(chances.sum(), 2)
+            random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], chances))
+    return {**counts, "random": random, "form_expected": number(judged["form_chance"].sum(), 2)}
 
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:
@@ -186,7 +194,7 @@ def _interval(entry: Entry, judged: Entry) -> str:
     if entry["unit"] == "1":
         ends = [runs.CAP - end for end in reversed(ends)]
     size = {Size.INSIDE: "**inside**", Size.OUTSIDE: "outside", Size.FORM: "inside with the form"}
-    said = size.get(judged["size"], judged["size"])
+    said = size.get(judged["size"], judged["size"]) + "†" * judged["without"]
     chance = MISSING if isnan(judged["chance"]) else share(judged["chance"])
     return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({chance})"
 
@@ -241,7 +249,7 @@ def _times(instants: pd.DataFrame) -> pd.DataFrame:
 
 def _solver(solver: pd.DataFrame) -> str:
     """Return extreme sizes of the runs by the paper's solver with stabilization, a column a tolerance."""
-    own = solver[(solver["gain"] > 0) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
+    own = solver[(solver["gain"] > BARE) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
     ends = own.groupby(["id", "relative", "absolute"], sort=False)["size"].agg(["min", "max"]).reset_index()
     units = runs.numbers()["unit"]
     cells = [
@@ -257,7 +265,7 @@ def _equal_pairs(solver: pd.DataFrame) -> dict[str, int]:
     if solver.empty:
         return {"pairs": 0, "equal": 0}
     default = pd.MultiIndex.from_frame(solver[["relative", "absolute"]]).isin(numerics.DEFAULTS)
-    own = solver[default & (solver["gain"] > 0).to_numpy()]
+    own = solver[default & (solver["gain"] > BARE).to_numpy()]
     keys = ["relative", "absolute", "gain", "inside", "draw"]
     one, other = (own[own["id"] == name].set_index(keys)["value"].abs() for name in POISSON_PAIR)
     ratio = (one / other).dropna()
@@ -302,7 +310,7 @@ STUDY = Study(
         numerics.Config(
             runs.SLIDER,
             (*numerics.DEFAULTS, *numerics.OTHERS),
-            gains=(0.0, 5.0, 10.0, 50.0, 100.0),
+            gains=(5.0, 10.0, 50.0, 100.0),
             draws=3,
             samples=10_000,
         ),
