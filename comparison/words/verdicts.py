@@ -307,7 +307,7 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
     if len(scenes) == 1:
         one, several = _PLURALS[scenes[0].verdict]
         # Tables of other programs have no scene.
-        text = f"the two tables {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
+        text = f"the two {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
         return " ".join(filter(None, (text, agreement(scenes[0]))))
     count = Counter(scene.verdict for scene in scenes)
     parts = [
