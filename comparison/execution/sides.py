@@ -57,10 +57,10 @@ class Command:
 
     @cached_property
     def files(self) -> dict[str, str]:
-        """The hash of each file that a word names, also behind an equals sign; the path of the program."""
+        """Hashes of the files that words name, also behind "=", and of Python files beside; its program."""
         named = [self.folder / part for word in self.words for part in (word, word.partition("=")[2]) if part]
         hashes = {"": shutil.which(self.words[0]) or ""}
-        for path in named:
+        for path in [*named, *sorted(self.folder.glob("*.py"))]:
             if path.is_file():
                 with path.open("rb") as file:
                     hashes[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
@@ -145,6 +145,8 @@ def command_side(text: str, folder: Path, needs: Sequence[str]) -> Command:
         raise SolverError(f"command = {text!r}: {error}") from error
     if missing := [f"{{{name}}}" for name in (*needs, "out") if f"{{{name}}}" not in text]:
         raise SolverError(f"command = {text!r} must hold {missing[0]}, which a run replaces by its own value")
+    if "{start}" in text and "start" not in needs:
+        raise SolverError(f"command = {text!r} holds {{start}}, and [start] states names no state")
     return Command(text, words, folder)
 
 

@@ -123,7 +123,7 @@ def judge(
     *,
     tolerance: Sequence[float | None] | float | None = None,
     step: Sequence[float | None] | float | None = None,
-    states: int | Sequence[str] = 0,
+    states: int | str | Sequence[str] = 0,
     n_jobs: int = 1,
     **options: Any,
 ) -> SceneComparison:
@@ -133,8 +133,8 @@ def judge(
     ----------
     a, b
         Functions of the tolerance (or step) and of the offsets of the start, an array of one a state, which
-        return a data frame whose time (s) is a column or the index; or commands, or paths of FMUs, as in a
-        pair file. All runs of both have the same times.
+        return a data frame whose ``time`` (s) is a column or its index; or commands, or paths of FMUs, as in
+        a pair file. All runs of both have the same times.
     tolerance, step
         The setting that controls each one's error: of both, or a pair; None for the side that has the other.
     states
@@ -172,7 +172,8 @@ def judge(
     >>> sixbar.judge(decay, other, tolerance=1e-8, states=1).verdict
     'differ'
     """
-    names = [position(n + 1) for n in range(states)] if isinstance(states, int) else [*states]
+    named = [states] if isinstance(states, str) else states
+    names = [position(n + 1) for n in range(named)] if isinstance(named, int) else [*named]
     content: dict[str, Any] = {"side": {"a": {}, "b": {}}, "start": {"states": names}}
     for key, value in ((key, unboxed(value)) for key, value in options.items() if value is not None):
         if key in Solver.model_fields:
@@ -299,6 +300,11 @@ class Pair:
             line = f"{self.sides[n].label}: runs at two settings are equal: its error is not known"
             result = replace(result, warnings=(*result.warnings, line))
             doubt = Doubt.NO_EFFECT
+        for side, own in zip(self.sides, programs, strict=True):
+            pair = [run.frame for run in own.perturbed[:2]]
+            if own.coarser and pair and all(frame.equals(own.coarser.frame) for frame in pair):
+                line = f"{side.label}: a moved start changes nothing: how its motions diverge is not known"
+                result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.NO_EFFECT
         if result.verdict == "differ" and result.confirmation and doubt:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs
@@ -368,7 +374,11 @@ class Pair:
         A scale is the range of the column of this name in the first run of the side, else 1.
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
-        ranges = {name: float(np.ptp(values)) for name, values in columns.items()}
+        ranges = {name: float(np.ptp(values[np.isfinite(values)])) for name, values in columns.items()}
+        missing = [state for state in self.keys.start.states if state not in columns]
+        if missing and not isinstance(side.solver, Command):
+            has = ", ".join(name for name in columns if not name.startswith("#"))
+            raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {has}")
         scales = [ranges.get(state) or 1.0 for state in self.keys.start.states]
         return tuple((shares * scales).tolist())
 

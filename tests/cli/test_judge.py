@@ -77,12 +77,13 @@ def test_the_pair_of_the_page(sixbar):
     assert {path.name for path in Path(sixbar.folder, "report").iterdir()} == {
         "report.html", "junit.xml", "summary.md", "summary.json", "tables",
     }  # fmt: skip
-    sixbar.write("solver.py", "raise SystemExit('it runs again only where a file that it names has changed')")
+    sixbar.write("solver.py", "raise SystemExit('it runs again only where a file has changed')")
     assert "it runs again only where" in sixbar(*command, PATH=PATH, code=2).err
     sixbar.write("solver.py", block("python", 1))
-    sixbar.write("pendulum.py", "a module that no word names does not count")
     assert sixbar(*command, "--until", "any", PATH=PATH).code == 0
     sixbar(*command, "--until", "10", PATH=PATH, code=3)
+    sixbar.write("pendulum.py", "raise SystemExit('nor is a module beside it forgotten')")
+    assert "nor is a module beside it forgotten" in sixbar(*command, PATH=PATH, code=2).err
 
 
 def test_an_fmu_is_a_side(sixbar):

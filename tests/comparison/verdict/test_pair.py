@@ -231,3 +231,19 @@ print([name for name in ("exudyn", "numba", "exudyn_model", "reference_model") i
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "agree agree\n[]\n"
+
+
+def test_a_solver_that_ignores_the_start_is_said_and_a_state_of_no_column_refused():
+    """Without moved starts the motions do not diverge, and `until` would be later than it is."""
+
+    def rates(_, y):
+        return [y[1], -np.sin(y[0])]
+
+    options = {"start": [1.0, 0.0], "times": np.linspace(0, 10, 201)}
+    a, b = (solver(rates, method=method, **options) for method in ("DOP853", "LSODA"))
+    fixed = sixbar.judge(lambda tol, start: a(tol, 0 * start), b, tolerance=1e-7, states=2)
+    assert any("a moved start changes nothing" in warning for warning in fixed.warnings)
+    moving = sixbar.judge(a, b, tolerance=1e-7, states=2)
+    assert not any("changes nothing" in warning for warning in moving.warnings)
+    with pytest.raises(TableError, match="states: 'phi' is not a column of a, which has"):
+        sixbar.judge(lambda tol, start: a(tol, 0 * start), b, tolerance=1e-7, states="phi")
