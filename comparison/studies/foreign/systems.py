@@ -86,7 +86,7 @@ def _scipy(system: System, method: Any, tolerance: float, states: list[float], o
     event, t, regime = system.event, 0.0, system.regime(states, own)
     samples = np.empty((SAMPLES, len(states)))
     while True:
-        part = solve_ivp(
+        part: Any = solve_ivp(
             lambda t, y, regime: system.rates(math, t, y.tolist(), own, regime),
             (t, system.end),
             states,

@@ -1,4 +1,4 @@
-"""True trajectories of the systems: Taylor series in 34 digits by heyoka, which is installed for this study."""
+"""True trajectories of the systems: Taylor series in 34 digits, by heyoka, installed for this study alone."""
 
 from collections.abc import Sequence
 from importlib import import_module
@@ -49,7 +49,7 @@ class Truth:
         )
 
     def states(self, start: Sequence[float], offset: float = 0.0) -> Array:
-        """Return the states at the samples, of shape (samples, states), each state first moved by an offset."""
+        """Return the states at the samples, shape (samples, states), each moved by an offset at the start."""
         states: Array = self._exact(start, offset).astype(np.float64)
         return states
 
