@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from comparison.reliability.tables import reliability
     from comparison.report.pictures.notebook import simulate
     from comparison.scene import load_scene
+    from comparison.verdict.pair import judge
     from comparison.verdict.recorded import compare
     from comparison.verdict.validate import validate
 
-__all__ = ["compare", "load_scene", "reliability", "simulate", "validate"]
+__all__ = ["compare", "judge", "load_scene", "reliability", "simulate", "validate"]
 
 _MODULES = {
     "compare": "comparison.verdict.recorded",
+    "judge": "comparison.verdict.pair",
     "load_scene": "comparison.scene",
     "reliability": "comparison.reliability.tables",
     "simulate": "comparison.report.pictures.notebook",

@@ -17,7 +17,7 @@ import numpy as np
 
 from comparison.models import OWN, declared_formulations, declared_settings, formulations, plan_of, smallest
 from comparison.scene import Scene, digest, load_scene
-from comparison.tables.channels import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray, Extent
 
 NAMES = ("draft", "standard", "strict")
 """Accuracies with a name, from coarse to fine."""
@@ -231,11 +231,11 @@ class Thresholds:
     alpha: float
     coverage: float
 
-    def largest(self, scale: float) -> float:
+    def largest(self, scale: Extent) -> Extent:
         """Return the largest uncertainty at which a sample of a channel of this scale is predictable."""
         return self.alpha * scale
 
-    def predictable(self, u: Array, scale: float) -> BoolArray:
+    def predictable(self, u: Array, scale: Extent) -> BoolArray:
         """Return the samples whose uncertainty is small enough against their channel's scale to be judged."""
         return np.asarray(u <= self.largest(scale))
 

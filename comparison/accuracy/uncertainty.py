@@ -3,8 +3,8 @@ r"""Numerical uncertainty of a run as a function of time, from five runs of one 
 The run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and two of the coarser setting whose
 start is moved (S_t), with offset and angle of equal and of opposite signs: how neighbouring trajectories
 diverge is a property of the motion, which the coarser setting shows at the least cost. A level changes the
-setting by the factor r and should change the error by r^p. With the window W(t) of one hundredth of a crank
-cycle to either side (no running maximum: diverged runs converge again in sustained contact),
+setting by the factor r and should change the error by r^p. With the window W(t) of one hundredth of a period
+to either side (no running maximum: diverged runs converge again in sustained contact),
 
 .. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
           d_t = \max_{W(t)} |S_c - S_t| \text{ of either perturbed run}, \quad d = \max(d_f, d_c / r^p),
@@ -20,9 +20,10 @@ runs M_i of the same setting from moved starts (`comparison.verdict.confirmation
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import degrees, isfinite, log, nan, sqrt
+from math import degrees, isfinite, isnan, log, nan, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
@@ -42,6 +43,11 @@ ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing
 # Of the run's duration: N additions of a step may add up to N eps / 2, i.e. 4e-11 for the 4e5 steps of two
 # cycles at 1e-6 s; measured there (slider_y of the ideal mechanism, known in closed form) is 4e-12.
 TIME_ROUND_OFF = 1e-11
+FIRST = 1000
+"""Samples by which a motion without a stated period or scale is known: later ones only widen its range."""
+
+Windows = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""First and last sample of the window of each sample, each of shape (n,); n where it exceeds the run."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,8 @@ class Runs:
     """One model's runs of a scene; without a finer run it has no uncertainty.
 
     The perturbed runs have the coarser setting, or the base's where there is no coarser run. ``refinement``
-    is the factor between two levels and the order of the error.
+    is the factor between two levels and the order of the error; nan where the order is not known: then the
+    least of any method, 1, counts for the coarser run, and the factor of safety is always the large one.
     """
 
     base: Table
@@ -124,12 +131,12 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
 
 
-def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
+def uncertainty(levels: RunValues, half_width: int | Windows, floor: float | Array) -> Array:
     """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples."""
     distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
-        original, gain = levels.coarser, levels.factor**levels.order
+        original, gain = levels.coarser, levels.factor ** (1.0 if isnan(levels.order) else levels.order)
         coarse = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -145,12 +152,17 @@ def uncertainty(levels: RunValues, half_width: int, floor: float) -> Array:
 
 
 def model_uncertainty(
-    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
+    runs: Runs,
+    name: str,
+    period: float,
+    ensemble: Sequence[Table] = (),
+    every: int = 1,
+    learnt: int | None = None,
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
-    ``period`` is that of a crank cycle, s; the ensemble has further runs at the base's setting and times from
-    moved starts; of ``every`` so many samples the first counts.
+    ``period`` is that of the motion, s; the ensemble has further runs at the base's setting and times from
+    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`.
     """
     if runs.finer is None:
         return None
@@ -159,8 +171,6 @@ def model_uncertainty(
         return run.values(name)[::every]
 
     time, base = runs.base.time[::every], values(runs.base)
-    interval = float(time[-1] - time[0]) / (time.size - 1)
-    ahead = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
     levels = RunValues(
         base,
         values(runs.finer),
@@ -169,18 +179,39 @@ def model_uncertainty(
         *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    half_width = max(window_samples(period, interval), int(ahead.max()))
-    return uncertainty(levels, half_width, round_off(base, time, runs.base.known[name].round_off))
+    floor = round_off(base, time, runs.base.known[name].round_off, learnt)
+    return uncertainty(levels, windows(time, WINDOW * period), floor)
 
 
-def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
+def spread(original: Array, perturbed: Sequence[Array], half_width: int | Windows) -> Array:
     """Return the part of u due to neighbouring starts, 3 d_t, which no setting removes; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _window_maximum(np.broadcast_to(farthest, original.shape), half_width)
 
 
-def _window_maximum(distance: Array, half_width: int) -> Array:
+def windows(time: Array, width: float) -> Windows:
+    """Return the window of each sample, up to the first ones ``width`` (s) or more away on either side."""
+    # A whole number of samples, whichever way times round.
+    slack = 1e-7 * width + 4 * np.spacing(np.abs(time))
+    first = np.searchsorted(time, time - width + slack, side="right") - 1
+    return np.maximum(first, 0), np.searchsorted(time, time + width - slack)
+
+
+def so_far(values: Array, learnt: int | None = None) -> Array:
+    """Return the largest value up to each sample, shape (n,).
+
+    At least of the first samples, ``learnt`` so many; None: of all.
+    """
+    largest = np.maximum.accumulate(values)
+    largest[:learnt] = largest[:learnt][-1]
+    return largest
+
+
+def _window_maximum(distance: Array, half_width: int | Windows) -> Array:
     """Return the largest distance within the window, shape (n,)."""
+    if not isinstance(half_width, int):
+        ends = half_width[0], np.minimum(half_width[1] + 1, distance.size)
+        return np.maximum.reduceat(np.append(distance, 0.0), np.column_stack(ends).ravel())[::2]
     return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
 
 
@@ -205,15 +236,15 @@ def window_samples(period: float, interval: float) -> int:
     return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
 
 
-def round_off(values: Array, time: Array, absolute: float) -> float:
-    """Return the round-off of one sample in double precision, in the channel's unit.
+def round_off(values: Array, time: Array, absolute: float, learnt: int | None = None) -> Array:
+    """Return the round-off of samples in double precision, in the channel's unit; shape (n,).
 
     The largest of: its absolute number (``channels.toml``), some epsilon of its largest value, and its change
-    within the error of time (s).
+    within the error of time (s); both as far as `so_far` says.
     """
-    rate = float(np.abs(np.diff(values) / np.diff(time)).max())
-    clock = TIME_ROUND_OFF * float(time[-1] - time[0])
-    return max(absolute, ROUND_OFF * float(np.abs(values).max()), clock * rate)
+    rate = so_far(np.append(0.0, np.abs(np.diff(values) / np.diff(time))), learnt)
+    clock = TIME_ROUND_OFF * so_far(time - time[0], learnt)
+    return np.maximum(np.maximum(absolute, ROUND_OFF * so_far(np.abs(values), learnt)), clock * rate)
 
 
 def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> float:

@@ -10,6 +10,7 @@ import typer
 from comparison.cli.compare import compare, reliability, validate
 from comparison.cli.console import INTERRUPTED, complain, describe_error, option, say, session
 from comparison.cli.gate import gate
+from comparison.cli.judge import judge
 from comparison.cli.listing import channels, keys, new, plan, scenes
 from comparison.cli.run import animate, plot, run, settings
 from comparison.cli.study import studies
@@ -84,7 +85,8 @@ def _root(
 
 
 _COMMANDS = (
-    scenes, channels, keys, new, plan, run, settings, validate, compare, reliability, plot, animate, gate,
+    scenes, channels, keys, new, plan, run, settings, validate, compare, judge, reliability, plot, animate,
+    gate,
 )  # fmt: skip
 for _command in _COMMANDS:
     app.command()(_command)

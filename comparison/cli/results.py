@@ -34,7 +34,7 @@ from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.report.ci import write_job_summary, write_junit
-from comparison.report.page import Row, origin, render, write_pairwise
+from comparison.report.page import Row, write_pairwise, write_report
 from comparison.scene import Scene, SceneError, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
@@ -273,14 +273,11 @@ def write_page(
     title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    path = folder / "report.html"
-    html = render(comparisons, title=title, command=command, missing=missing, origin=origin())
-    write_text(html, path)
-    return path
+    return write_report(comparisons, folder / "report.html", title=title, command=command, missing=missing)
 
 
 def write_validation(
-    results: Sequence[Validation], folder: Path, summary: Mapping[str, Any]
+    results: Sequence[Validation], folder: Path, summary: Mapping[str, Any], verb: str = "validate"
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and lines on partial results.
 
@@ -305,7 +302,7 @@ def write_validation(
         write_json(summary, part / "summary.json")
         cases = of_comparisons(comparisons)
         cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
-        write_junit(cases, part / "junit.xml", name="sixbar validate")
+        write_junit(cases, part / "junit.xml", name=f"sixbar {verb}")
         lines = [
             words.incomplete(comparisons, missing),
             *lead(comparisons),
@@ -314,7 +311,7 @@ def write_validation(
         ]
         write_job_summary(
             part / "summary.md",
-            title="Cross-validation of the two models",
+            title="Cross-validation of the two models" if verb == "validate" else comparisons[0].title,
             sentences=[line for line in lines if line],
             headings=("scene", "tier", "verdict", "why"),
             rows=[

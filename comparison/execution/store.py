@@ -77,6 +77,17 @@ def keep(key: str, table: Table) -> None:
         _store(cache_folder() / RUNS / key, packed.getvalue())
 
 
+def fetch_file(key: str) -> bytes | None:
+    """Return a stored file that a program has written; None if there is none that is sound."""
+    return _content(cache_folder() / RUNS / key)
+
+
+def keep_file(key: str, content: bytes) -> None:
+    """Store a file that a program has written; do nothing if that is impossible."""
+    with suppress(OSError):
+        _store(cache_folder() / RUNS / key, content)
+
+
 def fetch_row(folder: Path, key: str) -> Row | None:
     """Return the stored row; None if there is none that is sound."""
     content = _content(folder / key)

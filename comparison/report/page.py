@@ -283,6 +283,20 @@ def render(
     )
 
 
+def write_report(
+    comparisons: Sequence[SceneComparison],
+    path: Path,
+    *,
+    title: str,
+    command: str,
+    missing: Sequence[str] = (),
+) -> Path:
+    """Write the page that `render` returns, with its origin; return its path."""
+    html = render(comparisons, title=title, command=command, missing=missing, origin=origin())
+    write_text(html, path)
+    return path
+
+
 def anchors(names: Sequence[str]) -> list[str]:
     """Return the id of each scene's section: its name, if that is a valid and unique one.
 

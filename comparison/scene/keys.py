@@ -327,12 +327,20 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         if schema is SceneKeys:
             wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
             return f"{key} {text}{did_you_mean(wrong)}"
-        close = get_close_matches(".".join(steps), schema.model_fields, n=1)
+        close = get_close_matches(".".join(steps), [*_names(schema)], n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
     if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
         text += did_you_mean(steps[-1])
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
+
+
+def _names(schema: type[BaseModel]) -> Iterator[str]:
+    """Yield the dotted keys of a file, also those of its sections."""
+    for name, field in schema.model_fields.items():
+        yield name
+        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from (f"{name}.{below}" for below in _names(field.annotation))
 
 
 def short(value: object) -> str:

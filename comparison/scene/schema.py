@@ -295,7 +295,10 @@ class Solver(Section):
 
 
 class Compare(Section):
-    """Rules for two tables without uncertainties, for every channel."""
+    """Rules of a comparison; all but ``until`` are for tables without uncertainties, for every channel."""
+
+    until: Annotated[Positive | Literal["any"], S] | None = None
+    """Time until which two results with uncertainties have to be predictable and agree."""
 
     tolerance: Positive | None = None
     """Permitted difference of two tables without uncertainties, as a share of each channel's scale."""

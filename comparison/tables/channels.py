@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from math import pi
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "u
 PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
 """Contacts of an event table and their display names: the slider's corners and the journal at A."""
+Extent = TypeVar("Extent", float, Array)
 UNCERTAINTY = "_u"
 """Ending of the name of a column with the estimated error of a channel, in its unit; itself no channel."""
 
@@ -41,7 +42,7 @@ class Channel:
     turn: float = 2 * pi  # a revolution in the unit of an angle
     given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
 
-    def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:
+    def scale_value(self, scene: Mapping[str, Any] | None, extent: Extent) -> float | Extent:
         """Return the scale in the channel's unit; without a scene or clearance the ``extent`` of the results.
 
         Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well: the linkage

@@ -2,8 +2,9 @@
 
 import tomllib
 from collections.abc import Iterator
+from collections.abc import Mapping as Pairs
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError
 
@@ -92,14 +93,19 @@ class Mapping(Section):
 def load_mapping(path: Path) -> Mapping:
     """Read a mapping file; a `TableError` tells key, value and violated rule."""
     with readable(path):
-        content = tomllib.loads(contents(path))
-        try:
-            mapping = Mapping.model_validate(content)
-        except ValidationError as error:
-            raise TableError(explain(error, Mapping)) from error
-        if fault := next(_faults(mapping), ""):
-            raise TableError(fault)
+        mapping = mapping_of(tomllib.loads(contents(path)))
     mapping._file = str(path)
+    return mapping
+
+
+def mapping_of(content: Pairs[str, Any]) -> Mapping:
+    """Return the mapping of the contents of a file; errors are those of `load_mapping`."""
+    try:
+        mapping = Mapping.model_validate(content)
+    except ValidationError as error:
+        raise TableError(explain(error, Mapping)) from error
+    if fault := next(_faults(mapping), ""):
+        raise TableError(fault)
     return mapping
 
 

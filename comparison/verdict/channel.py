@@ -8,7 +8,7 @@ set of options of the command line, Python and the fixture of pytest.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -16,12 +16,14 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from comparison.accuracy.levels import Thresholds
+from comparison.accuracy.uncertainty import so_far
 from comparison.metrics import Between, scaled
 from comparison.scene.schema import Compare, NotNegative, Positive, Real
 from comparison.tables.arguments import Options, by_name
 from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import METRICS, Basis, ChannelComparison, Check
+from comparison.verdict.until import differs, settled, until
 
 
 def _names(value: object) -> object:
@@ -54,7 +56,7 @@ class Criteria(Options, Compare):
     """Whether tables of different spans are compared where both have samples, instead of refused."""
     period: Positive | None = None
     """Period of the motion, s, a hundredth of which is the window of an uncertainty; None: that of the scene,
-    else the span of the tables."""
+    else the median time between two turning points."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -108,11 +110,13 @@ def compare_channel(
     within: BoolArray | None = None,
     criteria: Criteria = NO_CRITERIA,
     limits: Thresholds,
+    window: float = 0.0,
+    learnt: int | None = None,
 ) -> ChannelComparison:
     """Judge one channel on a common grid.
 
     A sample at which both results are exactly zero is no evidence: a force that is missing altogether would
-    agree with the 99 % of the samples at which a corner is free. Where too few samples are predictable, a
+    agree with the 99 % of the samples at which nothing touches. Where too few samples are predictable, a
     channel still differs if too few are explained even with all unpredictable ones counted as explained: a
     model's error may be what makes its motion unpredictable. So does a position or a velocity if even the
     largest uncertainty of all times explains too few samples: in a wrong unit the uncertainty, too, may be
@@ -121,10 +125,15 @@ def compare_channel(
     An uncertainty that is None makes both unused; then the scale is the range of ``a`` alone, which an
     outlier in ``b`` must not widen. ``within``, shape (n,), are the samples that may be judged at all: where
     the position that this channel follows is predictable, and its value follows from samples.
+
+    ``window`` is that of the uncertainty, s. The end of a scene's run is stated. Without a scene ``learnt``
+    samples count from the first, and scales are ranges up to each sample: a longer run changes nothing that
+    was said.
     """
     time, a, b, u_a, u_b = samples
     known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel.name)
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
+    count = time.size if learnt is None else settled(time, window)
     result = ChannelComparison(
         definition=channel,
         scale=scale,
@@ -135,22 +144,34 @@ def compare_channel(
         u_b=u_b,
         tolerance=None if known or tolerance is None else tolerance * (1.0 if criteria.absolute else scale),
         predictable=np.ones(time.shape, dtype=np.bool_) if within is None else within,
-        limits=limits if known else replace(limits, share=criteria.share),
+        limits=limits if known else replace(limits, share=criteria.share, least_outside=1),
         verdict="indeterminate",
         basis=Basis.NO_LIMIT,
         time_tolerance=0.0 if known else criteria.time_tolerance,
     )
     if result.u is not None:
-        result = replace(result, predictable=result.predictable & limits.predictable(result.u, scale))
-    result = replace(result, **_by_samples(result))
+        extent = so_far(np.maximum(a, b), learnt) + so_far(-np.minimum(a, b), learnt)
+        scales = np.broadcast_to(channel.scale_value(scene, extent), time.shape)
+        predictable = result.predictable & limits.predictable(result.u, scales) & (scales > 0.0)
+        end, isolated = until(time, predictable[:count], window)
+        result = replace(result, predictable=predictable, until=end, isolated=isolated)
+    result = replace(result, **_by_samples(result, count, demanded=learnt is None))
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if result.verdict == "indeterminate" and result.u is not None and channel.follows is None:
-        result = replace(result, **_by_largest_uncertainty(result, limits.k * float(result.u.max())))
-    return result
+    if result.u is None or channel.follows is not None:
+        return result
+    if learnt is None:
+        ends = [count] if result.verdict == "indeterminate" else []
+    else:
+        ends = [] if result.verdict == "unexcited" else _open(result, count)
+    return replace(result, **_by_largest_uncertainty(result, ends))
 
 
-def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
-    """Compare the judged samples with their thresholds; return the fields of a `ChannelComparison`."""
+def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> dict[str, Any]:
+    """Compare the judged samples with their thresholds; return the fields of a `ChannelComparison`.
+
+    Only the first ``settled`` samples show a difference. ``demanded``: whether it is indeterminate where too
+    few samples are predictable.
+    """
     judged, threshold, limits = channel.judged, channel.threshold, channel.limits
     count, outside = int(judged.sum()), int(channel.beyond.sum())
     fixed = channel.u is None
@@ -161,38 +182,60 @@ def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
         divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
         worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
         judgement |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
-    few_outside = not fixed and outside < limits.least_outside
+    where = differs(channel.predictable, channel.nonzero, channel.beyond, limits)
+    where = where[-1:] if fixed else where[:settled]  # the share that a user states is of all samples
     verdict = "indeterminate"
     if channel.extent < channel.definition.floor:
         verdict, basis = "unexcited", Basis.RANGE
     elif threshold is None:
         basis = Basis.NO_LIMIT
-    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * int(channel.nonzero.sum()):
+    elif where.any():
+        verdict, basis = "differ", Basis.SAMPLES
+        judgement["differs_from"] = nan if fixed else float(channel.time[where.argmax()])
+    elif channel.coverage < limits.coverage and (demanded or fixed or explained < limits.share):
         basis = Basis.COVERAGE
     elif not count:
         basis = Basis.NOTHING_JUDGED
-    elif few_outside and count < limits.least_judged:
+    elif not fixed and count < limits.least_judged:
         basis = Basis.FEW_JUDGED
-    elif few_outside and explained < limits.share:
+    elif explained < limits.share:
         basis = Basis.FEW_OUTSIDE
     else:
-        verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
+        verdict, basis = "agree", Basis.SAMPLES
     return judgement | {"verdict": verdict, "basis": basis}
 
 
-def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
-    """Let a channel differ if even the largest threshold of all times explains too few samples."""
-    inside = channel.size[channel.nonzero] <= largest
-    if not inside.size or np.mean(inside) >= channel.limits.share:
-        return {}
-    return {
-        "verdict": "differ",
-        "basis": Basis.LARGEST,
-        "explained": np.nan,
-        "outside": int((~inside).sum()),
-        "worst": int(channel.size.argmax()),
-        "worst_threshold": largest,
-    }
+_ENDS = (16 * 1.1 ** np.arange(170)).astype(np.intp)
+
+
+def _open(channel: ChannelComparison, count: int) -> list[int]:
+    """Return numbers of first samples, the same whatever the length, that show too little of any kind."""
+    limits = channel.limits
+    if not isnan(channel.differs_from):
+        count = int(np.searchsorted(channel.time, channel.differs_from))
+    ends = _ENDS[count >= _ENDS]
+    covered = np.cumsum(channel.predictable)[ends - 1] >= limits.coverage * ends
+    enough = np.cumsum(channel.judged)[ends - 1] >= limits.least_judged
+    return [int(end) for end in ends[~(covered & enough)]]
+
+
+def _by_largest_uncertainty(channel: ChannelComparison, ends: Sequence[int]) -> dict[str, Any]:
+    """Let a channel differ if even the largest threshold of the samples up to an end explains too few."""
+    for end in ends:
+        assert channel.u is not None
+        size, largest = channel.size[:end], channel.limits.k * float(channel.u[:end].max())
+        inside = size[channel.nonzero[:end]] <= largest
+        if inside.size and np.mean(inside) < channel.limits.share:
+            return {
+                "verdict": "differ",
+                "basis": Basis.LARGEST,
+                "explained": np.nan,
+                "outside": int((~inside).sum()),
+                "worst": int(size.argmax()),
+                "worst_threshold": largest,
+                "differs_from": float(channel.time[end - 1]),
+            }
+    return {}
 
 
 def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:

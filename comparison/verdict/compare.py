@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy.levels import thresholds
-from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
+from comparison.accuracy.uncertainty import FIRST, SAFETY_FACTOR, WINDOW, Runs, model_uncertainty
 from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
 from comparison.metrics import pulses_of
@@ -25,6 +25,7 @@ from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, between, compare_channel
 from comparison.verdict.diagnosis import attribute, diagnose, differing_keys
 from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, scene_coverage, scene_fields
+from comparison.verdict.until import is_state, pace
 
 _BESIDES = ("crank", "own")  # groups of channels that no scene asks for
 _FEW = 16  # samples; below it every fourth one shows nothing
@@ -87,20 +88,23 @@ def compare(
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
-    cycle = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     known = a.base.known | b.base.known
     compared = [name for name in names if only is None or name in only]
+    moving = [name for name in compared if is_state(known[name])] or compared
+    curves = [side[name] for name in moving for side in (aligned.a, aligned.b)]
+    cycle = pace(aligned.time, curves) if period is None else period
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
 
     def judge(every: int) -> dict[str, ChannelComparison]:
+        learnt = FIRST if scene is None else None
         results: dict[str, ChannelComparison] = {}
         for channel in map(known.__getitem__, compared):  # positions come before what follows from them
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
             uncertainties = (
-                model_uncertainty(runs, channel.name, cycle, more, every)
+                model_uncertainty(runs, channel.name, cycle, more, every, learnt)
                 for runs, more in zip((a, b), ensembles, strict=True)
             )
             results[channel.name] = compare_channel(
@@ -115,6 +119,8 @@ def compare(
                 within=np.logical_and.reduce(masks) if masks else None,
                 criteria=criteria,
                 limits=limits,
+                window=WINDOW * cycle,
+                learnt=learnt,
             )
         return results
 
@@ -131,11 +137,12 @@ def compare(
     if criteria.gate:
         results = {name: apply_gate(channel, criteria.gate) for name, channel in results.items()}
     warnings += _interpolation_warnings(dict(zip("ab", labelled, strict=True)), aligned, results)
-    verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
+    uncertain = any(channel.u is not None for channel in results.values())
+    verdict = scene_verdict(results, None if scene is None and uncertain else limits.coverage)
+    allowed_shift = nan
     if verdict != "differ":
         allowed_shift = _exceeded_shift(results, aligned, criteria.time_tolerance)
         verdict = verdict if isnan(allowed_shift) else "differ"
-    uncertain = any(channel.u is not None for channel in results.values())
     attribution = attribute((a, b), results, verdict=verdict, labels=labels, scene=scene)
     return SceneComparison(
         labels,
@@ -150,6 +157,8 @@ def compare(
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
+        window=WINDOW * cycle,
+        demand=criteria.until,
         coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]) if uncertain else nan,
         attribution=attribution,
         causes=diagnose(
@@ -163,10 +172,11 @@ def compare(
     )
 
 
-def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:
+def scene_verdict(results: Mapping[str, ChannelComparison], floor: float | None) -> str:
     """Return the verdict of a scene: "differ" if a channel does; else its coverage must reach the floor.
 
-    A scene without an excited channel is indeterminate: nothing was compared. So is one with a channel that
+    Of tables, without a floor, nobody said how much must be predictable: half of the states must agree. A
+    scene without an excited channel is indeterminate: nothing was compared. So is one with a channel that
     nothing limits: it may be off by any amount.
     """
     verdicts = {result.verdict for result in results.values()}
@@ -174,6 +184,11 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str
         return "differ"
     if any(result.basis is Basis.NO_LIMIT for result in results.values()):
         return "indeterminate"
+    if floor is None:
+        excited = [result for result in results.values() if result.verdict != "unexcited"]
+        judged = [result for result in excited if is_state(result.definition)] or excited
+        agreeing = sum(result.verdict == "agree" for result in judged)
+        return "agree" if agreeing and 2 * agreeing >= len(judged) else "indeterminate"
     return "agree" if "agree" in verdicts and scene_coverage(results) >= floor else "indeterminate"
 
 

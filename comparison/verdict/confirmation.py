@@ -106,7 +106,7 @@ def judge_again(
         tier=result.tier,
         ensembles=ensembles,
     )
-    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined")}
+    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined", "demand")}
     return replace(judged, **kept)
 
 
@@ -181,11 +181,20 @@ def starting_error(runs: Runs, scene: Scene, before: int) -> tuple[float, Array]
 
     That is the standard deviation of the starts of an ensemble, and w(t), shape (n,); both in m.
     """
-    least = perturbation(scene)
-    w, equivalents = np.full(runs.base.time.size, least), [np.zeros(1)]
     lengths = {"slider_x": 1.0}
     if movable(scene) == "slider":
         lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
+    return equivalent_start(runs, lengths, perturbation(scene), before)
+
+
+def equivalent_start(
+    runs: Runs, lengths: Mapping[str, float], least: float, before: int
+) -> tuple[float, Array]:
+    """Return what `starting_error` does of any system, in the unit of ``least``.
+
+    By that the starts of the perturbed runs were moved; ``lengths`` has its unit over that of each channel.
+    """
+    w, equivalents = np.full(runs.base.time.size, least), [np.zeros(1)]
     for name, length in lengths.items():
         if runs.finer is None or not runs.perturbed_runs:
             continue

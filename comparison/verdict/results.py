@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import cached_property
+from importlib import import_module
 from math import inf, isnan, nan
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -32,6 +34,7 @@ from comparison.reliability.assessment import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.align import Shift
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
+from comparison.verdict.until import is_state
 
 SUSPICIOUS = 10.0
 """Factor of underestimation of u that is reported as suspicious; by chance alone 6 has been observed."""
@@ -104,6 +107,9 @@ class ChannelComparison:
     outside: int = 0
     worst: int | None = None
     worst_threshold: float = nan
+    until: float = nan  # s, predictable before it, see `comparison.verdict.until`; nan where u is None
+    isolated: int = 0  # stretches before that are not predictable and too short to end it
+    differs_from: float = nan  # s, where too many samples are outside for the first time
     time_tolerance: float = 0.0  # s, by which either may be early or late; 0 where there is an uncertainty
     checks: tuple[Check, ...] = ()
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
@@ -178,13 +184,20 @@ class ChannelComparison:
         """Samples that decide, and u on these: all non-zero ones where the largest u of all times does."""
         assert self.u is not None
         if self.basis is Basis.LARGEST:
-            return self.nonzero, np.full(int(self.nonzero.sum()), self.u.max())
+            return self.nonzero, np.full(int(self.nonzero.sum()), self.worst_threshold / self.limits.k)
         return self.judged, self.u[self.judged]
 
     @property
     def coverage(self) -> float:
         """Share of predictable samples."""
         return float(self.predictable.mean())
+
+    @property
+    def resolution(self) -> float:
+        """Median threshold of the judged samples over the scale: less is no difference; nan without u."""
+        if self.u is None or not self.judged.any():
+            return nan
+        return scaled(self.limits.k * float(np.median(self.u[self.judged])), self.scale)
 
     @property
     def worst_time(self) -> float:
@@ -231,16 +244,24 @@ class ChannelComparison:
         """The |a - b| / threshold that the required share of the judged samples stays within.
 
         The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
-        agrees, nan unless it agrees or differs by its samples.
+        agrees, nan unless it agrees or differs by its samples. Where later samples dilute a difference it is
+        that of the samples up to `differs_from`.
         """
         if self.verdict not in ("agree", "differ") or self.threshold is None or self.basis is Basis.GATE:
             return nan
         largest = self.basis is Basis.LARGEST
         counted = self.nonzero if largest else self.judged
-        size = self.size[counted]
+        limit = np.full(self.time.shape, self.worst_threshold) if largest else self.threshold
+        ratio = self._exceeded(counted, limit)
+        if ratio <= 1.0 and self.verdict == "differ":
+            ratio = self._exceeded(counted & (self.time <= self.differs_from), limit)
+        return ratio
+
+    def _exceeded(self, counted: BoolArray, limit: Array) -> float:
+        """Return the |a - b| over a limit that the required share of some samples stays within."""
+        size, limit = self.size[counted], limit[counted]
         if not size.size:
             return nan
-        limit = np.full(size.shape, self.worst_threshold) if largest else self.threshold[counted]
         ratios = np.sort(np.divide(size, limit, out=np.where(size > 0.0, inf, 0.0), where=limit > 0.0))
         enough = np.arange(1, size.size + 1) / size.size >= self.limits.share
         return float(ratios[enough.argmax()])
@@ -331,6 +352,8 @@ class Doubt(Enum):
     SLOW = auto()  # both models are too slow for an ensemble
     NO_STARTS = auto()  # no recorded runs beyond those of the uncertainty
     FEW_RUNS = auto()
+    ONE_STATE = auto()  # one state alone was moved
+    UNREFINED = auto()  # a run at a finer setting failed
 
 
 @dataclass(frozen=True)
@@ -391,10 +414,17 @@ class SceneComparison:
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
     confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
     coverage_error: float = nan  # estimate, by sampling
+    window: float = nan  # of u(t), to either side, s
+    demand: float | str | None = None  # until when the two have to agree, s, or "any"
 
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
         return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {len(self.channels)})"
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report, one HTML file, and return its path; an `OSError` if it cannot be written."""
+        page = import_module("comparison.report.page")  # above this layer, and slow to import
+        return Path(page.write_report([self], Path(path), title=self.title, command=self.command))
 
     @property
     def decisive(self) -> ChannelComparison | None:
@@ -428,6 +458,31 @@ class SceneComparison:
     def coverage(self) -> float:
         """Share of predictable samples (`scene_coverage`); nan where no table carries uncertainties."""
         return scene_coverage(self.channels) if self.has_u else nan
+
+    @property
+    def until(self) -> float:
+        """Until when the states that are judged, else all channels, are predictable, s; nan without u."""
+        judged = [channel for verdict in ("agree", "differ") for channel in self.with_verdict(verdict)]
+        states = [channel for channel in judged if is_state(channel.definition)]
+        return min((channel.until for channel in states or judged), default=nan)
+
+    @property
+    def enough(self) -> bool:
+        """Whether the two agree for as long as is demanded.
+
+        That is ``demand``; without one the coverage of a scene, the whole of two tables.
+        """
+        demand = self.demand
+        if demand is None:
+            demand = "any" if self.scene is not None or not self.time.size else float(self.time[-1])
+        if self.verdict != "agree" or isnan(self.until) or isinstance(demand, str):
+            return True
+        return self.until >= demand * (1 - 1e-9)  # sums of steps round
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the verdict; that of "indeterminate" where the two agree for less than demanded."""
+        return EXIT_CODES[self.verdict if self.enough else "indeterminate"]
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:

@@ -25,6 +25,8 @@ _DOUBTS = {
     Doubt.SLOW: "both models are too slow for an ensemble",
     Doubt.NO_STARTS: "no runs from moved starts beyond those of the uncertainty",
     Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
+    Doubt.ONE_STATE: "one state alone was moved",
+    Doubt.UNREFINED: "a run at a finer setting failed",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",

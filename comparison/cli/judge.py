@@ -1,0 +1,63 @@
+"""``sixbar judge``: whether two solvers agree, by runs of their own."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from comparison.cli import console
+from comparison.cli.console import print_json, progress, say, say_wrapped, warn
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Options of ``sixbar judge``."""
+
+    pair: Annotated[Path, typer.Argument(metavar="PAIR", hidden=True)]
+    out: console.OutFolder = None
+    jobs: console.Jobs = None
+    allow_indeterminate: console.AllowIndeterminate = False
+    quiet: console.NoProgress = False
+    json: console.AsJson = False
+
+
+@console.taking(Judgement)
+def judge(options: Judgement) -> int:
+    """Judge whether two solvers agree, by runs of their own.
+
+    PAIR: a TOML file with a command or an FMU on either side, see docs/judge.md. Each side runs with refined
+    and perturbed runs, which give its uncertainty; a difference is confirmed by further ones.
+    """
+    from comparison.cli.results import channel_lines, verdict_lines, write_validation
+    from comparison.execution.pool import cpus
+    from comparison.files import check_folder, plain
+    from comparison.scene import command_line
+    from comparison.verdict.pair import load_pair
+    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.validate import Validation
+    from comparison.words.differences import lead
+    from comparison.words.record import as_mapping
+    from comparison.words.verdicts import headline
+
+    pair, command = load_pair(options.pair), command_line("judge", [str(options.pair)], {})
+    folder = check_folder(options.out or console.REPORTS / pair.name)
+    with progress(pair.name, quiet=options.quiet) as report:
+        comparison, programs = replace(pair, n_jobs=options.jobs or cpus(), on_progress=report).judge()
+    comparison = replace(comparison, command=command)
+    code = exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=options.allow_indeterminate)
+    say_wrapped(*lead([comparison]), err=options.json)
+    for line in (*channel_lines(comparison), *verdict_lines([comparison], verbose=True)):
+        typer.echo(line, err=options.json)  # with colours
+    say_wrapped(headline([comparison]), err=options.json)
+    summary = plain(
+        {"command": command, "exit_code": code, "not_compared": [], "scenes": [as_mapping(comparison)]}
+    )
+    runs = {label: program.runs for label, program in zip(comparison.labels, programs, strict=True)}
+    with console.uninterrupted():
+        page, _ = write_validation([Validation(comparison, runs)], folder, summary, "judge")
+    if options.json:
+        print_json(summary)
+    say(str(page), err=options.json)
+    warn(comparison.warnings)
+    return code

@@ -1,0 +1,58 @@
+"""One run of an FMU in a process: ``python -m comparison.execution.fmu FMU KIND VALUE START OUT OPTIONS``.
+
+An FMU is native code, which may end its process. KIND is "tolerance" or "step" (s), START a comma-separated
+list of offsets, OUT the table to write; OPTIONS are JSON: ``states``, the variables that are moved; ``also``,
+variables to record beside the outputs; ``stop`` and ``interval``, s, by default those of the FMU.
+"""
+
+import difflib
+import json
+import sys
+from math import ceil
+
+import numpy as np
+
+
+def main() -> None:
+    """Run and write the table; what is wrong is one line on standard error."""
+    from fmpy import read_model_description, simulate_fmu
+
+    path, kind, value, start, out, text = sys.argv[1:]
+    options = json.loads(text)
+    model = read_model_description(path)
+    experiment, known = model.defaultExperiment, {each.name: each for each in model.modelVariables}
+    stop = options["stop"] or (experiment and experiment.stopTime)
+    interval = options["interval"] or (experiment and experiment.stepSize)
+    for name, stated in (("stop", stop), ("interval", interval)):
+        if not stated:
+            sys.exit(f"{name} = ... (s) is missing: the FMU has no default")
+    moved = dict(zip(options["states"], map(float, filter(None, start.split(","))), strict=True))
+    for name in moved:
+        if name not in known or known[name].start is None:
+            starts = [each for each in known if known[each].start is not None]
+            close = difflib.get_close_matches(name, starts, n=1) or [", ".join(starts)]
+            sys.exit(f"start.states: {name!r} is no variable with a start value; did you mean {close[0]}?")
+    names = [each.name for each in model.modelVariables if each.causality == "output"]
+    names += [name for name in options["also"] if name in known and name not in names]
+    # Steps are whole parts of the interval between two rows.
+    parts = ceil(float(interval) / float(value) - 1e-9) if kind == "step" else 1
+    stepped = {"step_size": float(interval) / parts, "solver": "Euler"} if kind == "step" else {}
+    exchanged = model.coSimulation is None
+    result = simulate_fmu(
+        path,
+        stop_time=float(stop),
+        output_interval=float(interval) / (1 if exchanged else parts),
+        relative_tolerance=float(value) if kind == "tolerance" else None,
+        start_values={name: float(known[name].start) + offset for name, offset in moved.items()},
+        output=names,
+        record_events=False,
+        **stepped,
+    )
+    rows = result if exchanged else result[::parts]
+    columns = np.column_stack([np.asarray(rows[name], dtype=np.float64) for name in rows.dtype.names])
+    header = ",".join(f'"{name}"' for name in rows.dtype.names)
+    np.savetxt(out, columns, fmt="%.17g", delimiter=",", header=header, comments="")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""Statements on two results that a longer run keeps: until when they are predictable, since when they differ.
+
+At a time t they use the samples up to t, those of the window of u(t) after it, and the first `FIRST`, which
+show the size of a motion and its pace. So the samples whose window exceeds the run are withheld, unless its
+end is stated, as that of a scene is.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from comparison.accuracy.levels import Thresholds
+from comparison.accuracy.uncertainty import FIRST, windows
+from comparison.tables.channels import Array, BoolArray, Channel
+from comparison.tables.units import parse_unit, same_dimension
+
+_TURN = 0.01  # of the range, by which a curve returns where it turns: less is noise
+_DERIVED = ("N", "N m", "m/s^2", "rad/s^2", "J")
+
+
+def is_state(channel: Channel) -> bool:
+    """Return whether a channel is a state: a position, an angle, a velocity, or of another domain."""
+    if channel.group != "own":
+        return channel.group in ("motion", "crank")
+    unit = parse_unit(channel.unit)
+    return unit is None or not any(same_dimension(unit, parse_unit(other)) for other in _DERIVED)
+
+
+def pace(time: Array, curves: Iterable[Array]) -> float:
+    """Return the median time between turning points of the first samples of all curves, s.
+
+    Where these do not turn twice it is their span.
+    """
+    time, intervals = time[:FIRST], [np.empty(0)]
+    for values in (curve[:FIRST] for curve in curves):
+        least = _TURN * float(np.ptp(values))
+        if least > 0.0:
+            turns = [find_peaks(sign * values, prominence=least)[0] for sign in (1.0, -1.0)]
+            intervals.append(np.diff(time[np.sort(np.concatenate(turns))]))
+    known = np.concatenate(intervals)
+    return float(np.median(known) if known.size else time[-1] - time[0])
+
+
+def settled(time: Array, window: float) -> int:
+    """Return how many samples from the first have a window (s) that does not exceed the run."""
+    return int((windows(time, window)[1] < time.size).sum())
+
+
+def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, int]:
+    """Return until when a channel is predictable, s, and the number of shorter stretches that it is not.
+
+    ``predictable`` has the first samples, those that are `settled`. A stretch ends it if it is longer than
+    the window, not counting what the window adds at its ends, as to a single sample. It is the end of the run
+    if none does, its start if nothing is predictable.
+    """
+    if not predictable.any():
+        return float(time[0]), 0
+    edges = np.diff(np.append(predictable, True).astype(np.int8), prepend=1)
+    starts, stops = np.flatnonzero(edges < 0), np.flatnonzero(edges > 0) - 1
+    later = starts > predictable.argmax()
+    starts, stops = starts[later], stops[later]
+    first, last = windows(time, window)
+    long = time[first[stops]] - time[np.minimum(last[starts], time.size - 1)] > window
+    ends = int(long.argmax()) if long.any() else long.size
+    return float(time[starts[ends]] if long.any() else time[-1]), ends
+
+
+def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limits: Thresholds) -> BoolArray:
+    """Return where a channel differs by the samples up to each, shape (n,).
+
+    Of those judged more than a share are outside, and `least_outside` at least; where too few are predictable
+    so many that they were, even with all others explained.
+    """
+    judged, outside = np.cumsum(predictable & nonzero), np.cumsum(beyond)
+    covered = np.cumsum(predictable) / np.arange(1, predictable.size + 1) >= limits.coverage
+    counted = np.maximum(np.where(covered, judged, np.cumsum(nonzero)), 1)
+    return np.asarray((outside >= limits.least_outside) & ((counted - outside) / counted < limits.share))
