@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.invariants import Watch
+from exudyn_model.kernels import seal
 from exudyn_model.tables import Contacts, Extrema
 
 Array = NDArray[np.float64]
@@ -100,6 +101,7 @@ class Progress:
         """Report that the run has reached a time in s."""
         if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
             self._last = time.monotonic()
+            seal()  # other processes wait for the code that this one compiles
             self._report(reached / self._duration)
 
     def finish(self) -> None:

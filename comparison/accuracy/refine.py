@@ -57,8 +57,8 @@ def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
     return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
 
 
-def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
-    """Return the jobs of both families by model and name."""
+def families(scene: Scene, models: Sequence[str]) -> dict[tuple[str, str], Job]:
+    """Return the jobs of the models' families by model and name."""
     return {(model, kind): job for model in models for kind, job in family(scene, model)}
 
 
@@ -91,7 +91,7 @@ class Estimate:
 
     time: Array  # s
     u: Array  # numerical uncertainty, m
-    spread: Array  # the part of u due to neighbouring starts, which no setting removes, m
+    spread: Array  # by how much neighbouring starts part, 3 d_t, which no setting removes, m
 
     def coverage(self, error: float) -> float:
         """Return the share of samples whose u is at most an error, m: the predictable part."""

@@ -9,13 +9,19 @@ to either side (no running maximum: diverged runs converge again in sustained co
 .. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
           d_t = \max_{W(t)} |S_c - S_t| \text{ of either perturbed run}, \quad d = \max(d_f, d_c / r^p),
 
-.. math:: u(t) = \max\bigl(F_s d,\; 3 d_t,\; u_0\bigr),
+.. math:: u(t) = \max\bigl(F_s d,\; 3 \kappa d_t,\; u_0\bigr), \quad
+          \kappa(t) = \min\bigl(1, \max_{s \le t} d_f(s) / d_t(s)\bigr),
 
 u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache (J. Fluids Eng. 116, 1994,
 405-413): 3, but 1.25 r^p / (r^p - 1) where the three levels show the expected order, |log_r(d_c / d_f) - p|
-<= p / 4. Two levels alone can have the same error by chance for a whole flight between two impacts. With more
-runs M_i of the same setting from moved starts (`comparison.verdict.confirmation`), u is never below
-:math:`F_e \max_i \max_{W(t)} |S - M_i|`.
+<= p / 4. Where they show a lower one, max(1, d_c / d_f - 1) replaces r^p in d, after Richardson: errors that
+impacts have magnified no longer follow the setting. Two levels alone can have the same error by chance for a
+whole flight between two impacts. The moved starts count as far as the run's own error has come, which at fine
+settings is less than what they were moved by. With more runs M_i of the same setting from moved starts
+(`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
+
+Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
+corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,8 +30,8 @@ from math import degrees, isfinite, isnan, log, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
+from comparison.metrics import window_maximum
 from comparison.scene import Scene
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
@@ -132,7 +138,10 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
 
 
 def uncertainty(levels: RunValues, half_width: int | Windows, floor: float | Array) -> Array:
-    """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples."""
+    """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples.
+
+    With a half-width of zero they are numbers, not samples in time: kappa is 1.
+    """
     distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
@@ -141,10 +150,17 @@ def uncertainty(levels: RunValues, half_width: int | Windows, floor: float | Arr
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.log(coarse / distance) / np.log(levels.factor)
+            below = np.clip(coarse / distance - 1.0, 1.0, gain)
         in_order = np.abs(order - levels.order) <= ORDER_BAND * levels.order
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
-        u = safety * np.maximum(distance, coarse / gain)
-    u = np.maximum(np.maximum(u, spread(original, levels.perturbed, half_width)), floor)
+        reduction = np.where(order < (1.0 - ORDER_BAND) * levels.order, below, gain)
+        u = safety * np.maximum(distance, coarse / reduction)
+    apart = spread(original, levels.perturbed, half_width)
+    if half_width:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.nan_to_num(SAFETY_FACTOR * distance / apart, nan=0.0)
+        apart = apart * np.minimum(np.maximum.accumulate(share), 1.0)
+    u = np.maximum(np.maximum(u, apart), floor)
     if not levels.ensemble:
         return u
     farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
@@ -167,7 +183,7 @@ def model_uncertainty(
     if runs.finer is None:
         return None
 
-    def values(run: Table) -> Array:
+    def values(run: Table, name: str = name) -> Array:
         return run.values(name)[::every]
 
     time, base = runs.base.time[::every], values(runs.base)
@@ -180,11 +196,17 @@ def model_uncertainty(
         ensemble=tuple(map(values, ensemble)),
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
-    return uncertainty(levels, windows(time, WINDOW * period), floor)
+    u = uncertainty(levels, windows(time, WINDOW * period), floor)
+    gap = runs.base.known[name].follows or ""
+    if gap.endswith("_gap") and gap in runs.base.names:
+        near = model_uncertainty(runs, gap, period, ensemble, every, learnt)
+        touching = (base == 0.0) & (np.abs(values(runs.base, gap)) <= near)
+        u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
+    return u
 
 
 def spread(original: Array, perturbed: Sequence[Array], half_width: int | Windows) -> Array:
-    """Return the part of u due to neighbouring starts, 3 d_t, which no setting removes; shape (n,)."""
+    """Return 3 d_t, by how much neighbouring starts part; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _window_maximum(np.broadcast_to(farthest, original.shape), half_width)
 
@@ -212,7 +234,7 @@ def _window_maximum(distance: Array, half_width: int | Windows) -> Array:
     if not isinstance(half_width, int):
         ends = half_width[0], np.minimum(half_width[1] + 1, distance.size)
         return np.maximum.reduceat(np.append(distance, 0.0), np.column_stack(ends).ravel())[::2]
-    return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
+    return window_maximum(distance, half_width)
 
 
 def combined(u_a: Array, u_b: Array) -> Array:

@@ -26,6 +26,10 @@ _Coarser = Annotated[Path | None, console.option("FILE", "A run at a coarser set
 _Starts = Annotated[
     list[Path] | None, console.option("FILE", "A run from a moved start; repeat for several.")
 ]
+_Repeats = Annotated[
+    list[Path] | None, console.option("FILE", "A repetition that shows its error; repeat for several.")
+]
+_Errors = Annotated[Path | None, console.option("FILE", "TOML file of its error: channel = number.")]
 _Refinement = Annotated[
     str | None,
     console.option("FACTOR,ORDER", "Factor between two settings, order of the error; default 2,2."),
@@ -68,12 +72,17 @@ class Comparison:
     coarser_b: _Coarser = None
     perturbed_a: _Starts = None
     perturbed_b: _Starts = None
+    repeat_a: _Repeats = None
+    repeat_b: _Repeats = None
+    u_a: _Errors = None
+    u_b: _Errors = None
     refinement_a: _Refinement = None
     refinement_b: _Refinement = None
     period: Annotated[
         float | None,
-        console.option("SECONDS", "Period of the motion; by default the scene's, else the tables' span."),
+        console.option("SECONDS", "Period of the motion; by default the scene's, else the time of a turn."),
     ] = None
+    until: console.Until = None
     out: Annotated[
         Path | None,
         console.option("PATH", "Folder of the report, below reports/out by default; or the mapping's file."),
@@ -86,23 +95,27 @@ class Comparison:
         kinds = ("finer", "coarser", "perturbed")
         finer, coarser, perturbed = (getattr(self, f"{kind}_{side}") for kind in kinds)
         further = [("finer", finer), ("coarser", coarser), *(("perturbed", path) for path in perturbed or ())]
+        further += [("repeat", path) for path in getattr(self, f"repeat_{side}") or ()]
         return [("base", getattr(self, side)), *((kind, path) for kind, path in further if path is not None)]
 
     def criteria(self) -> dict[str, Any]:
-        """Return scene, mapping, criteria and refinements for `comparison.verdict.recorded.compare_files`."""
-        from comparison.scene import load_scene
+        """Return the arguments of `comparison.verdict.recorded.compare_files` beside tables and labels."""
+        from comparison.scene import load_scene, parse_set
         from comparison.tables.mapping import load_mapping
         from comparison.verdict.channel import Criteria
 
         names = None if self.channels is None else [name.strip() for name in self.channels.split(",")]
         same = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
-        criteria = Criteria(channels=names, **{name: getattr(self, name) for name in same})
+        stated = parse_set([f"until={self.until}"] if self.until else [])
+        criteria = Criteria(channels=names, **stated, **{name: getattr(self, name) for name in same})
         refinements = tuple(
             _factor_and_order(getattr(self, f"refinement_{side}"), f"--refinement-{side}") for side in "ab"
         )
         scene = None if self.scene is None else load_scene(self.scene)
         mapping = None if self.mapping is None else load_mapping(self.mapping)
-        return {"scene": scene, "mapping": mapping, "criteria": criteria, "refinements": refinements}
+        errors = tuple(None if path is None else _errors(path) for path in (self.u_a, self.u_b))
+        known = {"refinements": refinements, "errors": errors}
+        return {"scene": scene, "mapping": mapping, "criteria": criteria, **known}
 
     def command(self, **changes: object) -> str:
         """Return the command with all options that affect a number, some of them with other values."""
@@ -129,17 +142,17 @@ def compare(options: Comparison) -> int:
     from comparison.cli.results import channel_lines, verdict_lines, write_page
     from comparison.files import check_folder
     from comparison.verdict.recorded import compare_files
-    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.results import exit_code
     from comparison.words.differences import lead
     from comparison.words.record import as_mapping
-    from comparison.words.verdicts import shift_line
+    from comparison.words.verdicts import headline, shift_line
 
     if options.suggest_mapping:
         return _suggest(options)
     a, b, command, criteria = options.a, options.b, options.command(), options.criteria()
     folder = check_folder(options.out or console.REPORTS / "compare")
     if a.is_dir() and b.is_dir():
-        if len(options.runs("a")) + len(options.runs("b")) > 2:
+        if len(options.runs("a")) + len(options.runs("b")) > 2 or options.u_a or options.u_b:
             raise typer.BadParameter("further runs are those of two tables, not of two folders")
         comparisons, title, lines = _by_name(a, b, criteria), f"Tables of {a} and {b}", []
     else:
@@ -154,12 +167,14 @@ def compare(options: Comparison) -> int:
     say_wrapped(*lead(comparisons), err=options.json)
     for line in (*lines, *verdict_lines(comparisons, verbose=True)):
         typer.echo(line, err=options.json)  # with colours
+    if any(comparison.has_u for comparison in comparisons):
+        say_wrapped(headline(comparisons), err=options.json)
     if options.json:
         print_json([*map(as_mapping, comparisons)] if title else as_mapping(comparisons[0]))
     say(str(write_page(comparisons, folder, command, title=title)), err=options.json)
     for comparison in comparisons:
         warn([f"{comparison.name}: {line}" if title else line for line in comparison.warnings])
-    codes = [EXIT_CODES[comparison.verdict] for comparison in comparisons]
+    codes = [comparison.exit_code for comparison in comparisons]
     return exit_code(codes, allow_indeterminate=options.allow_indeterminate)
 
 
@@ -215,6 +230,21 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
     ]
 
 
+def _errors(path: Path) -> dict[str, float]:
+    """Read the stated error of each channel, in its unit."""
+    import tomllib
+
+    from comparison.files import contents, reading
+    from comparison.tables.table import TableError
+
+    with reading(path, TableError, "TOML"):
+        errors: dict[str, float] = tomllib.loads(contents(path))
+        for name, error in errors.items():
+            if not isinstance(error, int | float) or not 0 < error < float("inf"):
+                raise TableError(f"{name} = {error!r} must be a number > 0")
+    return errors
+
+
 def _factor_and_order(text: str | None, name: str) -> tuple[float, float] | None:
     if text is None:
         return None
@@ -237,6 +267,7 @@ class Validation:
     accuracy: console.Accuracy = None
     models: console.Models = "reference,exudyn"
     overrides: console.Overrides = None
+    until: console.Until = None
     allow_indeterminate: console.AllowIndeterminate = False
     quick: console.Quick = False
     verbose: console.Verbose = False
@@ -248,7 +279,8 @@ class Validation:
         """The dotted keys to change, and their values."""
         from comparison.scene import parse_set
 
-        return parse_set(self.overrides or [])
+        demand = [f"compare.until={self.until}"] if self.until else []
+        return parse_set([*(self.overrides or []), *demand])
 
     @property
     def tiers(self) -> Sequence[str]:

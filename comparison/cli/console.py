@@ -335,6 +335,9 @@ MappingFile = Annotated[
 ]
 AtEvents = Annotated[str | None, option("left|right|both", "Which rows of a repeated time count.")]
 Finer = Annotated[Path | None, option("FILE", "A run at a finer setting.")]
+Until = Annotated[
+    str | None, option("SECONDS|any", "Time until which the two have to be predictable and agree.")
+]
 Accuracy = Annotated[
     str | None, option("NAME|METRES", "draft, standard, strict, or the wanted error of slider_x in metres.")
 ]

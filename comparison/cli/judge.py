@@ -17,6 +17,7 @@ class Judgement:
     pair: Annotated[Path, typer.Argument(metavar="PAIR", hidden=True)]
     out: console.OutFolder = None
     jobs: console.Jobs = None
+    until: console.Until = None
     allow_indeterminate: console.AllowIndeterminate = False
     quiet: console.NoProgress = False
     json: console.AsJson = False
@@ -32,20 +33,22 @@ def judge(options: Judgement) -> int:
     from comparison.cli.results import channel_lines, verdict_lines, write_validation
     from comparison.execution.pool import cpus
     from comparison.files import check_folder, plain
-    from comparison.scene import command_line
+    from comparison.scene import command_line, parse_set
     from comparison.verdict.pair import load_pair
-    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.results import exit_code
     from comparison.verdict.validate import Validation
     from comparison.words.differences import lead
     from comparison.words.record import as_mapping
     from comparison.words.verdicts import headline
 
-    pair, command = load_pair(options.pair), command_line("judge", [str(options.pair)], {})
+    words = [] if options.until is None else ["--until", options.until]
+    command = command_line("judge", [str(options.pair)], {}, words)
+    pair = load_pair(options.pair, parse_set([f"until={options.until}"] if options.until else []))
     folder = check_folder(options.out or console.REPORTS / pair.name)
     with progress(pair.name, quiet=options.quiet) as report:
         comparison, programs = replace(pair, n_jobs=options.jobs or cpus(), on_progress=report).judge()
     comparison = replace(comparison, command=command)
-    code = exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=options.allow_indeterminate)
+    code = exit_code([comparison.exit_code], allow_indeterminate=options.allow_indeterminate)
     say_wrapped(*lead([comparison]), err=options.json)
     for line in (*channel_lines(comparison), *verdict_lines([comparison], verbose=True)):
         typer.echo(line, err=options.json)  # with colours

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from glob import escape
+from importlib import import_module
 from math import isfinite
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -34,13 +36,12 @@ from comparison.execution.pool import cpus
 from comparison.files import check_folder, plain, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.report.ci import write_job_summary, write_junit
-from comparison.report.page import Row, write_pairwise, write_report
 from comparison.scene import Scene, SceneError, load_scene, name_with, shipped_scenes
 from comparison.tables.table import TableError
 from comparison.tables.table_files import write
 from comparison.verdict import validate as judge
 from comparison.verdict.channel import check_gate
-from comparison.verdict.results import EXIT_CODES, SceneComparison, exit_code, no_comparison
+from comparison.verdict.results import SceneComparison, exit_code, no_comparison
 from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.differences import lead
@@ -59,6 +60,7 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
     folder, command = check_folder(out or console.REPORTS / usual), options.command(models)
     title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
+    Thread(target=import_module, args=("comparison.report.page",), daemon=True).start()  # while they run
     with progress(title, quiet=options.quiet) as report:
         results = _validate_batches(scenes, models, options, report)
     if not results:
@@ -66,9 +68,7 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     compared, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
     comparisons = [result.comparison for result in results]
     codes = [
-        70 if result.crashed else EXIT_CODES[tier.verdict]
-        for result in results
-        for tier in result.comparison.tiers
+        70 if result.crashed else tier.exit_code for result in results for tier in result.comparison.tiers
     ]
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=options.allow_indeterminate)
     sentences = [words.incomplete(comparisons, missing), words.headline(comparisons)]
@@ -162,6 +162,8 @@ def _validate_batches(
 
 def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tuple[int, dict[str, Any]]:
     """Validate all pairs of models and write the page of all; after Ctrl-C no such page is written."""
+    from comparison.report.page import Row, write_pairwise
+
     folder = check_folder(folder)
     codes, results = [], {}
     for pair in pairs(models):
@@ -205,19 +207,22 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
     known = any(tier.has_u for _, tier in tiers)  # by a tolerance all samples are judged
+    ends = any(tier.has_u and tier.scene is None for _, tier in tiers)
     rows = [
         (
             name,
             tier.tier,
             tier.verdict,
             *([percent(tier.coverage).replace(NO_BREAK, " ")] if known else []),
+            *([words.round_down(tier.until)] if ends else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
             _note(tier),
         )
         for name, tier in tiers
     ]
-    headings = ("scene", "tier", "verdict", *["coverage"] * known, ratio_name(comparisons), "")
-    heading, *lines = columns([headings, *rows], right=(3, 3 + known), verdict=2)
+    numbers = (*["coverage"] * known, *["until (s)"] * ends, ratio_name(comparisons))
+    headings = ("scene", "tier", "verdict", *numbers, "")
+    heading, *lines = columns([headings, *rows], right=range(3, 3 + len(numbers)), verdict=2)
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
@@ -240,9 +245,9 @@ def _note(tier: SceneComparison) -> str:
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, largest difference, coverage if known, samples outside, RMS."""
+    """Return one line per channel: verdict, largest difference, predictable part, samples outside, RMS."""
     known = comparison.has_u  # by a tolerance all samples are judged
-    covered = ["coverage"] * known
+    covered = ["coverage", "until (s)"] * known
     heading = ("channel", "verdict", "max", "unit", "max/scale", *covered, "outside", "rms", "rms/scale")
     rows = [
         (
@@ -251,14 +256,14 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
             f"{channel.max_difference:.3g}",
             channel.unit,
             f"{channel.max_scaled:.3g}",
-            *[f"{channel.coverage:.1%}"] * known,
+            *[f"{channel.coverage:.1%}", words.until(channel)] * known,
             str(channel.outside) if isfinite(channel.worst_threshold) else "",
             f"{channel.rms_difference:.3g}",
             f"{channel.rms_scaled:.3g}",
         )
         for channel in comparison.channels.values()
     ]
-    return columns([heading, *rows], right=(2, 4, 5, 6, 7, 7 + known), verdict=1)
+    return columns([heading, *rows], right=(2, *range(4, len(heading))), verdict=1)
 
 
 def write_page(
@@ -269,6 +274,8 @@ def write_page(
     title: str = "",
 ) -> Path:
     """Write the report of scenes into a folder and return its path; its title says how many are missing."""
+    from comparison.report.page import write_report
+
     total = len(comparisons) + len(missing)
     title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:

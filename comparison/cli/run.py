@@ -63,52 +63,54 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, expected, measured_record, solver_values, with_declared
-    from comparison.execution.pool import cpus
-    from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
-    from comparison.files import check_file
+    from comparison.execution.pool import cpus, kept_workers
     from comparison.models import find
-    from comparison.scene import load_scene, parse_set
-    from comparison.tables.table_files import check_format, companions, write
-    from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
 
     find(model)
-    check_format(out)
-    out = check_file(out)
-    named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
-    loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
-    estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
-    if estimated:
-        from comparison.accuracy.refine import accurate_run, expected_cost  # they load scipy
+    with kept_workers(ahead=int(model != "reference")):
+        from comparison.accuracy.levels import NAMES, expected, measured_record, solver_values, with_declared
+        from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
+        from comparison.files import check_file
+        from comparison.scene import load_scene, parse_set
+        from comparison.tables.table_files import check_format, companions, write
+        from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
 
-        say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
-    elif accuracy is not None:
-        values = solver_values(model, accuracy, loaded)
-        chosen = loaded.variant(values)
-        for key, value in values.items():
-            say_wrapped(f"{key} = {value:g}: {expectation(expected(chosen, model))}", rest="  ")
-        record = {"accuracy": measured_record(chosen, model, accuracy)}
-    warn(chosen.warnings)
-    code, job = 0, Job(chosen, model)
-    try:
-        with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
-            if estimated:
-                accurate = accurate_run(loaded, model, accuracy, n_jobs=cpus(), on_progress=report)
-            else:
-                table = successful(run_uncached(job, report), job)
-    except RunError as error:
-        raise _with_partial(error, out) from None
-    if estimated:
-        say_wrapped(accuracy_line(accurate), rest="  ")
-        table = accurate.with_uncertainty() if check else accurate.table
-        code = 0 if accurate.kept else NOT_REACHED
-    elif accuracy is None and (note := unmeasured(expected(loaded, model))):
-        say(f"sixbar: {note}", err=True)
-    warn(quality_warnings(table))
-    record |= {"reliability": loaded.reliability.model_dump()}
-    path = write(replace(table, provenance=table.provenance | record), out)
-    say(*map(str, (*companions(table, path), path)))
-    return code
+        check_format(out)
+        out = check_file(out)
+        named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
+        loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
+        estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
+        if estimated:
+            from comparison.accuracy.refine import accurate_run, expected_cost  # they load scipy
+
+            say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
+        elif accuracy is not None:
+            values = solver_values(model, accuracy, loaded)
+            chosen = loaded.variant(values)
+            for key, value in values.items():
+                say_wrapped(f"{key} = {value:g}: {expectation(expected(chosen, model))}", rest="  ")
+            record = {"accuracy": measured_record(chosen, model, accuracy)}
+        warn(chosen.warnings)
+        code, job = 0, Job(chosen, model)
+        try:
+            with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
+                if estimated:
+                    accurate = accurate_run(loaded, model, accuracy, n_jobs=cpus(), on_progress=report)
+                else:
+                    table = successful(run_uncached(job, report), job)
+        except RunError as error:
+            raise _with_partial(error, out) from None
+        if estimated:
+            say_wrapped(accuracy_line(accurate), rest="  ")
+            table = accurate.with_uncertainty() if check else accurate.table
+            code = 0 if accurate.kept else NOT_REACHED
+        elif accuracy is None and (note := unmeasured(expected(loaded, model))):
+            say(f"sixbar: {note}", err=True)
+        warn(quality_warnings(table))
+        record |= {"reliability": loaded.reliability.model_dump()}
+        path = write(replace(table, provenance=table.provenance | record), out)
+        say(*map(str, (*companions(table, path), path)))
+        return code
 
 
 def _with_partial(error: RunError, out: Path) -> RunError:

@@ -30,16 +30,19 @@ def main() -> None:
     for name in moved:
         if name not in known or known[name].start is None:
             starts = [each for each in known if known[each].start is not None]
-            close = difflib.get_close_matches(name, starts, n=1) or [", ".join(starts)]
-            sys.exit(f"start.states: {name!r} is no variable with a start value; did you mean {close[0]}?")
+            close = difflib.get_close_matches(name, starts, n=1, cutoff=0.3)
+            meant = f"; did you mean {close[0]}?" if close else ""
+            sys.exit(f"start.states: {name!r} is no variable with a start value{meant}")
     names = [each.name for each in model.modelVariables if each.causality == "output"]
     names += [name for name in options["also"] if name in known and name not in names]
     # Steps are whole parts of the interval between two rows.
     parts = ceil(float(interval) / float(value) - 1e-9) if kind == "step" else 1
     stepped = {"step_size": float(interval) / parts, "solver": "Euler"} if kind == "step" else {}
-    exchanged = model.coSimulation is None
+    # Of both kinds that whose error the setting controls: many co-simulations have a step of their own.
+    exchanged = model.modelExchange is not None and (kind == "tolerance" or model.coSimulation is None)
     result = simulate_fmu(
         path,
+        fmi_type="ModelExchange" if exchanged else "CoSimulation",
         stop_time=float(stop),
         output_interval=float(interval) / (1 if exchanged else parts),
         relative_tolerance=float(value) if kind == "tolerance" else None,

@@ -11,10 +11,10 @@ import signal
 import sys
 import time
 import warnings
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from math import inf
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -90,26 +90,37 @@ def work(
     n_workers: int,
     limit: float = inf,
     until: float = inf,
+    kinds: Mapping[str, object] | None = None,
 ) -> Generator[tuple[str, Any]]:
     """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
 
     An event is a `Share`, or the last of its task: the result of ``attempt`` (a function of a module that
     must not raise), `Died` or `Late`. Closing the generator (`contextlib.closing`) ends its workers at once,
-    except within `kept_workers`. At most ``n_workers`` work at a time.
+    except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by name, in
+    ``kinds``) one works alone until the first event of any: it compiles the code that the others load.
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
     by `time.monotonic`, all are terminated; tasks not yet begun have no event.
     """
-    waiting = deque(tasks)
+    waiting, of, reported = list(tasks), kinds or {}, set[object]()
     busy: dict[Any, _Worker] = {}  # by connection
+
+    def place() -> int | None:
+        """Return the place of the first task that may start; None without one, or a worker for it."""
+        alone = {of[worker.task] for worker in busy.values() if worker.task in of} - reported
+        may = (
+            n for n, (name, _) in enumerate(waiting) if len(busy) < n_workers and of.get(name) not in alone
+        )
+        return next(may, None)
+
     try:
         while waiting or busy:
             if time.monotonic() >= until:
                 waiting.clear()
-            while waiting and len(busy) < n_workers:
+            while (n := place()) is not None:
                 worker = _take()
-                worker.share, (worker.task, task) = 0.0, waiting.popleft()
+                worker.share, (worker.task, task) = 0.0, waiting.pop(n)
                 worker.end = min(until, time.monotonic() + READY * limit)
                 busy[worker.connection] = worker
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
@@ -125,6 +136,7 @@ def work(
             for connection in ready:
                 worker = busy[connection]
                 event = worker.event()
+                reported.add(of.get(worker.task))
                 if isinstance(event, Share):
                     worker.share = event.value
                     if event.value == 0.0:
@@ -141,14 +153,16 @@ def work(
 
 
 @contextmanager
-def kept_workers() -> Iterator[None]:
+def kept_workers(ahead: int = 0) -> Iterator[None]:
     """Let workers live on from one call of `work` to the next, since they take seconds to start.
 
-    Not the general rule, since a worker does not see later changes of sources or variables.
+    So many are started ``ahead``: they import what runs need while this process does. Not the general rule,
+    since a worker does not see later changes of sources or variables.
     """
     global _keep_idle
     before, _keep_idle = _keep_idle, True
     try:
+        _idle.extend(_Worker() for _ in range(ahead))
         yield
     finally:
         _keep_idle = before
@@ -221,6 +235,7 @@ def _serve(connection: Connection) -> None:
     def report(share: float) -> None:  # a share that is no number is the model's own error
         connection.send(Share(min(1.0, max(0.0, float(share)))))
 
+    import_module("comparison.execution.run")
     with suppress(EOFError, OSError):
         while True:
             attempt, task = connection.recv()

@@ -5,6 +5,7 @@ the files that they name; a function always runs.
 """
 
 import hashlib
+import pickle
 import shlex
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from importlib.util import find_spec
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -105,11 +107,12 @@ class Side:
     """
 
     label: str
-    solver: Function | Command
-    setting: float  # a tolerance, or a step in s
-    stepped: bool
-    factor: float
-    order: float
+    solver: Function | Command | None
+    kind: str  # "tolerance" or "step"
+    setting: float = nan  # in s if it is a step
+    factor: float = nan
+    order: float = nan
+    files: tuple[Path, ...] = ()  # without a solver: a table and its repetitions
 
     def at(self, level: int) -> float:
         """Return the setting so many levels finer than the stated one."""
@@ -118,7 +121,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Run:
-    """Run of a side at a level, with the offsets of its start, one a state."""
+    """Run of a side at a level, or its file of this number, with the offsets of its start, one a state."""
 
     side: Side
     level: int
@@ -129,8 +132,9 @@ class Run:
         start = ",".join(map(repr, self.start))
         # A value that begins with a minus would be taken for an option.
         start = f" {start}" if start.startswith("-") else start
-        setting = repr(self.side.at(self.level))
-        return {"step" if self.side.stepped else "tolerance": setting, "start": start}
+        if self.side.files:
+            return {"file": self.side.files[self.level].name}
+        return {self.side.kind: repr(self.side.at(self.level)), "start": start}
 
 
 def command_side(text: str, folder: Path, needs: Sequence[str]) -> Command:
@@ -185,6 +189,10 @@ def _finished(runs: Sequence[Run], n_jobs: int, limit: float) -> Generator[tuple
             pool.submit(_attempt, partial(c.run, runs[n].values(), limit)): n for n, c in commands.items()
         }
         if n_jobs > 1 and functions:
+            try:
+                pickle.dumps(functions)
+            except Exception as error:
+                raise SolverError(f"n_jobs = {n_jobs} takes functions of a module alone: {error}") from None
             with closing(
                 work(_call, [(str(n), call) for n, call in functions.items()], n_jobs, limit)
             ) as events:
@@ -224,9 +232,7 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     """Return the table of a run under its side's name, or its error."""
     label = run.side.label
     if isinstance(result, SolverError):
-        return SolverError(
-            f"{label}, {'step' if run.side.stepped else 'tolerance'} {run.side.at(run.level):g}: {result}"
-        )
+        return SolverError(f"{label}, {run.side.kind} {run.side.at(run.level):g}: {result}")
     try:
         if not isinstance(result, bytes):
             source = as_source(result, label)

@@ -11,25 +11,25 @@ import json
 import logging
 import os
 import shutil
-import tempfile
 import time
-import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
 from platformdirs import user_cache_path
 
 from comparison.files import FolderError, check_folder, check_size, json_text, replacing
-from comparison.tables.table import Table, TableError, check
-from comparison.tables.table_files import read, write
+from comparison.tables.table import Table
 
 KEEP_DAYS = 30
-RUNS, ROWS, TABLE = "runs", "rows", "run.parquet"
+RUNS, ROWS = "runs", "rows"
 LARGEST = 1_000_000_000
 """Largest size of a stored result, bytes."""
 Row = dict[str, Any]
+_COLUMNS, _TEXTS = ("pulses", "cycle_extrema"), {"corner": "U3"}
 _LOG = logging.getLogger(__name__)
 _SUM = hashlib.sha256().digest_size
 
@@ -54,26 +54,30 @@ def cache_warning() -> str:
     return ""
 
 
-def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
-    """Return the stored run, or None without one that is sound and passes `check`."""
+def fetch(key: str) -> Table | None:
+    """Return the stored run, which was checked before; None without one that is sound."""
     if (content := _content(cache_folder() / RUNS / key)) is None:
         return None
-    with suppress(TableError), tempfile.TemporaryDirectory() as part:
-        zipfile.ZipFile(io.BytesIO(content)).extractall(part)
-        table = read(Path(part, TABLE))
-        check(table, channels, span)
-        return table
-    return None
+    with np.load(io.BytesIO(content)) as file:
+        parts: dict[str, Any] = dict(file)
+    record = json.loads(parts.pop("record").tobytes())
+    for name, rows in parts.items():
+        columns = {field: np.ascontiguousarray(rows[field]) for field in rows.dtype.names}
+        parts[name] = columns if name in _COLUMNS else pd.DataFrame(columns)
+    return Table(**parts, extrema=record.pop("extrema"), provenance=record)
 
 
 def keep(key: str, table: Table) -> None:
     """Store a run; do nothing if that is impossible."""
-    with suppress(OSError, TableError), tempfile.TemporaryDirectory() as part:
-        write(table, Path(part, TABLE))
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w") as archive:
-            for path in sorted(Path(part).iterdir()):
-                archive.write(path, path.name)
+    packed = io.BytesIO()
+    record = json_text({**table.provenance, "extrema": table.extrema}).encode()
+    parts: dict[str, Any] = {
+        name: pd.DataFrame(part).to_records(index=False, column_dtypes=_TEXTS)
+        for name in ("frame", "events", "dense", *_COLUMNS)
+        if (part := getattr(table, name)) is not None
+    }
+    np.savez(packed, **parts, record=np.frombuffer(record, np.uint8))
+    with suppress(OSError):
         _store(cache_folder() / RUNS / key, packed.getvalue())
 
 

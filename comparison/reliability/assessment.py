@@ -9,9 +9,8 @@ one. The reliabilities that the paper prints end at Phi(3) = 0.99865, which iden
 zero. Only the distance to the cap carries information about a mechanism.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from scipy.special import ndtr
 
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, uncertainty
-from comparison.execution.run import RunError
+from comparison.execution.run import RunError, dense_scene
 from comparison.reliability.errors import (
     QUANTITIES,
     SliderErrors,
@@ -33,8 +32,7 @@ from comparison.scene import Scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, Limits, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
-from comparison.tables.align import SAME_GRID
-from comparison.tables.channels import Array, BoolArray, expected
+from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table, TableError
 
 ROUNDING = 5e-6
@@ -186,9 +184,6 @@ MARGIN = 1e-3  # of reliability: an interval that reaches further leaves open wh
 STEPS = 10_000
 """Exudyn's steps per crank cycle of an ideal mechanism: positions err by 1e-12 m, velocities by 1e-7 m/s and
 accelerations by 5e-7 m/s^2 at 150 rpm (measured against the closed form)."""
-DENSE = 10_000
-"""Samples per crank cycle at least: of the central case R errs by 6e-7 (acceleration), on 1,000 by 4e-4."""
-MOST_SAMPLES = 400_000  # samples of a run, some 80 MB
 _WITHOUT_EFFECT = ("clearance", "contact", "friction", "initial", "environment")
 
 
@@ -236,34 +231,6 @@ class ReliabilityComparison:
         return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in verdicts)
 
 
-def dense_scene(scene: Scene) -> Scene:
-    """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own."""
-    output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
-    own = int(output["samples_per_cycle"])
-    times = max(1, min(ceil(DENSE / own), int(MOST_SAMPLES / (own * cycles))))
-    groups = dict.fromkeys(["accelerations", *output["groups"]])
-    return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
-
-
-def at_own_samples(table: Table, scene: Scene) -> Table:
-    """Return a run of `dense_scene` with the samples and channels of the scene itself."""
-    own = scene.data["output"]["samples_per_cycle"]
-    every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
-    names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
-    frame = table.frame.loc[::every, names].reset_index(drop=True)
-    # These are the times of a run with such samples, to the last digit: an ensemble must have equal ones.
-    interval = scene.period / own
-    grid = np.arange(len(frame)) * interval
-    if np.allclose(frame["time"], grid, rtol=0.0, atol=SAME_GRID * interval):
-        frame["time"] = grid
-    return replace(
-        table,
-        frame=frame,
-        extrema={name: extremes for name, extremes in table.extrema.items() if name in names},
-        provenance=table.provenance | {"scene_hash": scene.hash, "scene": scene.data},
-    )
-
-
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints: "base" and, where the model can be refined, "coarser".
 
@@ -301,7 +268,7 @@ def compare_reliability(
     """
 
     def assessed(run: Table, ideal: Table) -> dict[str, Assessment]:
-        return assess(slider_errors(run, ideal, period, start=start), settings)
+        return assess(slider_errors(run, ideal, period, start=start, peaks=False), settings)
 
     def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
         """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""

@@ -4,18 +4,18 @@ An error is a result less the ideal mechanism's at equal time, Eq. 34 of the pap
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from comparison.tables.align import SAME_GRID, hermite
-from comparison.tables.channels import Array, channels
-from comparison.tables.table import Table, TableError, slacks
+from comparison.tables.align import hermite
+from comparison.tables.channels import ALONG_GUIDE, Array, channels
+from comparison.tables.table import SAME_GRID, Table, TableError, slacks
 
-QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
+QUANTITIES = dict(zip(("displacement", "velocity", "acceleration"), ALONG_GUIDE, strict=True))
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
 
 
@@ -59,12 +59,15 @@ def slider_errors(
     *,
     start: float = 0.0,
     names: Sequence[str] = tuple(QUANTITIES.values()),
+    peaks: bool = True,
 ) -> SliderErrors:
     """Return the errors of a result, from a start (s) on, against the ideal mechanism's at its times.
 
-    Channels are those of ``names`` that the result holds. Raises `TableError` if the ideal table lacks one, a
-    table does not start at zero, or they have too few times in common.
+    Channels are those of ``names`` that the result holds, at the times of `Table.dense` if it has these;
+    without ``peaks`` nothing is known between the samples. Raises `TableError` if the ideal table lacks one,
+    a table does not start at zero, or they have too few times in common.
     """
+    actual, ideal = (t if t.dense is None else replace(t, frame=t.dense) for t in (actual, ideal))
     present = [name for name in names if name in actual.names]
     if not present:
         raise TableError(f"the result: holds none of {', '.join(names)}")
@@ -80,15 +83,18 @@ def slider_errors(
         raise TableError("the result and the ideal mechanism's: have no interval in common")
 
     def error_at(name: str, at: Array, values: Array) -> Array:
+        if np.array_equal(at, ideal.time):
+            return values - ideal.values(name)
         slopes = np.gradient(ideal.values(name), ideal.time, edge_order=2 if ideal.time.size > 2 else 1)
         within = np.clip(at, ideal.time[0], ideal.time[-1])
         return values - hermite(ideal.time, ideal.values(name), slopes, within)[0]
 
     by_channel, between = {}, {}
     for name in present:
+        by_channel[name] = error_at(name, time, actual.values(name)[counts])
+    for name in present if peaks else ():
         at, values = _extrema(actual, name)
         kept = (at >= start - slack) & (at <= time[-1] + slack)
-        by_channel[name] = error_at(name, time, actual.values(name)[counts])
         between[name] = np.array([at - start, error_at(name, at, values)])[:, kept]
     return SliderErrors(time - start, period, by_channel, between)
 

@@ -25,11 +25,11 @@ from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import Reliability, Scene, as_scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import Positive, Real
-from comparison.tables.align import SAME_GRID, holes
+from comparison.tables.align import holes
 from comparison.tables.arguments import Options, Results, as_mapping, as_source, by_name
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
-from comparison.tables.table import Table, TableError, check, slacks
+from comparison.tables.table import SAME_GRID, Table, TableError, check, slacks
 
 CHANNELS = tuple(QUANTITIES.values())
 _LEAST_CHANGE = 0.1 * MARGIN

@@ -16,7 +16,7 @@ from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
-from comparison.words.verdicts import SYMBOLS
+from comparison.words.verdicts import SYMBOLS, until
 
 Cells = list[tuple[str, str, str]]
 """Row of a table: heading, subheading (or "") and text of each cell; Markup is a whole cell."""
@@ -72,6 +72,7 @@ def channel_table(scene: SceneComparison) -> Table | None:
             cells.append((judged.ratio_name, "", number(channel.ratio, 2)))
             if known:
                 coverage = percent(channel.coverage, channel.coverage_error)
+                cells.append(("Until (s)", "", until(channel)))
                 cells.append(("Share of samples", "predictable", coverage))
             within = f"of these ≤ {limit}" if known else "within"
             cells += [

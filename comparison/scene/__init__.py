@@ -11,10 +11,9 @@ from comparison.scene.loading import (
     scene_from_mapping,
     shipped_scenes,
 )
-from comparison.scene.schema import RandomInput, Reliability
+from comparison.scene.schema import Reliability
 
 __all__ = [
-    "RandomInput",
     "Reliability",
     "Scene",
     "SceneError",

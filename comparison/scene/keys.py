@@ -3,7 +3,9 @@
 The name, title and command line of a changed scene follow from its overrides.
 """
 
+import ast
 import hashlib
+import inspect
 import json
 import re
 import shlex
@@ -12,12 +14,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from comparison.scene import schema
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
@@ -38,11 +42,23 @@ class Key(NamedTuple):
 
 @cache
 def scene_keys() -> list[Key]:
-    """Return all keys of a scene in the order of the schema; those of ``[[random]]`` as ``random[].key``."""
+    """Return all keys of a scene in the order of the schema."""
     text = files("comparison.scene.shipped").joinpath("paper.toml").read_text("utf-8")
-    base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene", "random"})
+    base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene"})
     extends = "Scene whose values hold where this one has none: a shipped name or a path."
     return [Key("scene.extends", "", "text", None, "", extends), *_below(SceneKeys, base, "", "")]
+
+
+@cache
+def _texts() -> dict[tuple[str, str], str]:
+    """Return the strings below the fields of a section, by both; pydantic would read them at every start."""
+    return {
+        (section.name, ast.unparse(field.target)): inspect.cleandoc(ast.literal_eval(text.value))
+        for section in ast.parse(inspect.getsource(schema)).body
+        if isinstance(section, ast.ClassDef)
+        for field, text in pairwise(section.body)
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
 
 
 def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, unit: str) -> Iterator[Key]:
@@ -50,15 +66,14 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
         notes = list(_notes(field))
         own_unit = next((note.symbol for note in notes if isinstance(note, Unit)), unit)
         default = defaults.get(name)
-        item, mark = field.annotation, ""
-        if get_origin(item) is list and isinstance(get_args(item)[0], type):  # a list of sections
-            item, mark = get_args(item)[0], "[]"
+        item = field.annotation
         if isinstance(item, type) and issubclass(item, BaseModel):
-            yield from _below(item, default or {}, f"{above}{name}{mark}.", own_unit)
+            yield from _below(item, default or {}, f"{above}{name}.", own_unit)
             continue
         sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
         source = "" if default is None else sources[0]
-        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, field.description or "")
+        texts = [_texts()[key] for each in section.__mro__ if (key := (each.__name__, name)) in _texts()]
+        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, "".join(texts[:1]))
 
 
 def _bounds(notes: list[Any]) -> str:
@@ -98,7 +113,7 @@ def did_you_mean(wrong: str) -> str:
     It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
     key), keys in any order of their words and last parts of keys; else a key may contain its last part.
     """
-    names = [key.name for key in scene_keys() if key.name != wrong and ("[]" in key.name) <= ("[]" in wrong)]
+    names = [key.name for key in scene_keys() if key.name != wrong]
     names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
     section, _, last = wrong.rpartition(".")
     ways: list[tuple[str, Callable[[str], str]]] = [
@@ -312,7 +327,8 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
-    steps = [str(step) for step in first["loc"]]
+    # Without the branch of a union.
+    steps = [step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal["))]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
     if "key" in context:  # a rule of the schema is violated
@@ -325,7 +341,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
         if schema is SceneKeys:
-            wrong = re.sub(r"\.\d+\.", "[].", next(iter(flat({".".join(steps): value}))))
+            wrong = next(iter(flat({".".join(steps): value})))
             return f"{key} {text}{did_you_mean(wrong)}"
         close = get_close_matches(".".join(steps), [*_names(schema)], n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"

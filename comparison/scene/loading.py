@@ -40,7 +40,7 @@ from comparison.scene.keys import (
     title_with,
     toml,
 )
-from comparison.scene.schema import NAME, PARTNERS, Compare, Load, RandomInput, Reliability, SceneKeys
+from comparison.scene.schema import NAME, PARTNERS, Compare, Load, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
@@ -80,8 +80,6 @@ class Scene:
     """Rules for two tables without uncertainties."""
     reliability: Reliability
     """Limits of the errors, and intervals of the crank cycle."""
-    random: list[RandomInput]
-    """Random variables and their distributions; no run depends on them."""
 
     def __repr__(self) -> str:
         """Return its name; `data` has the numbers."""
@@ -284,7 +282,7 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
         keys = SceneKeys.model_validate(nested({"scene.title": name} | given))
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error)}") from error
-    data = keys.model_dump(exclude={"compare", "reliability", "random"})
+    data = keys.model_dump(exclude={"compare", "reliability"})
     start, exudyn = data["initial"], data["solver"]["exudyn"]
     if start["slider_offset"] is None:
         start["slider_offset"] = data["mechanism"]["reference_offset"]
@@ -292,7 +290,7 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
         exudyn["formulation"] = smallest("exudyn", data)
     usual = declared_formulations("exudyn").get(exudyn["formulation"], {}).get("usual", {})
     exudyn |= {key: usual[key] for key in usual.keys() - keys.solver.exudyn.model_fields_set}
-    return Scene(data, files, overrides, source, keys.compare, keys.reliability, keys.random)
+    return Scene(data, files, overrides, source, keys.compare, keys.reliability)
 
 
 def new_scene(path: Path, source: str) -> str:

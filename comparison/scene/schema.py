@@ -7,7 +7,7 @@ The mechanism's numbers and reasons are in ``shipped/paper.toml``, which a scene
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
+from math import inf, isfinite
 from typing import Annotated, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -49,6 +49,12 @@ def _integer(value: object) -> object:
     return value
 
 
+def _time_or_any(value: object) -> object:
+    if value == "any" or (isinstance(value, int | float) and type(value) is not bool and 0 < value < inf):
+        return value
+    raise PydanticCustomError("rule", "", {"text": "must be > 0, or 'any'"})
+
+
 Real = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -63,7 +69,7 @@ IDENTIFIED = Source("identified")  # from figures that the paper prints
 class Section(BaseModel):
     """Section of the scene file; unknown keys are rejected."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 class Texts(Section):
@@ -297,7 +303,7 @@ class Solver(Section):
 class Compare(Section):
     """Rules of a comparison; all but ``until`` are for tables without uncertainties, for every channel."""
 
-    until: Annotated[Positive | Literal["any"], S] | None = None
+    until: Annotated[Positive | Literal["any"], BeforeValidator(_time_or_any), S] | None = None
     """Time until which two results with uncertainties have to be predictable and agree."""
 
     tolerance: Positive | None = None
@@ -350,19 +356,6 @@ class Reliability(Section):
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
 
 
-class RandomInput(Section):
-    """Random variable about the scene's value of a key, for the study paper, part reliability."""
-
-    key: Annotated[str, Field(min_length=1)]
-    """Key of the scene that is random."""
-    distribution: Literal["normal", "lognormal", "uniform"]
-    """Distribution about the scene's value."""
-    deviation: Positive
-    """Standard deviation in the key's unit; of a lognormal one small against the value, its median."""
-    element: Annotated[int, Field(ge=0)] | None = None
-    """Place in a list from 0, where the key holds one."""
-
-
 class SceneKeys(Section):
     """Complete scene."""
 
@@ -380,7 +373,6 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
-    random: list[RandomInput] = []
 
     @model_validator(mode="after")
     def _check_rules(self) -> Self:

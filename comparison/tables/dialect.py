@@ -61,7 +61,6 @@ class Source:
     columns: list[Column]  # without empty columns and row counters that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
-    nameless: bool = False  # whether the first column has no name and must be the time
     beside: Table = field(default_factory=lambda: Table(pd.DataFrame()))
     """Its events, pulses, extrema and provenance, where it has them; the frame does not count."""
 
@@ -69,6 +68,11 @@ class Source:
     def names(self) -> list[str]:
         """Names of the columns."""
         return [column.name for column in self.columns]
+
+    @property
+    def nameless(self) -> bool:
+        """Whether the first column has no name and must be the time."""
+        return self.names[:1] == [position(0)] and time_place(self.names) is None
 
 
 class _Line(NamedTuple):
@@ -184,13 +188,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
         is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counted)
         if name or (any(entries) and not is_index):
             columns.append(column)
-    has_time = time_place([name for name, _ in heading]) is not None
-    return Source(
-        path,
-        columns,
-        notes=notes,
-        nameless=not has_time and [column.name for column in columns[:1]] == [position(0)],
-    )
+    return Source(path, columns, notes=notes)
 
 
 def read_column(

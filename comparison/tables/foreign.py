@@ -32,13 +32,7 @@ from comparison.tables.dialect import (
     read_column,
     remedy,
 )
-from comparison.tables.mapping import (
-    TIME,
-    Dialect,
-    Mapping,
-    Quantity,
-    Rule,
-)
+from comparison.tables.mapping import TIME, Dialect, Mapping, Quantity, Rule
 from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
 
@@ -311,8 +305,8 @@ def _definitions(
             if name in columns
         ]
         unit = _common_unit(name, stated) if quantity.unit is None else quantity.unit
-        known, rad = parse_unit(unit), parse_unit("rad")
-        if quantity.angle and not same_dimension(known, rad):
+        known = parse_unit(unit)
+        if quantity.angle and not same_dimension(known, parse_unit("rad")):
             raise TableError(f"{where}: angle = true, but its unit {unit!r} is no angle")
         numbers = np.concatenate([column.numbers for _, column, _ in stated])
         largest = float(np.abs(numbers[np.isfinite(numbers)]).max(initial=0.0))
@@ -328,12 +322,8 @@ def _definitions(
         )
     for channel in defined.values():
         rate = (channels() | defined).get(channel.rate or "")
-        unit_of, of_rate, per = (
-            parse_unit(channel.unit),
-            parse_unit(rate.unit) if rate else None,
-            parse_unit("s"),
-        )
-        if rate and unit_of and of_rate and per and of_rate.times(per) != unit_of:
+        own, of_rate, per = map(parse_unit, (channel.unit, rate.unit if rate else "", "s"))
+        if rate and own and of_rate and per and of_rate.times(per) != own:
             units = f"is in {rate.unit}, which is not {channel.unit} per second"
             raise TableError(f"{mapping.file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
     return defined

@@ -4,7 +4,6 @@ Each column is compared with each column of the other table at times that both s
 press in all units that programs use. Names say no more than which column is the time.
 """
 
-import math
 import textwrap
 from collections.abc import Iterator, Sequence
 from itertools import product, starmap
@@ -63,12 +62,11 @@ class Guess(NamedTuple):
                 yield rule | {"sign": sign, "partner": partner.name, "distance": self.distance}
 
 
-Left = dict[str, list[str]]
-"""Side -> its columns that are not assigned."""
+def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], dict[str, list[str]]]:
+    """Guess the channels of the columns of two tables, the time first; and list what is left, by side.
 
-
-def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], Left]:
-    """Guess the channels of the columns of two tables, the time first; errors of reading are `TableError`."""
+    Errors of reading are `TableError`.
+    """
     dialects = dialects or Dialects()
     sources = {side: open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))}
     guesses, tables = _on_one_grid(sources)
@@ -137,21 +135,21 @@ def _match(one: _Column, other: _Column) -> Guess | None:
         options = [*product(*(column.units(channels()[known[0]].unit) for column in (one, other)))]
     elif one.unit and other.unit and same_dimension(parse_unit(one.unit), parse_unit(other.unit)):
         options = [(one.unit, other.unit)]
-    x, y = one.values, other.values
-    xx, xy, yy = (float(np.mean(both)) for both in (x * x, x * y, y * y))
-    deviations = float(np.std(x)), float(np.std(y))
-    best, least = None, _NEAR
-    for units, sign in product(options, (1, -1)):
-        ratio = _factor(units[0]) / _factor(units[1]) if units else 1.0
-        squared = max(ratio * ratio * xx - 2 * sign * ratio * xy + yy, 0.0)
-        distance = math.sqrt(squared) / max(ratio * deviations[0], deviations[1])
-        if round(distance, 6) < least:
-            least = round(distance, 6)
-            best = Guess((one, other), (known or [one.name])[0], units, sign, distance)
-    return best
+    sign = 1 if np.mean(one.values * other.values) >= 0 else -1
+
+    def guess(units: tuple[str, ...]) -> Guess:
+        x = one.values * (_factor(units[0]) / _factor(units[1]) if units else 1.0)
+        y = sign * other.values
+        distance = float(np.sqrt(np.mean((x - y) ** 2)) / max(np.std(x), np.std(y)))
+        return Guess((one, other), (known or [one.name])[0], units, sign, distance)
+
+    best = min(map(guess, options), key=lambda guess: round(guess.distance, 6), default=None)
+    return best if best and best.distance < _NEAR else None
 
 
-def mapping_text(guesses: Sequence[Guess], left: Left, dialects: Dialects | None, command: str) -> str:
+def mapping_text(
+    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects | None, command: str
+) -> str:
     """Return the text of a mapping file, to be edited, for a command."""
     lines = [
         "# A suggestion: check what it rests on, edit it, then",

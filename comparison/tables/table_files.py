@@ -89,10 +89,8 @@ def read_columns(path: Path, name: str) -> Columns | None:
     frame = read_beside(path, name)
     if frame is None:
         return None
-    whole = [name for name, column in frame.items() if name != "row" and column.dtype.kind in "iu"]
-    return {
-        str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(whole, float)).items()
-    }
+    whole = {name: float for name, column in frame.items() if name != "row" and column.dtype.kind in "iu"}
+    return {str(name): column.to_numpy() for name, column in frame.astype(whole).items()}
 
 
 @contextmanager

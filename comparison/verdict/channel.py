@@ -8,7 +8,7 @@ set of options of the command line, Python and the fixture of pytest.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf, isnan, nan
+from math import inf, nan
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from comparison.tables.arguments import Options, by_name
 from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import METRICS, Basis, ChannelComparison, Check
-from comparison.verdict.until import differs, settled, until
+from comparison.verdict.until import differs, enough, settled, until
 
 
 def _names(value: object) -> object:
@@ -157,13 +157,13 @@ def compare_channel(
         result = replace(result, predictable=predictable, until=end, isolated=isolated)
     result = replace(result, **_by_samples(result, count, demanded=learnt is None))
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if result.u is None or channel.follows is not None:
+    if result.u is None or channel.follows is not None or result.verdict == "unexcited":
         return result
     if learnt is None:
-        ends = [count] if result.verdict == "indeterminate" else []
+        open_ = np.arange(1, time.size + 1) == time.size * (result.verdict == "indeterminate")
     else:
-        ends = [] if result.verdict == "unexcited" else _open(result, count)
-    return replace(result, **_by_largest_uncertainty(result, ends))
+        open_ = (np.arange(time.size) < count) & ~enough(result.predictable, result.nonzero, limits)
+    return replace(result, **_by_largest_uncertainty(result, limits.k * so_far(result.u, learnt), open_))
 
 
 def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> dict[str, Any]:
@@ -205,37 +205,25 @@ def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> 
     return judgement | {"verdict": verdict, "basis": basis}
 
 
-_ENDS = (16 * 1.1 ** np.arange(170)).astype(np.intp)
+def _by_largest_uncertainty(channel: ChannelComparison, largest: Array, open_: BoolArray) -> dict[str, Any]:
+    """Let a channel differ where even the largest thresholds explain too few of the samples up to there.
 
-
-def _open(channel: ChannelComparison, count: int) -> list[int]:
-    """Return numbers of first samples, the same whatever the length, that show too little of any kind."""
-    limits = channel.limits
-    if not isnan(channel.differs_from):
-        count = int(np.searchsorted(channel.time, channel.differs_from))
-    ends = _ENDS[count >= _ENDS]
-    covered = np.cumsum(channel.predictable)[ends - 1] >= limits.coverage * ends
-    enough = np.cumsum(channel.judged)[ends - 1] >= limits.least_judged
-    return [int(end) for end in ends[~(covered & enough)]]
-
-
-def _by_largest_uncertainty(channel: ChannelComparison, ends: Sequence[int]) -> dict[str, Any]:
-    """Let a channel differ if even the largest threshold of the samples up to an end explains too few."""
-    for end in ends:
-        assert channel.u is not None
-        size, largest = channel.size[:end], channel.limits.k * float(channel.u[:end].max())
-        inside = size[channel.nonzero[:end]] <= largest
-        if inside.size and np.mean(inside) < channel.limits.share:
-            return {
-                "verdict": "differ",
-                "basis": Basis.LARGEST,
-                "explained": np.nan,
-                "outside": int((~inside).sum()),
-                "worst": int(size.argmax()),
-                "worst_threshold": largest,
-                "differs_from": float(channel.time[end - 1]),
-            }
-    return {}
+    ``open_``, shape (n,): where its own thresholds leave that open.
+    """
+    limits, beyond = replace(channel.limits, least_outside=1), channel.nonzero & (channel.size > largest)
+    where = open_ & differs(np.zeros_like(beyond), channel.nonzero, beyond, limits)
+    first = int(where.argmax())
+    if not where.any() or channel.time[first] >= channel.differs_from:
+        return {}
+    return {
+        "verdict": "differ",
+        "basis": Basis.LARGEST,
+        "explained": np.nan,
+        "outside": int(beyond[: first + 1].sum()),
+        "worst": int(channel.size[: first + 1].argmax()),
+        "worst_threshold": float(largest[first]),
+        "differs_from": float(channel.time[first]),
+    }
 
 
 def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:

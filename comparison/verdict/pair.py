@@ -16,12 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
 
 from comparison.accuracy.uncertainty import PERTURBATION, WINDOW
+from comparison.execution.pool import kept_workers
 from comparison.execution.run import Progress
 from comparison.execution.sides import (
     Command,
@@ -39,12 +40,12 @@ from comparison.scene.schema import Positive, Section
 from comparison.tables.arguments import as_mapping
 from comparison.tables.channels import Array
 from comparison.tables.dialect import Source, position
-from comparison.tables.foreign import read_tables
+from comparison.tables.foreign import open_source, read_tables
 from comparison.tables.mapping import Mapping, Quantity, mapping_of
 from comparison.tables.table import TableError
 from comparison.verdict.channel import Criteria
 from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
-from comparison.verdict.recorded import ProgramRuns, compare_recorded
+from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by
 from comparison.verdict.results import Doubt, SceneComparison
 
 FACTORS = {"tolerance": 10.0, "step": 1.7}
@@ -60,6 +61,9 @@ class Solver(Section):
 
     command: str | None = None
     fmu: str | None = None
+    file: str | None = None  # a table that no run can be added to; its error from these two:
+    u: dict[str, Positive] = Field(default={})
+    repeat: list[str] = Field(default=[])
     tolerance: Positive | None = None
     step: Positive | None = None
     factor: Annotated[float, Field(gt=1, allow_inf_nan=False)] | None = None
@@ -82,6 +86,13 @@ class Start(Section):
     size: Positive | None = None
 
 
+class Demand(Section):
+    """Time until which the two have to agree, s, or share of the samples that has to be predictable."""
+
+    until: Positive | Literal["any"] | None = None
+    coverage: Annotated[float, Field(gt=0, le=1)] | None = None
+
+
 class PairKeys(Section):
     """Contents of a pair file."""
 
@@ -90,14 +101,20 @@ class PairKeys(Section):
     start: Start = Start()
     mapping: Any = None
     scale: dict[str, Positive] = Field(default={})
+    demand: Demand = Demand()
     window: Positive | None = None
     limit: Positive = 600.0
 
 
-def load_pair(path: Path) -> "Pair":
-    """Read a pair file; a `TableError` tells file, key, value and violated rule."""
+def load_pair(path: Path, demand: Pairs[str, object] | None = None) -> "Pair":
+    """Read a pair file; a `TableError` tells file, key, value and violated rule.
+
+    A ``demand`` takes the place of that of the file.
+    """
     with reading(path, TableError, "TOML"):
-        return _pair(tomllib.loads(contents(path)), path.parent, (None, None), path.stem)
+        content = tomllib.loads(contents(path))
+        content |= {"demand": demand} if demand else {}
+        return _pair(content, path.parent.resolve(), (None, None), path.stem)
 
 
 def judge(
@@ -126,13 +143,14 @@ def judge(
         Runs at a time; above 1 functions run in processes, and a script needs
         ``if __name__ == "__main__":``.
     options
-        Other keys of a pair file: ``size``, ``window``, ``scale``, ``mapping``, ``title``, ``limit`` and, of
-        both sides, ``factor``, ``order``, ``stop``, ``interval``.
+        Other keys of a pair file: ``size``, ``until``, ``coverage``, ``window``, ``scale``, ``mapping``,
+        ``title``, ``limit`` and, of both sides, ``factor``, ``order``, ``stop``, ``interval``.
 
     Returns
     -------
     SceneComparison
-        ``verdict``: "agree", "differ" or "indeterminate"; ``channels``; ``report(path)`` writes the page.
+        ``verdict``: "agree", "differ" or "indeterminate"; ``until``, s; ``channels``; ``report(path)`` writes
+        the page.
 
     Raises
     ------
@@ -154,22 +172,26 @@ def judge(
     >>> sixbar.judge(decay, other, tolerance=1e-8, states=1).verdict
     'differ'
     """
-    of_sides, rest = ("factor", "order", "stop", "interval"), dict(options)
-    own = {name: rest.pop(name) for name in of_sides if name in rest}
     names = [position(n + 1) for n in range(states)] if isinstance(states, int) else [*states]
-    content = {
-        "side": {},
-        "start": {"states": names, **{k: rest.pop(k) for k in ("size",) if k in rest}},
-        **rest,
-    }
-    for n, (side, solver) in enumerate((("a", a), ("b", b))):
-        keys = own | {"tolerance": _of(tolerance, n), "step": _of(step, n)}
+    content: dict[str, Any] = {"side": {"a": {}, "b": {}}, "start": {"states": names}}
+    for key, value in ((key, unboxed(value)) for key, value in options.items() if value is not None):
+        if key in Solver.model_fields:
+            content["side"]["a"][key] = content["side"]["b"][key] = value
+        else:
+            section = next((name for name, keys in _SECTIONS.items() if key in keys.model_fields), "")
+            (content.setdefault(section, {}) if section else content)[key] = value
+    for n, (side, solver) in enumerate(zip("ab", (a, b), strict=True)):
+        keys = {"tolerance": _of(tolerance, n), "step": _of(step, n)}
         if not callable(solver):
             keys["fmu" if str(solver).lower().endswith(".fmu") else "command"] = str(solver)
-        content["side"][side] = {key: unboxed(value) for key, value in keys.items() if value is not None}
+        content["side"][side] |= {key: unboxed(value) for key, value in keys.items() if value is not None}
     functions = tuple(solver if callable(solver) else None for solver in (a, b))
-    pair = _pair({k: v for k, v in content.items() if v is not None}, Path(), functions, "judge")
-    return replace(pair, n_jobs=n_jobs).judge()[0]
+    pair = _pair(content, Path.cwd(), functions, "judge")
+    with kept_workers():
+        return replace(pair, n_jobs=n_jobs).judge()[0]
+
+
+_SECTIONS: dict[str, type[Section]] = {"start": Start, "demand": Demand}
 
 
 def _of(value: Any, n: int) -> Any:
@@ -202,18 +224,29 @@ def _pair(content: Pairs[str, Any], folder: Path, functions: Sequence[Function |
         sides = [
             replace(side, label=f"{side.label} ({which})") for which, side in zip("ab", sides, strict=True)
         ]
-    return Pair((sides[0], sides[1]), keys, mapping, name)
+    pair = Pair((sides[0], sides[1]), keys, mapping, name)
+    if all(side.files for side in sides):
+        raise TableError("side.a and side.b are files: sixbar compare judges these")
+    for which, side in zip("ab", sides, strict=True):
+        for n, path in enumerate(side.files):
+            pair._tables[Run(side, n, ())] = open_source(path, mapping.dialect.of(which))
+    return pair
 
 
 def _side(
     which: str, keys: Solver, function: Function | None, folder: Path, more: tuple[list[str], Mapping]
 ) -> Side:
     where, (states, mapping) = f"side.{which}", more
+    if keys.file is not None:
+        if {*keys.model_fields_set} - {"file", "u", "repeat"}:
+            raise TableError(f"{where} with a file has no other keys than u and repeat")
+        paths = tuple(folder / name for name in (keys.file, *keys.repeat))
+        return Side(paths[0].stem, None, "tolerance", files=paths)
     settings = [name for name in FACTORS if getattr(keys, name) is not None]
     if len(settings) != 1:
         raise TableError(f"{where} must have a tolerance or a step{', not both' if settings else ''}")
     if (keys.command is None) + (keys.fmu is None) + (function is None) != 2:
-        raise TableError(f"{where} must have a command or an fmu{', not both' if keys.command else ''}")
+        raise TableError(f"{where} must have a command, an fmu or a file, and one of them")
     (setting,), label = settings, which
     solver: Function | Command
     if keys.fmu is not None:
@@ -228,14 +261,8 @@ def _side(
     else:
         assert function is not None
         solver, label = function, getattr(function, "__name__", which).replace("<lambda>", which)
-    return Side(
-        label,
-        solver,
-        getattr(keys, setting),
-        setting == "step",
-        keys.factor or FACTORS[setting],
-        keys.order or nan,
-    )
+    factor, order = keys.factor or FACTORS[setting], keys.order or nan
+    return Side(label, solver, setting, getattr(keys, setting), factor, order)
 
 
 @dataclass(frozen=True)
@@ -255,7 +282,7 @@ class Pair:
         level, doubt = 0, Doubt.ONE_STATE if len(self.keys.start.states) == 1 else None
         programs, warnings = self._read(self._families(0))
         result = self._compare(programs, warnings)
-        most = max(LEVELS["step" if side.stepped else "tolerance"] for side in self.sides)
+        most = max(LEVELS[side.kind] for side in self.sides)
         while result.verdict == "differ" and level < most:
             try:
                 programs, warnings = self._read(self._families(level + 1))
@@ -267,33 +294,42 @@ class Pair:
         if result.verdict == "differ" and self.keys.start.states:
             programs, warnings = self._ensembles(result, level, programs)
             result = replace(self._compare(programs, warnings), refined=level)
+        alike = [n for n, own in enumerate(programs) if own.finer and own.finer.frame.equals(own.base.frame)]
+        for n in alike:
+            line = f"{self.sides[n].label}: runs at two settings are equal: its error is not known"
+            result = replace(result, warnings=(*result.warnings, line))
+            doubt = Doubt.NO_EFFECT
         if result.verdict == "differ" and result.confirmation and doubt:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs
 
     def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
-        usual: dict[str, Any] = {} if self.mapping.compare is None else {"channels": self.mapping.compare}
-        if self.keys.window is not None:
-            usual["period"] = self.keys.window / WINDOW
+        demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
+        period = None if window is None else window / WINDOW
+        until = "any" if demand.until is None and demand.coverage is not None else demand.until
         labels = self.sides[0].label, self.sides[1].label
-        first, second = programs
-        criteria = Criteria(**usual)
-        result = compare_recorded(
-            first, second, scene=None, labels=labels, warnings=warnings, criteria=criteria
-        )
-        return replace(result, name=self.name, title=self.keys.title)
+        criteria = Criteria(channels=channels, period=period, until=until)
+        result = compare_recorded(*programs, scene=None, labels=labels, warnings=warnings, criteria=criteria)
+        result = replace(result, name=self.name, title=self.keys.title)
+        lacks = result.verdict == "agree" and result.coverage < (demand.coverage or 0.0)
+        return replace(result, verdict="indeterminate") if lacks else result
 
     # ---- runs
 
     def _families(self, level: int) -> list[list[Run]]:
         """Run both sides with the base at a level: base, finer, coarser, and the perturbed ones."""
         count = len(self.keys.start.states)
-        families = [[Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)] for side in self.sides]
+        families = [
+            [Run(side, n, ()) for n, _ in enumerate(side.files)]
+            or [Run(side, level + more, (0.0,) * count) for more in (0, 1, -1)]
+            for side in self.sides
+        ]
         moves = np.random.default_rng(0).standard_normal((2 if count else 0, count))
         self._run(families, sum(map(len, families)) + 2 * len(moves))
-        for family in families:  # random directions of root mean square 1; of one state + and -
-            shares = [self._size(family[0].side) * move / np.sqrt(np.mean(move**2)) for move in moves]
-            family += [Run(family[0].side, level - 1, self._start(family[0].side, own)) for own in shares]
+        for side, family in zip(self.sides, families, strict=True):
+            if not side.files:  # random directions of root mean square 1; of one state + and -
+                shares = [self._size(side) * move / np.sqrt(np.mean(move**2)) for move in moves]
+                family += [Run(side, level - 1, self._start(side, own)) for own in shares]
         self._run(families)
         return families
 
@@ -301,16 +337,17 @@ class Pair:
         self, result: SceneComparison, level: int, programs: Sequence[ProgramRuns]
     ) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
         """Return the runs with those of an ensemble of each side behind the perturbed ones."""
-        families, shares = self._families(level), []
-        ends = [np.flatnonzero(~channel.predictable)[:1] for channel in result.excited.values()]
-        before = int(min([*np.concatenate(ends), result.time.size]))
+        families, shares = self._families(level), [np.empty(0)] * 2
+        before = int(np.searchsorted(result.time, result.until))
         lengths = {name: 1.0 / channel.scale for name, channel in result.excited.items()}
         for n, (family, program) in enumerate(zip(families, programs, strict=True)):
             side = family[0].side
+            if side.files:
+                continue
             shift, w = equivalent_start(program.runs, lengths, self._size(side), before)
             draws = np.random.default_rng(n + 1).standard_normal((OTHER_MEMBERS, len(family[0].start)))
             family += [Run(side, level, self._start(side, shift * draw)) for draw in draws]
-            shares.append(np.minimum(w / shift, 1.0))
+            shares[n] = np.minimum(w / shift, 1.0)
         self._run(families, needed=False)
         complete = [[run for run in family if isinstance(self._tables[run], Source)] for family in families]
         programs, warnings = self._read(complete)
@@ -322,7 +359,7 @@ class Pair:
         return tuple(scaled), warnings
 
     def _size(self, side: Side) -> float:
-        default = PERTURBATION if side.stepped else max(side.setting, LEAST_SIZE)
+        default = PERTURBATION if side.kind == "step" else max(side.setting, LEAST_SIZE)
         return self.keys.start.size or default
 
     def _start(self, side: Side, shares: Array) -> tuple[float, ...]:
@@ -330,12 +367,16 @@ class Pair:
 
         A scale is the range of the column of this name in the first run of the side, else 1.
         """
-        source = self._tables[Run(side, 0, (0.0,) * shares.size)]
-        assert isinstance(source, Source)
-        places = [*enumerate(source.columns)]
-        ranges = {key: float(np.ptp(c.numbers)) for n, c in places for key in (c.name, position(n))}
+        columns = self._columns(Run(side, 0, (0.0,) * shares.size))
+        ranges = {name: float(np.ptp(values)) for name, values in columns.items()}
         scales = [ranges.get(state) or 1.0 for state in self.keys.start.states]
         return tuple((shares * scales).tolist())
+
+    def _columns(self, run: Run) -> dict[str, Array]:
+        """Return the columns of a table by their names, and by their places."""
+        source = self._tables[run]
+        assert isinstance(source, Source)
+        return {key: c.numbers for n, c in enumerate(source.columns) for key in (c.name, position(n))}
 
     def _run(self, families: Sequence[Sequence[Run]], total: int = 0, *, needed: bool = True) -> None:
         """Run what has not run, of so many in ``total``; if needed a run that failed raises its error."""
@@ -356,14 +397,33 @@ class Pair:
 
     def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
         """Return the tables of runs as channels, and warnings."""
-        sources = [self._tables[run] for family in families for run in family]
+        runs = [run for family in families for run in family]
+        sources = [self._tables[run] for run in runs]
         sides = ["ab"[n] for n, family in enumerate(families) for _ in family]
         tables, warnings = read_tables([s for s in sources if isinstance(s, Source)], sides, self.mapping)
+        if unknown := [name for name in self.keys.scale if name not in tables[0].channels]:
+            raise TableError(f"scale.{unknown[0]}: {unknown[0]!r} is not a channel of the tables")
+        tables = [
+            replace(table, provenance={"settings": run.values()})
+            for table, run in zip(tables, runs, strict=True)
+        ]
         programs = []
-        for side, count in zip(self.sides, map(len, families), strict=True):
-            base, finer, coarser, *perturbed = tables[:count]
-            programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
+        for side, keys, count in zip(
+            self.sides, (self.keys.side.a, self.keys.side.b), map(len, families), strict=True
+        ):
+            base, *others = tables[:count]
+            if side.files:
+                known = keys.u or others
+                programs.append(ProgramRuns(base, off_by(base, keys.u, others) if known else None))
+            else:
+                finer, coarser, *perturbed = others
+                programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
             tables = tables[count:]
-        if len(self.keys.start.states) == 1:
+        states = self.keys.start.states
+        if len(states) == 1:
             warnings += ("only one state is moved: how motions diverge along others is not seen",)
+        for side, family in zip(self.sides, families, strict=True):
+            columns = {*(states if side.files else self._columns(family[0]))}
+            lack = ", ".join(state for state in states if state not in columns)
+            warnings += (f"{side.label}: no column {lack}: its scale is taken as 1",) if lack else ()
         return tuple(programs), tuple(dict.fromkeys(warnings))

@@ -1,6 +1,7 @@
 """Comparison of two tables in one call, and of two programs by tables of their runs."""
 
 from collections.abc import Callable, Sequence
+from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from comparison.accuracy.levels import recorded_refinement
-from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
+from comparison.accuracy.uncertainty import SAFETY_FACTOR, TIME_ROUND_OFF, Runs
 from comparison.scene import Scene, as_scene
 from comparison.tables.align import unwound
 from comparison.tables.arguments import Results, as_mapping, as_source
@@ -55,7 +56,7 @@ def compare(
         Names of the two in messages.
     options
         Other fields of `comparison.verdict.channel.Criteria`: ``channels``, ``tolerances``, ``absolute``,
-        ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``.
+        ``time_tolerance``, ``gate``, ``at_events``, ``common_time``, ``period``, ``until``.
 
     Returns
     -------
@@ -134,7 +135,9 @@ class ProgramRuns:
 
 
 Files = Sequence[tuple[str, Path | Source]]
-"""Tables of one program, each with the field of `ProgramRuns` that it is for."""
+"""Tables of one program, each with the field of `ProgramRuns` that it is for, or "repeat"."""
+Errors = Pairs[str, float] | None
+"""Errors of a table, by channel, in its unit."""
 
 
 def compare_files(
@@ -145,12 +148,14 @@ def compare_files(
     scene: Scene | None = None,
     mapping: Mapping | None = None,
     refinements: tuple[tuple[float, float] | None, tuple[float, float] | None] = (None, None),
+    errors: tuple[Errors, Errors] = (None, None),
     criteria: Criteria = NO_CRITERIA,
 ) -> SceneComparison:
     """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
 
     Without a scene the one that is recorded beside the tables counts; what neither the criteria nor the
-    mapping state is as in the scene. An option without effect gives a warning. Errors are those of
+    mapping state is as in the scene. ``errors`` are stated ones of tables without a finer run, by channel.
+    An option without effect gives a warning. Errors are those of
     `compare_recorded` and `comparison.tables.foreign.read_tables`.
     """
     files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
@@ -158,8 +163,9 @@ def compare_files(
     if scene is None:
         scene, notes = recorded_scene(tables[0], tables[len(a)])
         warnings += notes
-    first = _recorded(a, tables[: len(a)], refinements[0])
-    second = _recorded(b, tables[len(a) :], refinements[1])
+    first = _recorded(a, tables[: len(a)], refinements[0], errors[0])
+    second = _recorded(b, tables[len(a) :], refinements[1], errors[1])
+    uncertain = first.finer is not None or second.finer is not None
     defaults = [] if scene is None else [scene.compare.model_dump()]
     defaults += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
     whole = criteria.over(*defaults)
@@ -171,27 +177,53 @@ def compare_files(
         "the gate": bool(whole.gate),
     }
     unused, why = [], ""
-    if first.finer is not None:
+    if uncertain:
         unused, why = list(stated), ": the uncertainty from finer runs decides"
     elif whole.tolerance is None and not whole.tolerances:
         unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
+    warnings += tuple(f"{name} has no effect{why}" for name in unused if stated[name])
+    if criteria.until is not None and not uncertain:
+        warnings += ("--until has no effect: without finer runs it is unknown what is predictable",)
     return compare_recorded(
         first,
         second,
         scene=scene,
         labels=labels,
-        warnings=(*warnings, *(f"{name} has no effect{why}" for name in unused if stated[name])),
+        warnings=warnings,
         criteria=whole,
     )
 
 
-def _recorded(files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None) -> ProgramRuns:
+def _recorded(
+    files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None, stated: Errors
+) -> ProgramRuns:
     kinds = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
-    return ProgramRuns(
-        **{kind: table for kind, table in kinds if kind != "perturbed"},
-        perturbed=[table for kind, table in kinds if kind == "perturbed"],
-        refinement=refinement,
-    )
+    repeats, perturbed = ([t for kind, t in kinds if kind == which] for which in ("repeat", "perturbed"))
+    one = {kind: table for kind, table in kinds if kind not in ("repeat", "perturbed")}
+    if repeats or stated:
+        if "finer" in one:
+            raise TableError(f"{files[0][1]}: has a finer run, from which its error follows; state no other")
+        one["finer"] = off_by(one["base"], stated or {}, repeats)
+    return ProgramRuns(**one, perturbed=perturbed, refinement=refinement)
+
+
+def off_by(base: Table, stated: Pairs[str, float], repeats: Sequence[Table] = ()) -> Table:
+    """Return a run in place of a finer one, which gives a table the errors that are known of it.
+
+    By channel u is the stated number, or `SAFETY_FACTOR` times the largest distance of its repeats.
+    """
+    if unknown := [name for name in stated if name not in base.channels]:
+        raise TableError(f"{unknown[0]!r}, of which an error is stated, is not a channel of the table")
+    repeats = [_at_its_times(run, base) for run in repeats]
+    if any(not np.array_equal(run.time, base.time) for run in repeats):
+        raise TableError("a repeat must have the times of its table")
+    frame = base.frame.copy()
+    for name in base.channels:
+        apart = [np.abs(run.values(name) - base.values(name)) for run in repeats if name in run.names]
+        frame[name] += np.max(
+            [np.full(base.time.size, stated.get(name, 0.0) / SAFETY_FACTOR), *apart], axis=0
+        )
+    return replace(base, frame=frame)
 
 
 def compare_recorded(
@@ -205,15 +237,16 @@ def compare_recorded(
 ) -> SceneComparison:
     """Compare two programs by their runs, and confirm a difference by their ensembles.
 
-    With a finer run each they are judged by their uncertainty, with neither by the criteria; errors are those
+    With a finer run they are judged by their uncertainty, without by the criteria; errors are those
     of `comparison.verdict.compare.compare`.
     """
     for label, program in zip(labels, (a, b), strict=True):
         if program.finer is None and (program.coarser is not None or program.perturbed):
             raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
     if (a.finer is None) != (b.finer is None):
-        lacks = labels[0] if a.finer is None else labels[1]
-        raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
+        known, lacks = labels[::-1] if a.finer is None else labels
+        warnings += (f"only the error of {known} is known: {lacks} counts as exact but for its round-off",)
+        a, b = (program if program.finer else replace(program, finer=program.base) for program in (a, b))
     a, b = (program.each(partial(_at_its_times, base=program.base)) for program in (a, b))
     if a.finer is not None:
         # Whole revolutions are taken out of the angles: runs that count them differently are one.

@@ -354,6 +354,7 @@ class Doubt(Enum):
     FEW_RUNS = auto()
     ONE_STATE = auto()  # one state alone was moved
     UNREFINED = auto()  # a run at a finer setting failed
+    NO_EFFECT = auto()  # the setting of a solver changes nothing, so its error is not known
 
 
 @dataclass(frozen=True)
@@ -462,9 +463,15 @@ class SceneComparison:
     @property
     def until(self) -> float:
         """Until when the states that are judged, else all channels, are predictable, s; nan without u."""
-        judged = [channel for verdict in ("agree", "differ") for channel in self.with_verdict(verdict)]
+        return nan if (first := self.first_unpredictable) is None else first.until
+
+    @property
+    def first_unpredictable(self) -> ChannelComparison | None:
+        """The first channel not to be predictable, of the judged states, else of all; None without u."""
+        known = [channel for channel in self.excited.values() if not isnan(channel.until)]
+        judged = [channel for channel in known if channel.judged.sum() >= channel.limits.least_judged]
         states = [channel for channel in judged if is_state(channel.definition)]
-        return min((channel.until for channel in states or judged), default=nan)
+        return min(states or judged, key=lambda channel: channel.until, default=None)
 
     @property
     def enough(self) -> bool:

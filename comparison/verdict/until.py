@@ -66,6 +66,16 @@ def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, in
     return float(time[starts[ends]] if long.any() else time[-1]), ends
 
 
+def covered(predictable: BoolArray, limits: Thresholds) -> BoolArray:
+    """Return where the share of predictable samples up to each is the required coverage, shape (n,)."""
+    return np.asarray(np.cumsum(predictable) / np.arange(1, predictable.size + 1) >= limits.coverage)
+
+
+def enough(predictable: BoolArray, nonzero: BoolArray, limits: Thresholds) -> BoolArray:
+    """Return where the samples up to each are enough to judge a channel by its own thresholds, shape (n,)."""
+    return covered(predictable, limits) & (np.cumsum(predictable & nonzero) >= limits.least_judged)
+
+
 def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where a channel differs by the samples up to each, shape (n,).
 
@@ -73,6 +83,5 @@ def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limit
     so many that they were, even with all others explained.
     """
     judged, outside = np.cumsum(predictable & nonzero), np.cumsum(beyond)
-    covered = np.cumsum(predictable) / np.arange(1, predictable.size + 1) >= limits.coverage
-    counted = np.maximum(np.where(covered, judged, np.cumsum(nonzero)), 1)
+    counted = np.maximum(np.where(covered(predictable, limits), judged, np.cumsum(nonzero)), 1)
     return np.asarray((outside >= limits.least_outside) & ((counted - outside) / counted < limits.share))

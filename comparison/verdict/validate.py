@@ -15,15 +15,9 @@ from pydantic import Field
 from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
 from comparison.accuracy.refine import chosen_settings, families, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Outcome, Progress, RunError, failure, run_all
+from comparison.execution.run import Job, Outcome, Progress, RunError, dense_scene, failure, run_all
 from comparison.models import MODELS, EngineError, distinct_models
-from comparison.reliability.assessment import (
-    ReliabilityComparison,
-    at_own_samples,
-    compare_reliability,
-    dense_scene,
-    ideal_scenes,
-)
+from comparison.reliability.assessment import ReliabilityComparison, compare_reliability, ideal_scenes
 from comparison.scene import Scene, SceneError, as_scene
 from comparison.tables.arguments import Options
 from comparison.tables.table import Table, TableError
@@ -131,11 +125,10 @@ def validate(
     outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
     for case in cases:
-        dense, ideal, others = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        own = {w: _sampled(dense[w], job.scene) for w, job in case.own.items() if w[0] in MODELS}
-        result = case.judge(others | own)
+        own, dense, ideal = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
+        result = case.judge(own)
         if result.runs:
-            reliability = case.reliability(dense, ideal)
+            reliability = case.reliability(own | dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
         if case.tier == "tight":
             standard = results.pop()
@@ -172,18 +165,19 @@ class Case:
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """Runs with the samples of the reliability, of the ideal mechanism, and other models' own.
+        """Runs of the scene, those of other packages' models with the samples of the reliability, ideal ones.
 
-        Our models run once: the verdict takes its samples from the first. Another package's model may lack
-        accelerations that the scene does not ask for, and chooses its times.
+        Our models run once, for both. Another package's model may lack accelerations that the scene does not
+        ask for, and chooses its times.
         """
+        own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
+        others = [model for model in self.models if model not in MODELS]
         ideal = {
             (model, which): Job(scene, model)
             for model in self.models
             for which, scene in ideal_scenes(self.scene, model).items()
         }
-        others = {which: job for which, job in self.own.items() if which[0] not in MODELS}
-        return families(dense_scene(self.scene), self.models), ideal, others
+        return own, families(dense_scene(self.scene), others), ideal
 
     @cached_property
     def own(self) -> Jobs:
@@ -191,7 +185,7 @@ class Case:
         return families(self.scene, self.models)
 
     def judge(self, outcomes: Outcomes) -> Validation:
-        """Compare the runs `own`, and settle what is open with further ones."""
+        """Compare the runs of the scene, and settle what is open with further ones."""
         scene, models = self.scene, self.models
         warnings: tuple[str, ...] = ()
         if failed := unusable(outcomes):
@@ -257,12 +251,13 @@ class Case:
         settings, unable = self.scene.reliability, ("bad input", "unusable")
         if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
             return None
-        for jobs, outcomes in zip(self.jobs[:2], (dense, ideal), strict=True):
+        own, others, still = self.jobs
+        for jobs, outcomes in ((own | others, dense), (still, ideal)):
             for which, outcome in unusable(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
-        still = ideal_scenes(self.scene, self.models[0])["base"]  # refined by other settings than the scene
+        base = ideal_scenes(self.scene, self.models[0])["base"]  # refined by other settings than the scene
         runs = runs_by_model(self.scene, self.models, dense)
-        ideals = runs_by_model(still, self.models, ideal)
+        ideals = runs_by_model(base, self.models, ideal)
         try:
             quantities = compare_reliability(
                 runs, ideals, self.scene.period, settings, thresholds(self.tier).k
@@ -293,12 +288,6 @@ def _cases(
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
     cases = [Case(standard, "standard", models, start, command, closer if refinable else "")]
     return cases if strict is None else [*cases, Case(strict, "tight", models, start, command)]
-
-
-def _sampled(outcome: Outcome, scene: Scene) -> Outcome:
-    """Return a run with the samples of the scene itself."""
-    table, partial = (run and at_own_samples(run, scene) for run in (outcome.table, outcome.partial))
-    return replace(outcome, table=table, partial=partial)
 
 
 def unusable(outcomes: Outcomes) -> Outcomes:

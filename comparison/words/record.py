@@ -19,7 +19,7 @@ from comparison.words.reliability import missing
 _OF_CHANNEL = (
     "coverage", "coverage_error", "explained", "max_difference", "rms_difference", "rms_error", "max_scaled",
     "rms_scaled", "ratio", "largest_ratio", "worst_time", "worst_difference", "worst_size", "worst_threshold",
-    "time_tolerance", "outside",
+    "time_tolerance", "outside", "until", "isolated", "differs_from", "resolution",
 )  # fmt: skip
 _OF_MODEL = ("reliability", "low", "high", "capped", "mean", "deviation", "within")
 Status = Literal["passed", "failed", "skipped", "error"]
@@ -44,15 +44,16 @@ class Case(NamedTuple):
 
 def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     """Return the verdict of each scene and tier, followed by those of its channels."""
-    return [
-        Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {text}")
-        for comparison in comparisons
-        for tier in comparison.tiers
-        for name, verdict, text in [
-            ("verdict", tier.verdict, words.why(tier)),
-            *((name, channel.verdict, words.reason(channel)) for name, channel in tier.channels.items()),
-        ]
-    ]
+    cases = []
+    for tier in (tier for comparison in comparisons for tier in comparison.tiers):
+        status = _STATUS[tier.verdict if tier.enough else "indeterminate"]
+        cases.append(Case(tier.name, tier.tier, "verdict", status, f"{tier.verdict}: {words.why(tier)}"))
+        for name, channel in tier.channels.items():
+            text = f"{channel.verdict}: {words.reason(channel)}"
+            if channel.until < channel.time[-1]:
+                text += f"; predictable until {words.until(channel)} s"
+            cases.append(Case(tier.name, tier.tier, name, _STATUS[channel.verdict], text))
+    return cases
 
 
 def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
@@ -72,6 +73,10 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
             asdict(one) | {"sentence": text}
             for one, text in zip(comparison.causes, causes(comparison), strict=True)
         ],
+        "exit_code": comparison.exit_code,
+        "until": comparison.until,
+        "demanded_until": comparison.demand,
+        "window": comparison.window,
         "reason": words.scene_reason(comparison),
         "decisive_channel": decisive and decisive.channel,
         "ratio": decisive and decisive.ratio,

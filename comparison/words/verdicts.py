@@ -4,10 +4,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from importlib.resources import files
-from math import isnan
+from math import floor, isnan, log10
 from typing import NamedTuple
-
-import jinja2
 
 from comparison.accuracy import uncertainty
 from comparison.accuracy.levels import thresholds
@@ -46,7 +44,7 @@ _REASONS = {
     Basis.NOTHING_JUDGED: "no predictable sample is non-zero",
     Basis.FEW_JUDGED: "{count} predictable samples are non-zero, required: at least {least.least_judged}",
     Basis.FEW_OUTSIDE: "{c.outside} of {count} predictable samples are outside their threshold: too many to "
-    "agree, fewer than the {least.least_outside} that show a difference",
+    "agree, {few} that show a difference",
     Basis.LARGEST: "at t = {at} s the difference is {difference}, {least.k:g} times the largest uncertainty "
     "of all times {threshold}",
     Basis.SAMPLES: "{c.outside} of {count} {judged} are outside {what}, {nearest} at t = {at} s: the "
@@ -94,6 +92,9 @@ def reason(channel: ChannelComparison) -> str:
         what="the tolerance" if fixed else "their threshold",
         nearest="at worst" if channel.outside else "the nearest",
         late=f" within {late:g} s" if late else "",
+        few="too few before the last window"
+        if channel.outside >= channel.limits.least_outside
+        else f"fewer than the {channel.limits.least_outside}",
     )
     if channel.basis is not Basis.SAMPLES:
         return text
@@ -123,6 +124,55 @@ def bound(check: Check) -> str:
     return f"{'at most' if METRICS[check.metric] > 0 else 'at least'} {check.limit:g}"
 
 
+def round_down(time: float) -> str:
+    """Return a time with two digits, not after it."""
+    if not time > 0.0:
+        return number(time, 2)
+    digit = 10.0 ** (floor(log10(time)) - 1)
+    return number(digit * floor(time / digit + 1e-6), 2)
+
+
+def until(channel: ChannelComparison) -> str:
+    """Return until when a channel is predictable, with the number of shorter gaps: "0.45 (+2)"."""
+    ends = channel.until == channel.time[-1]
+    text = instant(channel.until) if ends or isnan(channel.until) else round_down(channel.until)
+    return f"{text} (+{channel.isolated})" if channel.isolated else text
+
+
+def agreement(scene: SceneComparison) -> str:
+    """Return until when two results agree, or since when they differ; "" where their coverage says enough.
+
+    As "until 24 s of 40: nobody said that this is enough (--until)".
+    """
+    demand = scene.demand
+    if scene.scene is not None and demand is None:
+        return ""
+    if scene.verdict == "differ":
+        starts = [c.differs_from for c in scene.with_verdict("differ") if not isnan(c.differs_from)]
+        return f"from {number(min(starts), 2)} s on" if starts else ""
+    if scene.verdict != "agree" or isnan(scene.until):
+        return ""
+    end = float(scene.time[-1])
+    text = f"until {round_down(scene.until)} s of {instant(end)}" if scene.until < end else ""
+    if scene.enough:
+        return text
+    lacks = "nobody said that this is enough (--until)" if demand is None else f"{demand:g} s are demanded"
+    return f"{text or f'until {instant(end)} s'}: {lacks}"
+
+
+def predictable(scene: SceneComparison) -> str:
+    """Return until when, by which window and how finely two results are judged; empty without u."""
+    if (first := scene.first_unpredictable) is None:
+        return ""
+    ends = first.until == scene.time[-1]
+    text = "to the end" if ends else f"until {round_down(first.until)} s ({first.channel})"
+    largest = max(c.resolution for c in scene.excited.values() if not isnan(c.resolution))
+    return (
+        f"{text}, by a window of {quantity(scene.window, 's', 2)}; resolution: half of the thresholds are "
+        f"below {number(largest, 2)} of the scale in each channel"
+    )
+
+
 def threshold_name(channel: ChannelComparison) -> str:
     """Return the name of the threshold of |difference|: "2 u", or "tolerance"; empty without one."""
     if channel.u is not None:
@@ -131,7 +181,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 
 
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
-    """Return the reason of a scene's verdict; if brief, without the reasons of indeterminate channels."""
+    """Return the reason of a scene's verdict; if brief, without what indeterminate channels or time lack."""
     if scene.error:
         return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
@@ -154,7 +204,8 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         worst = min(unsettled, key=lambda channel: channel.coverage)
         which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
         return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
-    text = f"{len(agreeing)} of {count} excited channels agree"
+    until_then = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
+    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", until_then)))
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
@@ -195,8 +246,10 @@ def why(scene: SceneComparison) -> str:
 
 
 def mark(scene: SceneComparison) -> str:
-    """Return the note beside a verdict: refinement of its runs, and its confirmation."""
-    marks = [f"step halved {_TIMES[scene.refined]}"] if scene.refined else []
+    """Return the note beside a verdict: what it lacks, refinement of its runs, and its confirmation."""
+    marks = [] if scene.enough else [agreement(scene)]
+    how = "refined" if scene.scene is None else "step halved"
+    marks += [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
     if (result := scene.confirmation) is not None:
         marks.append(_MARKS[result.outcome].format(result))
     return "; ".join(marks)
@@ -224,6 +277,7 @@ def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
         ("reason", scene_reason(scene)),
         ("runs", finer_runs(scene)),
         ("confirmation", confirmation(scene)),
+        ("predictable", predictable(scene)),
         ("why", "; ".join(attribution_lines(scene))),
         ("reliability", "" if scene.reliability is None else reliability_line(scene.reliability)),
     ]
@@ -253,7 +307,8 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
     if len(scenes) == 1:
         one, several = _PLURALS[scenes[0].verdict]
         # Tables of other programs have no scene.
-        return f"the two tables {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
+        text = f"the two tables {several}" if scenes[0].scene is None else f"the scene {scenes[0].name} {one}"
+        return " ".join(filter(None, (text, agreement(scenes[0]))))
     count = Counter(scene.verdict for scene in scenes)
     parts = [
         f"{count[verdict]} {words[count[verdict] > 1]}"
@@ -301,13 +356,6 @@ def _capital(text: str) -> str:
 
 
 # ---- the card of a scene, and the definition of the verdicts, for pages
-
-_DEFINITION = jinja2.Template(
-    files("comparison.words").joinpath("definition.j2").read_text("utf-8"),
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
 
 
 class Card(NamedTuple):
@@ -370,14 +418,25 @@ def _run(scene: Scene, model: str, name: str, what: str = "") -> str:
 
 def definition(scenes: Sequence[SceneComparison]) -> list[str]:
     """Return the definition of the verdicts of these scenes, one step per line."""
+    import jinja2
+
     judged = [tier for scene in scenes for tier in scene.tiers]
     channels = [channel for tier in judged for channel in tier.channels.values()]
-    text = _DEFINITION.render(
+    template = jinja2.Template(
+        files("comparison.words").joinpath("definition.j2").read_text("utf-8"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    text = template.render(
         u=uncertainty,
         usual=thresholds(),
         tiers={tier.tier: thresholds(tier.tier) for tier in judged},
         uncertain=any(channel.u is not None for channel in channels),
         fixed=any(channel.u is None for channel in channels),
+        of_scene=any(tier.ran or tier.scene for tier in judged) or not judged,
+        of_tables=any(tier.scene is None for tier in judged),
+        first=uncertainty.FIRST,
         perturbation=number(uncertainty.PERTURBATION, 1),
         other_members=OTHER_MEMBERS,
         members=MEMBERS["reference"],

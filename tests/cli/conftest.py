@@ -1,6 +1,7 @@
 """The program as its users have it: exit code, lines and files of a command, and documented names of Python.
 
-Nothing of the inside is imported, so that the same tests hold for any version that the interpreter has.
+Nothing of the inside is imported but what keeps workers, so that the same tests hold for any version that the
+interpreter has.
 Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
 """
 
@@ -19,6 +20,7 @@ from installed import write_package
 from platformdirs import user_cache_path
 
 from comparison.cli import main
+from comparison.execution.pool import kept_workers
 
 
 class Ended(NamedTuple):
@@ -46,12 +48,18 @@ class Sixbar:
         return json.loads(self.last.out)
 
     def __call__(self, *arguments, code=0, **variables):
-        """Run a command in this process and require its exit code."""
+        """Run a command in this process and require its exit code.
+
+        With variables or packages of its own it is a process: workers that live on would not see these.
+        """
+        if variables or len(self.sites) > 1:
+            self.last = self.process(*map(str, arguments), code=code, env=variables)
+            return self.last
         out, err = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
             patch.chdir(self.folder)
             patch.setattr(sys, "path", [*self.sites, *sys.path])
-            for name, value in (self.environment | variables).items():
+            for name, value in self.environment.items():
                 patch.setenv(name, value)
             self.last = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
         assert "Traceback" not in self.last.out + self.last.err
@@ -141,6 +149,13 @@ def make(tmp_path_factory):
     cache = tmp_path_factory.mktemp("cache")
     variables = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(kernels), "COLUMNS": "2000"}
     return lambda: Sixbar(tmp_path_factory.mktemp("here"), variables, site)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _workers():
+    """The workers of a command serve the next ones of its file."""
+    with kept_workers():
+        yield
 
 
 @pytest.fixture

@@ -213,6 +213,40 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
     sixbar.refused("compare p.csv q.csv --finer-a=p-fine.csv --finer-b=q-fine.csv", "p finer", "times")
 
 
+UNTIL = {
+    "": (3, "agree until 6.0 s of 9.99: nobody said that this is enough (--until)"),
+    "--until 6": (0, "agree until 6.0 s of 9.99."),
+    "--until any": (0, "agree until 6.0 s of 9.99."),
+    "--until 8": (3, "agree until 6.0 s of 9.99: 8 s are demanded"),
+    "--until 8 --allow-indeterminate": (0, "8 s are demanded"),
+    "--until 0": (2, "until = 0 must be > 0, or 'any'"),
+}
+
+
+def test_how_long_two_programs_have_to_agree_is_a_demand_apart(sixbar):
+    """The finer runs part from their base at 6 s by a tenth of the scale."""
+    time = np.arange(1000) * 0.01
+    for name, error in (("p", 1e-9), ("q", -1e-9)):
+        for end, size, apart in (("", 1.0, 0.0), ("-fine", 0.25, 0.2)):
+            y = np.sin(9 * time) + size * error * np.cos(5 * time) + apart * (time > 6.0)
+            sixbar.table(f"{name}{end}.csv", time=time, y=y)
+    further = ["--finer-a", "p-fine.csv", "--finer-b", "q-fine.csv"]
+    for options, (code, words) in UNTIL.items():
+        ended = sixbar("compare", "p.csv", "q.csv", *further, *options.split(), code=code)
+        assert words in " ".join((ended.out + ended.err).split())
+    sixbar("compare", "p.csv", "q.csv", *further, "--json", code=3)
+    numbers, channel = sixbar.numbers, sixbar.numbers["channels"]["y"]
+    # A window is a hundredth of half a period, pi / 9 s, but a sample at least.
+    assert (numbers["verdict"], numbers["exit_code"]) == ("agree", 3)
+    assert numbers["window"] == pytest.approx(np.pi / 900, rel=0.1)
+    assert numbers["until"] == channel["until"] == 6.0
+    assert (channel["isolated"], channel["differs_from"]) == (0, None)
+    # Half of the samples have a smaller threshold, of 2 * 3 * 0.75e-9 * sqrt(2) at most, a scale of 2.
+    assert 1e-9 < channel["resolution"] < 4e-9
+    sixbar("compare", "p.csv", "q.csv", "--tolerance", "1", "--until", "8", code=0)
+    assert "--until has no effect" in sixbar.last.err
+
+
 def test_the_peak_of_a_force_is_the_extremum_not_a_sample(sixbar):
     """Of two runs with the same contacts and other samples: 39 N in the samples of one are 59 N in truth."""
     options = ["150rpm-0.2mm", "--model", "reference", "-q", "--set", "drive.cycles=0.1"]

@@ -57,8 +57,6 @@ MISTAKES = {
     f"{COMPARE} --period -1": "period = -1.0 must be > 0",
     f"{COMPARE} --at-events before": "at_events = 'before' must be 'left', 'right' or 'both'",
     f"{COMPARE} --refinement-a 2": "--refinement-a '2'|2,4",
-    f"{COMPARE} --finer-a y.csv": "y |finer",
-    f"{COMPARE} --finer-b y.csv": "x |finer",
     f"{COMPARE} --coarser-a y.csv": "x|finer",
     f"{COMPARE} --perturbed-b y.csv": "y|finer",
     f"{COMPARE} --scene ideal --tolerance 0.1": "x: |slider_y",
@@ -211,8 +209,6 @@ FILES = {
     PAPER + "[drive]\ncycles = 1e308\n": "must give 1 to 100000000 samples, not inf",
     PAPER + "[drive]\nspeed_rpm = 1e-310\n": "last for ever",
     PAPER + f'name = "{"a" * 240}"\n': "must have at most 100 characters",
-    PAPER
-    + '[[random]]\nkey = "a"\ndistribution = "normal"\ndeviation = 1.0\nelment = 1\n': "random[].element?",
     PAPER.replace("paper", "a" * 5000): "File name too long",
     PAPER.replace('"paper"', "3"): "scene.extends = 3 must be a shipped name or a path",
     PAPER + '[drive]\n"\\u001b[2J" = 1\n': r"\x1b",

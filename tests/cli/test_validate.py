@@ -40,6 +40,8 @@ def test_of_several_verdicts_the_worst_one_is_the_exit_code(sixbar):
     for command, code in (
         ([good, vague, "-q"], 3),
         ([vague, "--allow-indeterminate"], 0),
+        ([good, "--until", "0.4"], 0),
+        ([good, "--until", "0.5"], 3),  # its runs end before
         ([vague, apart, failed], 2),
         ([vague, apart], 1),
     ):

@@ -68,12 +68,25 @@ def uncertainty(runs, name, period, factor, order):
         for i in range(s.size):
             seen = math.log(d_c[i] / d_f[i]) / math.log(factor) if d_f[i] > 0 and d_c[i] > 0 else math.inf
             in_order = order - order / 4 <= seen <= order + order / 4
-            u[i] = (1.25 * gain / (gain - 1) if in_order else 3.0) * max(d_f[i], d_c[i] / gain)
-    for kind in {"perturbed", "other_perturbed"} & at.keys():
-        u = np.maximum(u, 3 * around(at.get("coarser", s), at[kind]))
+            # Below the order the observed ratio counts, after Richardson; at least that of the two distances.
+            ratio = max(1.0, d_c[i] / d_f[i] - 1.0) if seen < order - order / 4 else gain
+            u[i] = (1.25 * gain / (gain - 1) if in_order else 3.0) * max(d_f[i], d_c[i] / ratio)
+    kinds = {"perturbed", "other_perturbed"} & at.keys()
+    if kinds:
+        d_t = np.max([around(at.get("coarser", s), at[kind]) for kind in kinds], axis=0)
+        kappa = 0.0
+        for i in range(s.size):  # as far as the run's own error has come
+            kappa = max(kappa, min(1.0, d_f[i] / d_t[i]) if d_t[i] > 0 else float(d_f[i] > 0))
+            u[i] = max(u[i], 3 * kappa * d_t[i])
     steepest = np.abs(np.diff(s) / np.diff(time)).max()
     round_off = max(rules(name)["round_off"], 4 * 2.0**-52 * np.abs(s).max())
-    return np.maximum(u, max(round_off, 1e-11 * (time[-1] - time[0]) * steepest))
+    u = np.maximum(u, max(round_off, 1e-11 * (time[-1] - time[0]) * steepest))
+    gap = rules(name).get("follows", "")
+    if gap.endswith("gap") and gap in runs["base"]:
+        near = np.abs(runs["base"][gap].to_numpy()) <= uncertainty(runs, gap, period, factor, order)
+        for i in np.flatnonzero(near & (s == 0)):  # it may touch
+            u[i] = max(u[i], np.abs(s).max())
+    return u
 
 
 def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, coverage=0.0):

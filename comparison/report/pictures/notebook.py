@@ -9,7 +9,7 @@ True
 """
 
 import html
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -100,4 +100,5 @@ def simulate(
         raise EngineError(f"model {model!r} must be a name")
     run = run_one(scene, model, progress)
     criteria = {"reliability": scene.reliability.model_dump()}
-    return RunTable(**vars(run) | {"provenance": run.provenance | criteria})
+    parts = {part.name: getattr(run, part.name) for part in fields(run)}
+    return RunTable(**parts | {"provenance": run.provenance | criteria})

@@ -26,7 +26,7 @@ from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, both, run_pairs
 from comparison.studies.shared.scenes import FULL, MINIMAL, MULTIPLIERS, TREE
-from comparison.studies.shared.study import Study, curves, markdown, part, write_csv
+from comparison.studies.shared.study import Study, markdown, part, write_csv
 
 PAIRS: dict[str, dict[str, object]] = {
     "smallest": {**MINIMAL.changes, **TREE.changes},
@@ -330,7 +330,7 @@ def _short(value: float) -> str:
 def _draw_hypercube(runs: pd.DataFrame, path: Path) -> None:
     """Draw the class of each point, modulus over speed, a panel a pair of formulations."""
     points = runs[runs["axis"] == HYPERCUBE]
-    looks = {
+    looks: dict[Class, dict[str, Any]] = {
         kind: {"color": _COLOURS[kind], "marker": _MARKS[kind], "ms": 3.5, "mfc": "none", "ls": ""}
         for kind in Class
         if kind in set(points["class"])
@@ -338,8 +338,10 @@ def _draw_hypercube(runs: pd.DataFrame, path: Path) -> None:
     with svg.panels(path, 1, 2, height=3.0, sharey=True) as panels:
         for axes, (pair, title) in zip(panels, _STRIPS.items(), strict=True):
             mine = points[points["pair"] == pair]
-            settings = {"xscale": "log", "yscale": "log", "xlabel": "speed (rpm)"}
-            curves(axes, mine, "speed_rpm", "modulus_Pa", "class", looks, **settings)
+            for kind, look in looks.items():
+                own = mine[mine["class"] == kind]
+                axes.plot(own["speed_rpm"], own["modulus_Pa"], label=str(kind), **look)
+            axes.set(xscale="log", yscale="log", xlabel="speed (rpm)")
             axes.margins(0.05)
             axes.set_title(title, size=8, loc="left")
         panels[0].set_ylabel("Young's modulus (Pa)")

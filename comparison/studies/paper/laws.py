@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.formatting import quantity
 from comparison.report import svg
 from comparison.report.svg import upper_envelope
 from comparison.scene import load_scene
 from comparison.studies.paper.runs import CENTRAL
-from comparison.studies.shared.study import Quantities, Study, quantities, write_csv
+from comparison.studies.shared.study import Study, markdown, write_csv
 from comparison.tables.table import Table
 
 LITERAL = "paper-switching"
@@ -21,17 +22,13 @@ TOLERANCES = {"hertz-corners": (1e-12,), "foundation": (1e-12,), LITERAL: (1e-9,
 DENSER = 10
 """Times as many samples of the literal law by the reference, which stops: it is known to its last sample."""
 LEAST = 1e-14  # J: below round-off of the energies; what a logarithmic axis shows of zero
-SHOWN: Quantities = {
-    "law": "law",
-    "model": "model",
-    "tolerance": "tolerance",
+SHOWN = {
     "energy created": ("spurious_energy_J", "J"),
     "largest speed of x": ("speed_of_x_m/s", "m/s"),
     "largest force": ("force_N", "N"),
     "deepest": ("depth_m", "m"),
-    "end": "end",
 }
-
+"""Heading -> column of the runs, and its unit."""
 
 Results = Mapping[tuple[str, str, float], Outcome]
 """The runs by law, model and tolerance of the reference (nan: Exudyn)."""
@@ -90,10 +87,14 @@ def page(results: Results) -> dict[str, object]:
     frame = runs_frame(results)
     finest = frame[(frame["model"] == "reference") & (frame["tolerance"] == min(TOLERANCES[LITERAL]))]
     tolerance = frame["tolerance"].map("{:.0e}".format).where(frame["tolerance"].notna(), "")
+    shown: dict[str, list[str]] = {
+        heading: [quantity(value, unit) for value in frame.get(name, nan * frame["end_s"])]
+        for heading, (name, unit) in SHOWN.items()
+    }
     return {
         "largest": finest.reindex(columns=["law", "largest_spurious_energy_J"]).dropna(),
         "tolerance": f"{min(TOLERANCES[LITERAL]):.0e}",
-        "runs": quantities(frame.assign(tolerance=tolerance), SHOWN),
+        "runs": markdown(frame[["law", "model"]].assign(tolerance=tolerance, **shown, end=frame["end"])),
     }
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, dense_scene, run_all, successful
 from comparison.formatting import quantity
 from comparison.models import MODELS
 from comparison.reliability.assessment import (
@@ -16,7 +16,6 @@ from comparison.reliability.assessment import (
     Difference,
     cap,
     compare_reliability,
-    dense_scene,
     ideal_scenes,
 )
 from comparison.reliability.errors import QUANTITIES, unit_of

@@ -62,5 +62,3 @@ FULL = _method("full (five bodies), generalized alpha", "exudyn", formulation="f
 FULL_INDEX2 = _method(
     "full (five bodies), trapezoidal index 2", "exudyn", formulation="full", method="trapezoidal-index2"
 )
-
-METHODS = tuple(value for value in globals().values() if isinstance(value, Method))

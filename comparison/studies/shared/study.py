@@ -1,4 +1,4 @@
-"""A study: extent, measurement, page and figures; tables, curves and rates of several pages."""
+"""A study: extent, measurement, page and figures; tables and rates of several pages."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,10 +6,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import numpy as np
 import pandas as pd
 from jinja2 import Environment, StrictUndefined
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 from scipy.stats import binomtest
@@ -74,8 +72,6 @@ def part(on_progress: Progress | None, start: float, end: float) -> Progress | N
 # ---- tables
 
 Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and the function that writes its values
-Quantities = Mapping[str, str | tuple[Any, ...]]
-"""Heading -> a column, as it is, or (column, unit, digits) as `comparison.formatting.quantity` takes them."""
 
 
 def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
@@ -87,16 +83,6 @@ def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | 
         for name, write in shown.items()
     ]
     return table([str(name) for name in shown], zip(*written, strict=True))
-
-
-def quantities(frame: pd.DataFrame, columns: Quantities) -> str:
-    """Return a table of the columns; missing values are marked."""
-    shown = {}
-    for heading, what in columns.items():
-        name, form = (what, ()) if isinstance(what, str) else (what[0], what[1:])
-        values = frame.reindex(columns=[name])[name]
-        shown[heading] = [quantity(value, *form) for value in values.astype(float)] if form else list(values)
-    return markdown(pd.DataFrame(shown))
 
 
 def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
@@ -133,39 +119,11 @@ _PAGES.filters |= {"number": number, "percent": percent, "quantity": quantity, "
 # ---- figures and rates
 
 
-def curves(
-    axes: Axes,
-    frame: pd.DataFrame,
-    x: str,
-    y: str,
-    by: Any,
-    looks: Mapping[Any, Mapping[str, Any]],
-    **settings: Any,
-) -> None:
-    """Draw column y over x, a line or points for each value of the column(s) ``by`` that has a look.
-
-    In the order of the looks, which are options of `matplotlib.axes.Axes.plot`; a look without rows is in the
-    legend. The settings are those of the panel, as `matplotlib.axes.Axes.set` takes them.
-    """
-    groups = dict(list(frame.groupby(by, sort=False)))
-    for key, look in looks.items():
-        rows = groups.get(key, frame.iloc[:0])
-        axes.plot(rows[x], rows[y], **{"label": str(key), **look})
-    axes.set(**settings)
-
-
 def plain_ticks(axis: Axis, ticks: Sequence[float]) -> None:
     """Label a logarithmic axis with plain numbers, those within its limits."""
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(FormatStrFormatter("%g"))
     axis.set_minor_locator(NullLocator())
-
-
-def rate(x: Sequence[float], y: Sequence[float]) -> float:
-    """Return p of y ~ x^p by least squares of the positive, finite pairs; nan of less than two."""
-    pairs = np.array([x, y], dtype=np.float64)
-    log_x, log_y = np.log(pairs[:, np.all(np.isfinite(pairs) & (pairs > 0), axis=0)])
-    return float(np.polyfit(log_x, log_y, 1)[0]) if log_x.size >= 2 else float("nan")
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

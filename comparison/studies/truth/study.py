@@ -21,13 +21,21 @@ from scipy.ndimage import maximum_filter1d
 from comparison.accuracy.levels import NAMES, TIERS, expected, solver_values, thresholds
 from comparison.accuracy.refine import CHANNEL, families, runs_by_model
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, round_off, uncertainty, window_samples
-from comparison.execution.run import Job, Progress, check_forces, run_all, successful
+from comparison.execution.run import (
+    Job,
+    Progress,
+    at_own_samples,
+    check_forces,
+    dense_scene,
+    run_all,
+    successful,
+)
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.formatting import number
 from comparison.metrics import WINDOW, begin_where, match
 from comparison.models import MODELS, find, formulations, machine_and_versions
-from comparison.reliability.assessment import at_own_samples, compare_reliability, dense_scene, ideal_scenes
+from comparison.reliability.assessment import compare_reliability, ideal_scenes
 from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene, shipped_scenes
 from comparison.studies.shared.study import Study, rows_table, share, upper_limit, write_csv
@@ -55,7 +63,7 @@ class Results(NamedTuple):
     """Rows of all scenes, with ``scene``, ``tier``, ``model``; why a scene has none."""
 
     rows: pd.DataFrame  # as `summary` returns them
-    intervals: pd.DataFrame  # ``start`` (s), ``largest`` error over u, ``name`` of its channel
+    intervals: pd.DataFrame  # ``start``, ``end`` (s), ``largest`` error over u, ``name``, ``part``: see there
     failed: list[str]  # scene and message
 
 
@@ -170,10 +178,12 @@ def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp
 def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: float) -> list[list[Row]]:
     """Return rows of each channel and of all, and one for each interval between touches that is judged.
 
+    An interval has its ``largest`` error over u, the ``name`` of that channel, and as ``part`` the largest of
+    error over alpha times the scale of all channels.
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
-    time, rows, ratios = true.time, list[Row](), dict[str, Array]()
+    time, rows, ratios, parts = true.time, list[Row](), dict[str, Array](), dict[str, Array]()
     starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
@@ -185,14 +195,17 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
         row["beyond"] = int((one.error[judged] > allowed).sum())
         rows.append(row | {"until": float(time[lost]) if lost < time.size else None})
         ratios[one.name] = np.where(judged, one.error / one.u, np.nan)
+        parts[one.name] = np.where(judged, one.error / allowed, np.nan)
     table = pd.DataFrame(ratios).groupby(interval).max().dropna(how="all")
     largest = table.max(axis=1)
     every: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
     every |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
     every["outside"] = int((largest > LIMIT).sum())
-    columns = zip(starts[table.index].tolist(), largest.tolist(), table.idxmax(axis=1), strict=True)
-    intervals: list[Row] = [dict(zip(("start", "largest", "name"), one, strict=True)) for one in columns]
-    return [[*rows, every], intervals]
+    part = pd.DataFrame(parts).groupby(interval).max().max(axis=1)[table.index]
+    begun, ended = starts[table.index], np.append(starts, time[-1])[table.index + 1]
+    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), part, strict=True)
+    names = ("start", "end", "largest", "name", "part")
+    return [[*rows, every], [dict(zip(names, one, strict=True)) for one in columns]]
 
 
 def of_runs(levels: dict[str, Array], true: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
@@ -299,6 +312,7 @@ def draw(results: Results, folder: Path) -> None:
             for (model, tier), own in frame.groupby(["model", "tier"]):
                 (line,) = axes.plot(own[x], own[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
                 line.set_color(_COLOURS[str(model)])
+            axes.margins(x=0.03)
             axes.axvline(LIMIT if name == "intervals" else 1.0, color=svg.LIMIT)
             axes.set(xscale="log", xlabel=label, ylabel=y)
             svg.legend_above(axes, 2)

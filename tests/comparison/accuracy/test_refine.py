@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.refine import Limit, accurate_run, chosen_settings
-from comparison.scene import load_scene
 from tests.helpers.known_error import USUAL, KnownError, exact, growing, steady
 
 OWN = USUAL.with_values({"clearance.slider": 2.1e-4})
@@ -94,15 +93,3 @@ def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itse
     coarsest = refined(1e-6, growing, fails=lambda t: "bad input" if t > 0.9e-8 else "").tried[0]
     # A billionth of the clearance, magnified by 1e8, with the safety factor.
     assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)
-
-
-def test_the_reference_keeps_an_accuracy_on_a_scene_that_nobody_measured():
-    """Against its own run at 1e-14, whose error is decades below the wanted one where predictable."""
-    changes = {"clearance.slider": 3e-4, "drive.speed_rpm": 90, "output.groups": [], "drive.cycles": 1.0}
-    scene = load_scene("150rpm-0.2mm", changes)
-    result = accurate_run(scene, "reference", 1e-8)
-    right = accurate_run(scene.with_values({"solver.reference.tolerance": 1e-14}), "reference").table
-    off = np.abs(result.table.values("slider_x") - right.values("slider_x"))
-    assert result.kept
-    assert off[result.estimate.u <= 1e-8].max() <= 1e-8
-    assert off.max() <= 3 * result.estimate.error_on(1.0)

@@ -65,7 +65,7 @@ KEYS = [
     if isinstance(part, dict)
     for key in part
 ]
-KEYS += ["random", "compare.tolerance", "reliability.bins", "scene.extends", "solver.adams"]
+KEYS += ["compare.tolerance", "reliability.bins", "scene.extends", "solver.adams"]
 
 
 def held(arguments):

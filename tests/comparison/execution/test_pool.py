@@ -6,6 +6,7 @@ import signal
 import time
 import warnings
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from comparison.execution.pool import Late, Share, kept_workers, work
@@ -25,6 +26,8 @@ def do(task, report):
         case "report":
             for share in (-1.0, 0.5, 2.0):
                 report(share)
+        case partial():
+            task()
         case Path():  # prepare until it is there, and report nothing
             while not task.exists():
                 time.sleep(0.01)
@@ -35,6 +38,16 @@ def events_of(*tasks, **options):
     named = [(f"{number} {task}", task) for number, task in enumerate(tasks)]
     with closing(work(do, named, 1, **options)) as events:
         return list(events)
+
+
+def test_of_a_kind_one_task_works_alone_until_it_reports(tmp_path):
+    """The first one prepares until the file is there, which a task behind the waiting ones makes."""
+    made, alone = tmp_path / "made", {"prepare": "a", "same": "a"}
+    tasks = [("prepare", made), ("same", "report"), ("make", partial(made.touch)), ("last", "report")]
+    with closing(work(do, tasks, 2, kinds=alone)) as events:
+        order = [name for name, event in events if not isinstance(event, Share)]
+    assert order.index("same") > order.index("prepare")
+    assert {*order} == {name for name, _ in tasks}
 
 
 def running(pid):

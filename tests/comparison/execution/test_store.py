@@ -25,9 +25,8 @@ def cache(tmp_path):
 
 
 @pytest.fixture
-def fetched(make_table):
-    table = make_table()
-    return lambda: fetch(KEY, table.channels, (0.0, table.time[-1]))
+def fetched():
+    return lambda: fetch(KEY)
 
 
 @pytest.fixture
@@ -35,7 +34,9 @@ def stored(cache, make_table):
     """The file of a stored run."""
     events = pd.DataFrame([CONTACT | {"peak_force": 40.0, "largest_depth": 1e-6}] * 2)
     pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
-    keep(KEY, Table(make_table().frame, events, {}, {"model": "reference", "steps": 5}, pulses=pulses))
+    frame, record = make_table().frame, {"model": "reference", "steps": 5}
+    cycles = {"slider_x_min": np.array([-0.55, -0.5501])}
+    keep(KEY, Table(frame, events, {}, record, {}, pulses, cycles, frame[["time", "slider_y"]]))
     return cache / "runs" / KEY
 
 
@@ -52,7 +53,9 @@ def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, fetched
     assert list((cache / "runs").iterdir()) == [stored]
     table = fetched()
     assert table.frame.equals(make_table().frame)
+    assert table.dense.equals(table.frame[["time", "slider_y"]])
     assert (len(table.events), table.pulses["time"].tolist()) == (2, [0.11, 0.19])
+    assert table.cycle_extrema["slider_x_min"].tolist() == [-0.55, -0.5501]
     assert table.provenance == {"model": "reference", "steps": 5}
     assert stat.S_IMODE(cache.stat().st_mode) == 0o700
     row = {"x": 0.1, "y": None}  # as it will be read

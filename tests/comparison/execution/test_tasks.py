@@ -9,10 +9,10 @@ import pytest
 
 from comparison.execution.pool import Died
 from comparison.execution.tasks import LATE, SUCCESS, Task, measure_all, on_processes
-from comparison.scene import RandomInput, Scene, load_scene
+from comparison.scene import Reliability, Scene, load_scene
 
 PAPER = load_scene("150rpm-0.2mm")
-INPUT = RandomInput(key="clearance.slider", distribution="normal", deviation=1e-6)
+INPUT = Reliability()
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Part:
 
     scene: Scene = PAPER
     sizes: tuple[float, ...] = (1.0, 2.0)
-    input: RandomInput = INPUT
+    input: Reliability = INPUT
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(measured):
     parts = (
         Part(PAPER.variant({"drive.speed_rpm": 100.0})),
         Part(sizes=(1.0, 3.0)),
-        Part(input=INPUT.model_copy(update={"deviation": 2e-6})),
+        Part(input=INPUT.model_copy(update={"bins": 11})),
     )
     changes = [{}, *({"part": part} for part in parts)]
     changes += [{"named": {"a": [2]}}, {"number": 3.5}]

@@ -109,9 +109,14 @@ def test_the_key_of_a_run_knows_the_model_the_scene_and_the_settings_that_count(
     install("presses", PRESSES, POINTS)
     scene = load_scene("ideal")
     stiffer = scene.with_values({"contact.poisson": 0.3})
-    keys = ((scene, "reference", "a"), (scene, "reference", "b"), (scene, "exudyn", "a"))
-    assert len({run_key(*key) for key in (*keys, (stiffer, "reference", "a"))}) == 4
+    jobs = [
+        Job(scene, "reference"),
+        Job(scene, "exudyn"),
+        Job(stiffer, "reference"),
+        Job(scene, "exudyn", dense=True),
+    ]
+    assert len({*(run_key(job, "a") for job in jobs), run_key(jobs[0], "b")}) == 5
     other = [scene.with_values({key: 1e-9}) for key in ("solver.reference.tolerance", "solver.beta.does")]
-    assert {run_key(each, "exudyn", "") for each in (scene, *other)} == {run_key(scene, "exudyn", "")}
+    assert {run_key(Job(each, "exudyn"), "") for each in other} == {run_key(Job(scene, "exudyn"), "")}
     # An installed model may be made of the others.
-    assert len({run_key(each, "alpha", "") for each in (scene, *other)}) == 3
+    assert len({run_key(Job(each, "alpha"), "") for each in (scene, *other)}) == 3

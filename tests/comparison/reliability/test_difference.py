@@ -7,15 +7,9 @@ from scipy.stats import norm
 
 import sixbar
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import run_one
+from comparison.execution.run import at_own_samples, dense_scene, run_one
 from comparison.models import MODELS
-from comparison.reliability.assessment import (
-    MARGIN,
-    at_own_samples,
-    compare_reliability,
-    dense_scene,
-    ideal_scenes,
-)
+from comparison.reliability.assessment import MARGIN, compare_reliability, ideal_scenes
 from comparison.scene import load_scene
 from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.tables.table import Table, TableError

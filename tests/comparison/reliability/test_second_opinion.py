@@ -12,7 +12,8 @@ import pytest
 from scipy.integrate import simpson
 from scipy.stats import norm
 
-from comparison.reliability.assessment import assess, dense_scene
+from comparison.execution.run import dense_scene
+from comparison.reliability.assessment import assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import load_scene
 from comparison.tables.table import Table

@@ -20,7 +20,7 @@ from comparison.tables.table import Table
 from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
 from comparison.verdict.results import Attribution
-from comparison.words.verdicts import reason
+from comparison.words.verdicts import reason, round_down
 
 
 def part(html, start, end):
@@ -99,9 +99,10 @@ def test_every_channel_is_in_the_table_or_named(differing):
             assert name not in table
             assert name in named.split(", ")
             continue
-        verdict, ratio, coverage, explained, *_ = table[name]
+        verdict, ratio, end, coverage, explained, *_ = table[name]
         assert verdict.endswith(channel.verdict)
         assert ratio == number(channel.ratio, 2)
+        assert end.split(" ")[0] == (round_down(channel.until) if channel.until < 0.8 else "0.8")
         assert coverage == text(percent(channel.coverage, channel.coverage_error))
         assert explained == text(percent(channel.explained))
         assert (text(escape(reason(channel))) in reasons) == (channel.verdict != "agree")

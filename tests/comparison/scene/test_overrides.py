@@ -12,7 +12,6 @@ from comparison.scene import SceneError, load_scene, parse_set
 from comparison.scene.keys import toml
 
 PAPER = "150rpm-0.2mm"
-RANDOM = {"key": "drive.speed_rpm", "distribution": "normal", "deviation": 1e-3}
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
 COORDINATE = st.floats(-1, 1).map(lambda x: round(x, 12))
@@ -28,7 +27,6 @@ CHANGES = st.fixed_dictionaries(
         "scene.title": TEXT,
         "scene.description": TEXT,
         "solver.exudyn": st.just({"formulation": "tree", "tolerance": 1e-10}),
-        "random": st.lists(st.just(RANDOM), max_size=1),
         SLIDER: MODULUS,
         BOTH: MODULUS,
         GUIDE: MODULUS,
@@ -49,7 +47,7 @@ def repeated(scene):
 def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
     scene = load_scene(PAPER, first).with_values(second)
     again = repeated(scene)
-    assert (again.hash, again.overrides, again.random) == (scene.hash, scene.overrides, scene.random)
+    assert (again.hash, again.overrides) == (scene.hash, scene.overrides)
     assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
     assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
     assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,64}", scene.name)  # a folder, everywhere
@@ -61,7 +59,7 @@ def test_any_key_and_value_survive_a_file():
     value = {"a-b_1": 1e-12, "": 2, "é": "\x7f", "\x7f": {}, 'a "b': [{"true": False}, []], "c.d": {"e": [0]}}
     assert tomllib.loads(f"value = {toml(value)}") == {"value": value}
     with pytest.raises(SceneError, match="unable to parse"):
-        load_scene(PAPER, {"random": [{"\ud800": 1}]})
+        load_scene(PAPER, {"clearance": {"\ud800": 1}})
 
 
 def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():

@@ -22,7 +22,7 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert data["initial"]["slider_offset"] == data["mechanism"]["reference_offset"] == 5e-5
     assert (data["solver"]["reference"]["tolerance"], data["solver"]["exudyn"]) == (1e-10, FULL)
     assert (type(data["mechanism"]["rod4"]), type(data["drive"]["speed_rpm"])) == (dict, float)
-    assert not {"compare", "reliability", "random"} & set(data)
+    assert not {"compare", "reliability"} & set(data)
     assert (scene.compare.tolerance, scene.reliability.bins) == (1e-3, 36)
     assert load_scene("paper").reliability == Reliability()
     # The end is that of the last sample.

@@ -1,21 +1,13 @@
 """Pages, tables and printed figures that several studies use."""
 
-import numpy as np
 import pytest
 from scipy.stats import beta
 
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import (
-    interval,
-    rate,
-    share,
-    upper_limit,
-)
+from comparison.studies.shared.study import interval, share, upper_limit
 
 
 def test_rates_and_their_limits():
-    assert rate([1.0, 2.0, np.nan, 4.0, 8.0], [3.0, 12.0, 1.0, 48.0, -1.0]) == pytest.approx(2.0)
-    assert np.isnan(rate([1.0, 2.0], [1.0, 0.0]))
     # Of Clopper and Pearson: quantiles of the beta distribution.
     assert interval(3, 40) == pytest.approx((beta.ppf(0.025, 3, 38), beta.ppf(0.975, 4, 37)))
     assert upper_limit(3, 40) == pytest.approx(beta.ppf(0.95, 4, 37))

@@ -10,7 +10,7 @@ import pytest
 from comparison.accuracy.levels import NAMES
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.studies import tradeoff as study
-from comparison.studies.shared.scenes import METHODS, MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
+from comparison.studies.shared.scenes import MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
 from comparison.studies.tradeoff import SWEEPS, cost_at, front, measure
 
 SCENE = "300rpm-0.2mm"
@@ -47,7 +47,7 @@ def measured(costs):
 
 
 def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
-    rows = measured(dict.fromkeys(METHODS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
+    rows = measured(dict.fromkeys(SWEEPS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
     rows[0] |= {"status": "gave up", "error": None, "seconds": None}
     frame = pd.DataFrame(rows)
     assert len(study.curve_of(frame, MINIMAL, next(iter(study.SCENES)))) == len(SWEEPS[MINIMAL]) - 1

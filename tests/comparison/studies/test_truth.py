@@ -44,6 +44,8 @@ def test_a_run_that_errs_by_two_u_in_some_intervals_is_outside_in_exactly_these(
     assert (x["width"], x["width_90"]) == pytest.approx((2.0, 2.0))
     outside = [one for one in intervals if one["largest"] > LIMIT]
     assert [one["start"] for one in outside] == pytest.approx([k / 20 for k in wrong])
+    assert [one["end"] for one in intervals] == pytest.approx([(k + 1) / 20 for k in range(20)])
+    assert [one["part"] for one in outside] == pytest.approx([2e-3] * len(wrong))  # 2e-9 of 0.01 * 1e-4
     assert {one["name"] for one in outside} <= {"slider_x"}
 
 
@@ -127,6 +129,8 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
             "model": "exudyn",
             "tier": tier,
             "start": 0.125,
+            "end": 0.25,
+            "part": 0.031,
             "largest": largest,
             "name": "slider_x",
         }
@@ -137,7 +141,7 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     assert text.startswith("# Both models")
     for part in (
         "**Of 600 intervals between touches, 2 have an error above 1.41 times its uncertainty",
-        "- scene 0, exudyn, tight: slider_x, 1.7 u after 0.125 s.",
+        "slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.\n\nIn a ",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
         "of 50 predictable samples 7 err",

@@ -12,7 +12,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import recorded_scene
 from comparison.words.differences import attribution_lines
-from comparison.words.record import as_mapping
+from comparison.words.record import as_mapping, of_comparisons
 from comparison.words.verdicts import reasons
 
 LABELS = ("reference", "exudyn")
@@ -112,6 +112,16 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     alone = compare(Runs(a.base), Runs(b.base), tolerance=1e-4).attribution
     assert (alone.outside_from, alone.refinements) == (pytest.approx(0.014), ())
     assert isnan(alone.explained)
+
+
+def test_a_scene_may_demand_a_time_beside_its_coverage(scene, make_runs):
+    a, b = make_runs(1e-6), moved(make_runs(1e-6), 0.3, (1.0, 0.25, 4.0, 4.0, 4.0), slider_x=2e-5)
+    for demand, code in ((None, 0), ("any", 0), (0.2, 0), (0.31, 3)):
+        result = compare(a, b, scene=scene, labels=LABELS, until=demand)
+        assert (result.verdict, result.until, result.exit_code) == ("agree", pytest.approx(0.298), code)
+        (case, *_) = of_comparisons([result])
+        assert case.status == ("passed" if code == 0 else "skipped")
+        assert ("0.31 s are demanded" in case.message) == (code == 3)
 
 
 def test_the_model_that_limits_the_coverage_is_named(scene, make_runs):
