@@ -88,7 +88,7 @@ def measure_case(case: Case, progress: Progress) -> Row:
     progress(0.0)
     system = next(system for system in SYSTEMS if system.name == case.system)
     rng = np.random.default_rng([crc32(system.name.encode()), case.start])
-    start = (system.start * (1 + SPREAD * rng.uniform(-1, 1, len(system.start)))).tolist()
+    start = (np.array(system.start) * (1 + SPREAD * rng.uniform(-1, 1, len(system.start)))).tolist()
     truth, labels = Truth(system), {"system": system.name, "pair": pair_name(case.pair), "start": case.start}
     comparison = judged(system, case.pair, start, {})
     row = labels | {"fault": 0.0} | outcome(comparison) | against(comparison, truth.states(start), system)

@@ -27,7 +27,7 @@ an event at the end of the step in which it happens."""
 STEP = "step"
 
 Parameters = Mapping[str, float]
-Side = Callable[[float, Sequence[float]], pd.DataFrame]
+Side = Callable[[float, Array], pd.DataFrame]
 
 
 class Event(NamedTuple):
@@ -70,7 +70,7 @@ class System:
         """Return the solver that `sixbar.judge` calls with a tolerance and offsets of the start."""
         solve = _steps if method == STEP else _scipy
 
-        def run(tolerance: float, offsets: Sequence[float]) -> pd.DataFrame:
+        def run(tolerance: float, offsets: Array) -> pd.DataFrame:
             return self.table(solve(self, method, tolerance, np.add(start, offsets).tolist(), parameters))
 
         return run
