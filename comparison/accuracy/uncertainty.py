@@ -17,7 +17,8 @@ u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache 
 <= p / 4. Where they show a lower one, max(1, d_c / d_f - 1) replaces r^p in d, after Richardson: errors that
 impacts have magnified no longer follow the setting. Two levels alone can have the same error by chance for a
 whole flight between two impacts. The moved starts count as far as the run's own error has come, which at fine
-settings is less than what they were moved by. With more runs M_i of the same setting from moved starts
+settings is less than what they were moved by; without a scene, where a user says how far, they count as a
+whole: kappa is 1. With more runs M_i of the same setting from moved starts
 (`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
 Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
@@ -137,10 +138,13 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
 
 
-def uncertainty(levels: RunValues, half_width: int | Windows, floor: float | Array) -> Array:
+def uncertainty(
+    levels: RunValues, half_width: int | Windows, floor: float | Array, *, whole: bool = False
+) -> Array:
     """Evaluate u(t) for one quantity in its unit, shape (n,), from a window's half-width in samples.
 
-    With a half-width of zero they are numbers, not samples in time: kappa is 1.
+    With a half-width of zero they are numbers, not samples in time: kappa is 1, as where moved starts count
+    as a ``whole``.
     """
     distance = _window_maximum(np.abs(levels.base - levels.finer), half_width)
     u, original = SAFETY_FACTOR * distance, levels.base
@@ -156,7 +160,7 @@ def uncertainty(levels: RunValues, half_width: int | Windows, floor: float | Arr
         reduction = np.where(order < (1.0 - ORDER_BAND) * levels.order, below, gain)
         u = safety * np.maximum(distance, coarse / reduction)
     apart = spread(original, levels.perturbed, half_width)
-    if half_width:
+    if half_width and not whole:
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.nan_to_num(SAFETY_FACTOR * distance / apart, nan=0.0)
         apart = apart * np.minimum(np.maximum.accumulate(share), 1.0)
@@ -196,7 +200,7 @@ def model_uncertainty(
         ensemble=tuple(map(values, ensemble)),
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
-    u = uncertainty(levels, windows(time, WINDOW * period), floor)
+    u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
     gap = runs.base.known[name].follows or ""
     if gap.endswith("_gap") and gap in runs.base.names:
         near = model_uncertainty(runs, gap, period, ensemble, every, learnt)

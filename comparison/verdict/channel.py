@@ -133,7 +133,7 @@ def compare_channel(
     time, a, b, u_a, u_b = samples
     known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel.name)
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
-    count = time.size if learnt is None else settled(time, window)
+    count = settled(time, window) if known and learnt is not None else time.size
     result = ChannelComparison(
         definition=channel,
         scale=scale,

@@ -90,9 +90,10 @@ def compare(
     period = criteria.period if scene is None else scene.period
     known = a.base.known | b.base.known
     compared = [name for name in names if only is None or name in only]
-    moving = [name for name in compared if is_state(known[name])] or compared
-    curves = [side[name] for name in moving for side in (aligned.a, aligned.b)]
-    cycle = pace(aligned.time, curves) if period is None else period
+    cycle = nan if period is None else period
+    if period is None and a.finer is not None:
+        moving = [name for name in compared if is_state(known[name])] or compared
+        cycle = pace(aligned.time, [side[name] for name in moving for side in (aligned.a, aligned.b)])
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
 

@@ -8,7 +8,6 @@ end is stated, as that of a scene is.
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import FIRST, windows
@@ -32,6 +31,8 @@ def pace(time: Array, curves: Iterable[Array]) -> float:
 
     Where these do not turn twice it is their span.
     """
+    from scipy.signal import find_peaks  # a third of the time to import all this
+
     time, intervals = time[:FIRST], [np.empty(0)]
     for values in (curve[:FIRST] for curve in curves):
         least = _TURN * float(np.ptp(values))
