@@ -6,6 +6,7 @@ second solver has a parameter slightly wrong. The true trajectory says until whe
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import inf, log
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +21,7 @@ from comparison.execution.run import Progress
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.formatting import number
-from comparison.models import machine_and_versions
+from comparison.models import EngineError, machine_and_versions
 from comparison.report import svg
 from comparison.studies.foreign.systems import STEP, SYSTEMS, System
 from comparison.studies.foreign.truth import Truth
@@ -66,7 +67,9 @@ class Results(NamedTuple):
 
 
 def measure(extent: Extent, n_jobs: int, on_progress: Progress | None) -> Results:
-    """Judge every pair of solvers of the systems."""
+    """Judge every pair of solvers of the systems; `EngineError` where heyoka is not installed."""
+    if find_spec("heyoka") is None:
+        raise EngineError("the true trajectories need heyoka: pip install heyoka")
     cases = [
         Case(system.name, pair, start)
         for system in extent.systems
