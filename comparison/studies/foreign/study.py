@@ -7,7 +7,7 @@ second solver has a parameter slightly wrong. The true trajectory says until whe
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from math import inf, log
+from math import ceil, inf, log
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -21,6 +21,7 @@ from comparison.execution.run import Progress
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.formatting import number
+from comparison.metrics import window_maximum
 from comparison.models import EngineError, machine_and_versions
 from comparison.report import svg
 from comparison.studies.foreign.systems import STEP, SYSTEMS, System
@@ -29,6 +30,7 @@ from comparison.studies.shared.study import Study, markdown, share, upper_limit,
 from comparison.tables.channels import Array
 from comparison.verdict.pair import judge
 from comparison.verdict.results import SceneComparison
+from comparison.verdict.until import until
 
 STARTS = 6
 """Starts of each pair of solvers, the first ``FAULTS`` of them with a fault as well."""
@@ -140,18 +142,20 @@ def outcome(comparison: SceneComparison) -> Row:
 def against(comparison: SceneComparison, true: Array, system: System) -> Row:
     """Return when a run parts from the truth by more than is judged (s), and how u fared.
 
+    That is until when the error, the largest within the window of u(t), is small, by the rule of `until`.
     ``outside``: share of the predictable samples at which an error is above 1.41 u; ``width``: median of u
     over error.
     """
     alpha = thresholds("standard").alpha
     parted, outside, widths = system.end, list[float](), list[float]()
+    reach = max(1, ceil(comparison.window / system.times[1]))
     for column, channel in enumerate(comparison.channels.values()):
         exact = true[:, column]
         allowed = alpha * (so_far(exact, FIRST) + so_far(-exact, FIRST))
         for values, u in ((channel.a, channel.u_a), (channel.b, channel.u_b)):
             error = np.abs(values - exact)
-            far = np.flatnonzero(error > allowed)
-            parted = min(parted, float(channel.time[far[0]]) if far.size else system.end)
+            around = window_maximum(error, reach) <= allowed
+            parted = min(parted, until(channel.time, around, comparison.window)[0])
             if u is not None and (kept := u <= alpha * channel.scale).any():
                 outside.append(float(np.mean(error[kept] > 2**0.5 * u[kept])))
                 widths.append(float(np.median(u[kept] / np.maximum(error[kept], 1e-6 * u[kept]))))
