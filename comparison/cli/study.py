@@ -201,8 +201,9 @@ def generated(pages: dict[str, str]) -> str:
 
     page = f"{ABOUT_THE_VERDICT}/README.md"
     rates = f"The verdict itself, tested: {finding(pages[page])} [More](reports/{page})."
-    truth = "truth/README.md"
-    rates += f"\n\nIts uncertainties, tested: {finding(pages[truth])} [More](reports/{truth})."
+    for heading, name in (("Its uncertainties, tested", "truth"), ("On systems of others", "foreign")):
+        path = f"{name}/README.md"
+        rates += f"\n\n{heading}: {finding(pages[path])} [More](reports/{path})."
     verdicts = pages["verdicts/README.md"].splitlines()
     rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
     both = [rows[0].index(f"{tier} tier") for tier in TIERS]

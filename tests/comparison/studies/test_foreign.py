@@ -1,0 +1,88 @@
+"""The study `foreign`: its solvers and its truth against closed forms, its counts, its page."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.studies.foreign.study import STUDY, Extent, Results, late, lead, measure
+from comparison.studies.foreign.systems import EVENTS, STEP, SYSTEMS, System
+from comparison.studies.foreign.truth import Truth
+
+BY_NAME = {system.name: system for system in SYSTEMS}
+
+
+def exact_ball(times, height, g, restitution):
+    """Return height and velocity of a ball that falls from rest and bounces, in closed form."""
+    start, speed = -np.sqrt(2 * height / g), np.sqrt(2 * g * height)  # of a flight that would begin at 0
+    states = []
+    for t in times:
+        while t > start + 2 * speed / g:
+            start, speed = start + 2 * speed / g, restitution * speed
+        flight = t - start
+        states.append((speed * flight - g * flight**2 / 2, speed - g * flight))
+    return np.array(states)
+
+
+def exact_relaxation(times, y, rate):
+    """Return the solution of y' = -rate (y - sin t)."""
+    forced = rate / (rate**2 + 1)
+    steady = forced * (rate * np.sin(times) - np.cos(times))
+    return (steady + (y + forced) * np.exp(-rate * times))[:, None]
+
+
+EXACT = {
+    "Bouncing ball": lambda system: exact_ball(system.times, 1.0, **system.parameters),
+    "Relaxation to a sine": lambda system: exact_relaxation(system.times, 0.5, **system.parameters),
+}
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_the_solvers_and_the_truth_follow_a_closed_form(name):
+    system = BY_NAME[name]
+    exact = EXACT[name](system)
+    run = system.side("DOP853", system.start, system.parameters)(1e-11, np.zeros(len(system.start)))
+    # Tolerances of 1e-11 on values of about 1, over some hundred steps.
+    assert np.abs(run.drop(columns="time").to_numpy() - exact).max() < 1e-8
+    pytest.importorskip("heyoka", reason="the truth is computed by heyoka")
+    # The closed form itself is rounded to some 1e-15 a bounce.
+    assert np.abs(Truth(system).states(system.start) - exact).max() < 1e-12
+
+
+def test_fixed_steps_notice_an_impact_at_the_end_of_a_step():
+    system = BY_NAME["Bouncing ball"]
+    run = system.side(STEP, system.start, system.parameters)
+    exact = EXACT["Bouncing ball"](system)[:, 0]
+    errors = [np.abs(run(step, np.zeros(2))["y0"] - exact).max() for step in (4e-3, 1e-3)]
+    # Of first order in the step: an impact is late by up to one, at some 4 m/s.
+    assert 1e-4 < errors[1] < errors[0] < 0.2
+
+
+def test_a_moved_start_moves_the_truth_by_the_exponent():
+    pytest.importorskip("heyoka", reason="the truth is computed by heyoka")
+    growth = System("growth", 10.0, (1.0,), {"rate": 0.7}, lambda *of: [of[3]["rate"] * of[2][0]])
+    assert Truth(growth).exponent((1.0,)) == pytest.approx(0.7, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("until", "is_late", "factor"), [(4.0, False, np.e), (5.05, False, 1.0), (5.2, True, 1.0)]
+)
+def test_until_is_late_only_behind_a_window_after_a_run_parts(until, is_late, factor):
+    rows = pd.DataFrame([{"until": until, "parted": 5.0, "window": 0.1, "exponent": 1.0}])
+    assert late(rows).tolist() == [is_late]
+    assert np.exp(np.maximum(lead(rows), 0.0)).tolist() == pytest.approx([factor])
+
+
+def test_every_system_has_solvers_of_two_kinds_and_a_page_of_one_of_them_is_whole(tmp_path):
+    assert len(SYSTEMS) >= 12
+    assert sum(system.event is not None for system in SYSTEMS) >= 4
+    assert all(len(system.solvers) == len(EVENTS) for system in SYSTEMS)
+    pytest.importorskip("heyoka", reason="the truth is computed by heyoka")
+    results = measure(Extent([BY_NAME["Relaxation to a sine"]], 1), 1, None)
+    assert isinstance(results, Results)
+    assert results.failed == []
+    clean, faults = (results.rows[results.rows["fault"].eq(0.0) == same] for same in (True, False))
+    assert set(clean["verdict"]) == {"agree"}
+    assert set(faults["verdict"]) == {"differ"}
+    assert (clean["until"] == 50.0).all()
+    page = STUDY.report(results, tmp_path)
+    assert "| Relaxation to a sine | 3 |" in page.read_text("utf-8")
