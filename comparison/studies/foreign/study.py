@@ -262,7 +262,7 @@ def draw(results: Results, folder: Path) -> None:
     """Draw `until` over the time at which a run and the truth part; write the table."""
     write_csv({"foreign": results.rows}, folder, "%.4g")
     clean = results.rows[results.rows["fault"] == 0.0]
-    with svg.panels(folder / "until.svg", height=4.0) as (axes,):
+    with svg.panels(folder / "until.svg", height=5.0) as (axes,):
         for n, (system, own) in enumerate(clean.groupby("system", sort=False)):
             mark = "osv^D"[n // len(svg.SERIES)]
             axes.plot(
@@ -275,7 +275,8 @@ def draw(results: Results, folder: Path) -> None:
             )
         axes.plot([0, 1], [0, 1], color=svg.LIMIT)
         axes.set(xlabel="time until which both are right, share of the run", ylabel="until, share of the run")
-        svg.legend_above(axes, 4)
+        axes.margins(0.03)
+        svg.legend_above(axes, 3)
 
 
 STUDY = Study(
