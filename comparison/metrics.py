@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from comparison.tables.align import hermite
 from comparison.tables.channels import CONTACTS, CORNERS, Array, BoolArray
 from comparison.tables.table import Table
 
@@ -89,21 +90,12 @@ def tube_share(time: Array, reference: Array, other: Array) -> float:
     height `TUBE` of its range, the rule of csv-compare (Modelica Association): a contact force that is
     missing is inside.
     """
-    half_width = int(TUBE * (reference.size - 1) + 1e-9)  # 0.002 of 500 is a sample, however it rounds
+    width = 2 * int(TUBE * (reference.size - 1) + 1e-9) + 1  # 0.002 of 500 is a sample, however it rounds
     height, reach = TUBE * float(np.ptp(reference)), TUBE * float(time[-1] - time[0])
     ends = [np.interp(time + side * reach, time, reference) for side in (-1.0, 1.0)]
-    low = np.min([-window_maximum(-reference, half_width), *ends], axis=0) - height
-    high = np.max([window_maximum(reference, half_width), *ends], axis=0) + height
+    low = np.min([minimum_filter1d(reference, width, mode="nearest"), *ends], axis=0) - height
+    high = np.max([maximum_filter1d(reference, width, mode="nearest"), *ends], axis=0) + height
     return float(np.mean((other >= low) & (other <= high)))
-
-
-def window_maximum(values: Array, half_width: int) -> Array:
-    """Return the largest value within a window of so many samples to either side, shape (n,)."""
-    windows, reach = np.pad(values, half_width, mode="edge"), 1
-    while reach < 2 * half_width + 1:
-        step = min(reach, 2 * half_width + 1 - reach)
-        windows, reach = np.maximum(windows[:-step], windows[step:]), reach + step
-    return windows
 
 
 def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
@@ -406,25 +398,9 @@ def pulses_of(table: Table) -> list[Pulse]:
         if time.size < PULSE_POINTS:
             parts = np.linspace(0.0, 1.0, -(-PULSE_POINTS // (time.size - 1)), endpoint=False)
             closer = np.append((time[:-1, None] + np.diff(time)[:, None] * parts).ravel(), time[-1])
-            spline, _ = hermite(time, force, monotone_slopes(time, force), closer)
-            time, force = closer, np.maximum(spline, 0.0)  # not by rounding
+            time, force = closer, np.maximum(PchipInterpolator(time, force)(closer), 0.0)  # not by rounding
         pulses.append(Pulse(row, time, force))
     return pulses
-
-
-def monotone_slopes(time: Array, values: Array) -> Array:
-    """Return the slopes of a spline that turns at its nodes alone, shape (n,), n >= 3.
-
-    They are weighted harmonic means of the slopes on either side (F. N. Fritsch, J. Butland, SIAM J. Sci.
-    Stat. Comput. 5, 1984, 300-304), zero between slopes of different signs and at both ends.
-    """
-    step = np.diff(time)
-    slope = np.diff(values) / step
-    left, right = slope[:-1], slope[1:]
-    weight = (2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = (weight[0] + weight[1]) / (weight[0] / left + weight[1] / right)
-    return np.concatenate([[0.0], np.where(left * right > 0.0, mean, 0.0), [0.0]])
 
 
 class Parting(NamedTuple):

@@ -31,8 +31,8 @@ from math import degrees, isfinite, isnan, log, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
-from comparison.metrics import window_maximum
 from comparison.scene import Scene
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
@@ -235,10 +235,10 @@ def so_far(values: Array, learnt: int | None = None) -> Array:
 
 def _window_maximum(distance: Array, half_width: int | Windows) -> Array:
     """Return the largest distance within the window, shape (n,)."""
-    if not isinstance(half_width, int):
-        ends = half_width[0], np.minimum(half_width[1] + 1, distance.size)
-        return np.maximum.reduceat(np.append(distance, 0.0), np.column_stack(ends).ravel())[::2]
-    return window_maximum(distance, half_width)
+    if isinstance(half_width, int):
+        return np.asarray(maximum_filter1d(distance, 2 * half_width + 1, mode="nearest"))
+    ends = half_width[0], np.minimum(half_width[1] + 1, distance.size)
+    return np.maximum.reduceat(np.append(distance, 0.0), np.column_stack(ends).ravel())[::2]
 
 
 def combined(u_a: Array, u_b: Array) -> Array:

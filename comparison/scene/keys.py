@@ -3,9 +3,7 @@
 The name, title and command line of a changed scene follow from its overrides.
 """
 
-import ast
 import hashlib
-import inspect
 import json
 import re
 import shlex
@@ -14,14 +12,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
-from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from comparison.scene import schema
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
@@ -49,18 +45,6 @@ def scene_keys() -> list[Key]:
     return [Key("scene.extends", "", "text", None, "", extends), *_below(SceneKeys, base, "", "")]
 
 
-@cache
-def _texts() -> dict[tuple[str, str], str]:
-    """Return the strings below the fields of a section, by both; pydantic would read them at every start."""
-    return {
-        (section.name, ast.unparse(field.target)): inspect.cleandoc(ast.literal_eval(text.value))
-        for section in ast.parse(inspect.getsource(schema)).body
-        if isinstance(section, ast.ClassDef)
-        for field, text in pairwise(section.body)
-        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
-    }
-
-
 def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, unit: str) -> Iterator[Key]:
     for name, field in section.model_fields.items():
         notes = list(_notes(field))
@@ -72,8 +56,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
             continue
         sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
         source = "" if default is None else sources[0]
-        texts = [_texts()[key] for each in section.__mro__ if (key := (each.__name__, name)) in _texts()]
-        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, "".join(texts[:1]))
+        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, field.description or "")
 
 
 def _bounds(notes: list[Any]) -> str:

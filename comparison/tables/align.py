@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from comparison.formatting import spans
 from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
@@ -106,8 +107,11 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     lag = _search(time, a, b, scales)
     if lag is None:
         return Shift(reason="the two are not correlated closely enough at any lag")
-    rates = {name: known[name].rate or "" for name in scales}
-    slopes = {name: a[rate] if rate in a else np.gradient(a[name], time) for name, rate in rates.items()}
+    cubics = {}
+    for name in scales:
+        rate = known[name].rate or ""
+        slopes = a[rate] if rate in a else np.gradient(a[name], time)
+        cubics[name] = CubicHermiteSpline(time, a[name], slopes)
     used = np.linspace(0, time.size - 1, min(time.size, _SAMPLES)).astype(np.intp)
     edges = np.arange(_BLOCKS) * used.size // _BLOCKS
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scale for name, scale in scales.items()])
@@ -120,8 +124,7 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
         inside = (at >= time[0]) & (at <= time[-1])
         rows = []
         for name, scale in scales.items():
-            value, slope = _cubic(time, a[name], slopes[name], at)
-            r, g = (b[name][used] - value) / scale, slope / scale
+            r, g = (b[name][used] - cubics[name](at)) / scale, cubics[name](at, 1) / scale
             rows.append([np.ones(at.size), r, g, r * g, g * g, r * r])
         return np.add.reduceat(np.where(inside, rows, 0.0), edges, axis=2)
 
@@ -143,19 +146,8 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
     """Return the piecewise cubic with these values and slopes at its nodes, and its derivative."""
-    cubic, slope = _cubic(time, values, slopes, at)
-    return np.where(at == time[-1], values[-1], cubic), slope
-
-
-def _cubic(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
-    """Evaluate `hermite`; at the last node, where the rounding of the step counts, too."""
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
-    step, since, first = time[i + 1] - time[i], at - time[i], slopes[i]
-    mean = (values[i + 1] - values[i]) / step
-    rest = (first + slopes[i + 1] - 2.0 * mean) / step
-    square, cube = (mean - first) / step - rest, rest / step
-    cubic = values[i] + first * since + square * since**2 + cube * (since**2 * since)
-    return cubic, first + square * since * 2.0 + cube * since**2 * 3.0
+    cubic = CubicHermiteSpline(time, values, slopes)
+    return np.where(at == time[-1], values[-1], cubic(at)), cubic(at, 1)
 
 
 def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float | None:

@@ -1,4 +1,4 @@
-"""What a difference is due to: causes that its shape shows, and how much of it refining either model leaves.
+"""Causes of a difference that its shape shows, and the share of it that refining either model leaves.
 
 Causes, whatever their size: the keys in which the scenes differ; a channel of b that is a multiple of a's,
 moved by a constant, or late, named where undoing it leaves a tenth of the difference; and causes in the

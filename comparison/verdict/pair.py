@@ -304,7 +304,7 @@ class Pair:
             pair = [run.frame for run in own.perturbed[:2]]
             if own.coarser and pair and all(frame.equals(own.coarser.frame) for frame in pair):
                 line = f"{side.label}: a moved start changes nothing: how its motions diverge is not known"
-                result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.NO_EFFECT
+                result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.UNMOVED
         if result.verdict == "differ" and result.confirmation and doubt:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs

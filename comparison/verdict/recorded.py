@@ -245,7 +245,7 @@ def compare_recorded(
             raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
     if (a.finer is None) != (b.finer is None):
         known, lacks = labels[::-1] if a.finer is None else labels
-        warnings += (f"only the error of {known} is known: {lacks} counts as exact but for its round-off",)
+        warnings += (f"only the error of {known} is known: {lacks} counts as exact apart from its round-off",)
         a, b = (program if program.finer else replace(program, finer=program.base) for program in (a, b))
     a, b = (program.each(partial(_at_its_times, base=program.base)) for program in (a, b))
     if a.finer is not None:

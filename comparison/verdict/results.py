@@ -355,6 +355,7 @@ class Doubt(Enum):
     ONE_STATE = auto()  # one state alone was moved
     UNREFINED = auto()  # a run at a finer setting failed
     NO_EFFECT = auto()  # the setting of a solver changes nothing, so its error is not known
+    UNMOVED = auto()  # a moved start changes nothing
 
 
 @dataclass(frozen=True)

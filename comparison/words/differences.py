@@ -28,6 +28,7 @@ _DOUBTS = {
     Doubt.ONE_STATE: "one state alone was moved",
     Doubt.UNREFINED: "a run at a finer setting failed",
     Doubt.NO_EFFECT: "runs of one at two settings are equal, so its error is not known",
+    Doubt.UNMOVED: "a moved start changes nothing in one",
 }
 _UNPREDICTABLE = {
     "a": "the uncertainty of {0} alone",

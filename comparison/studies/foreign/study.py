@@ -14,6 +14,7 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import maximum_filter1d
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import FIRST, so_far
@@ -21,7 +22,6 @@ from comparison.execution.run import Progress
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.formatting import number
-from comparison.metrics import window_maximum
 from comparison.models import EngineError, machine_and_versions
 from comparison.report import svg
 from comparison.studies.foreign.systems import STEP, SYSTEMS, System
@@ -133,7 +133,7 @@ def judged(
 
 
 def outcome(comparison: SceneComparison) -> Row:
-    """Return verdict, `until` (s), resolution, and whether a tube of fixed width passes."""
+    """Return verdict, `until` (s), and whether a tube of fixed width passes."""
     sides = comparison.channels.values()
     within = all(float(np.abs(c.difference).max()) <= TUBE * float(np.ptp(c.a)) for c in sides)
     return {"verdict": comparison.verdict, "until": comparison.until, "tube": within}
@@ -154,7 +154,7 @@ def against(comparison: SceneComparison, true: Array, system: System) -> Row:
         allowed = alpha * (so_far(exact, FIRST) + so_far(-exact, FIRST))
         for values, u in ((channel.a, channel.u_a), (channel.b, channel.u_b)):
             error = np.abs(values - exact)
-            around = window_maximum(error, reach) <= allowed
+            around = maximum_filter1d(error, 2 * reach + 1, mode="nearest") <= allowed
             parted = min(parted, until(channel.time, around, comparison.window)[0])
             if u is not None and (kept := u <= alpha * channel.scale).any():
                 outside.append(float(np.mean(error[kept] > 2**0.5 * u[kept])))

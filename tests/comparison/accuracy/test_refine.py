@@ -82,7 +82,7 @@ def test_a_comparison_runs_at_the_settings_that_are_refined_to_or_at_strict():
     ],
 )
 def test_where_a_setting_fails_another_is_taken(wanted, fails, limit, taken):
-    """What else keeps an error from being reached is in tests/comparison/words."""
+    """Its words, and those of other reasons, are tested in tests/comparison/words."""
     result = refined(wanted, error=1e4 if limit else 1.0, fails=fails)
     assert (result.kept, result.limit) == (limit is None, limit)
     assert tolerance(result.level) == pytest.approx(taken)
