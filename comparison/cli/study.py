@@ -222,15 +222,25 @@ def with_generated(readme: str, text: str) -> str:
 
 
 def main(*, small: bool = False) -> None:
-    """Write all studies (stored runs are used), then the index and the generated part of the README."""
+    """Write all studies (stored runs are used), then the index and the generated part of the README.
+
+    The page of a study whose engine is not installed stays as it is.
+    """
     from comparison.execution.pool import cpus
     from comparison.files import write_text
+    from comparison.models import EngineError
 
     written = {}
     for name in NAMES:
-        with progress(name) as report:
-            for page in write_study(name, REPORTS / name, cpus(), report, small=small):
-                written[page.relative_to(REPORTS).as_posix()] = page.read_text("utf-8")
+        try:
+            with progress(name) as report:
+                pages = write_study(name, REPORTS / name, cpus(), report, small=small)
+        except EngineError as error:
+            pages = list((REPORTS / name).glob("*.md"))
+            if not pages:
+                raise
+            warn(f"study {name}: {error}; its page stays as it is")
+        written |= {page.relative_to(REPORTS).as_posix(): page.read_text("utf-8") for page in pages}
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")
     write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)

@@ -17,7 +17,7 @@ from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
 from comparison.execution.run import Outcome
-from comparison.models import GROUP, platform_name
+from comparison.models import GROUP, ROOT, platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts
@@ -64,8 +64,11 @@ def fakes(fakes):
 
 @pytest.fixture(scope="module")
 def folder(fakes, tmp_path_factory):
-    """Where `make reports` wrote all studies of fake models, small."""
+    """Where `make reports` wrote all studies of fake models, small; without heyoka a page stays as it was."""
     folder = tmp_path_factory.mktemp("studies")
+    former = folder / "reports" / "foreign" / "README.md"
+    former.parent.mkdir(parents=True)
+    shutil.copy(ROOT / "reports" / "foreign" / "README.md", former)
     (folder / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
     # Most of the time processes would start; nothing that they import changes meanwhile.
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
