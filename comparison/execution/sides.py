@@ -91,7 +91,7 @@ class Command:
             if done.returncode:
                 said = (done.stderr or done.stdout).decode(errors="replace").split("\n")
                 last = next((line.strip() for line in reversed(said) if line.strip()), "no message")
-                raise SolverError(f"ended with code {done.returncode}: {last[-_LONGEST:]} ({self.text})")
+                raise SolverError(f"ended with code {done.returncode}: {last[:_LONGEST]} ({self.text})")
             if not out.is_file():
                 raise SolverError(f"has written no table to {{out}}: {self.text}")
             content = out.read_bytes()

@@ -539,7 +539,9 @@ def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     that touches only where nothing can be predicted.
     """
     judged = [
-        0.0 if isnan(channel.explained) and channel.basis is not Basis.GATE else channel.coverage
+        0.0
+        if isnan(channel.explained) and channel.basis not in (Basis.GATE, Basis.LARGEST)
+        else channel.coverage
         for channel in channels.values()
         if channel.verdict != "unexcited"
     ]

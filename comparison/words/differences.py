@@ -230,8 +230,8 @@ def confirmation(scene: SceneComparison) -> str:
         host, guest = labels if result.members[0] else labels[::-1]
         outside = f"the {guest} run is outside those of {host}"
     counted = zip(result.members, labels, strict=True)
-    runs = " and ".join(f"{count} {label}" for count, label in counted if count)
-    text = f"difference confirmed{since} by {runs} runs from moved starts: {outside}"
+    runs = " and ".join(f"{count} of {label}" for count, label in counted if count)
+    text = f"difference confirmed{since} by runs from moved starts, {runs}: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
     return text if result.parting is None else f"{text}; they are first separated by {parting(scene)}"

@@ -145,7 +145,7 @@ def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models_and_without
     fault = Fault(kind="number", name="gravity", key="environment.gravity", value=9.0)
     row = Comparison(press, "tight", fault, "reference").row()
     assert (row["verdict"], row["confirmation"], row["errs"]) == ("differ", "confirmed", "")
-    assert "99 reference and 30 exudyn runs" in row["reason"]
+    assert "99 of reference and 30 of exudyn" in row["reason"]
     assert detected(fault, row)
     row = Comparison(press, "tight").row()
     assert (row["verdict"], row["confirmation"], row["errs"], row["reason"]) == ("agree", "", "", "")

@@ -38,7 +38,10 @@ def test_a_true_difference_is_confirmed_even_a_tiny_one(fake, size):
     assert (made.farther, made.members, made.since) == ((0, 0), (99, 30), SINCE)
     # By construction the farthest of 99 normal draws is some 3 standard deviations out, i.e. about 2 u.
     assert made.excess > 1.0
-    assert "from 0.484 s on by 99 reference and 30 exudyn runs" in words.confirmation(after)
+    assert (
+        "from 0.484 s on by runs from moved starts, 99 of reference and 30 of exudyn: "
+        in words.confirmation(after)
+    )
 
 
 def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):

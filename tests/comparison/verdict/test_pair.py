@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 import sixbar
 from comparison.accuracy.uncertainty import RunValues, uncertainty
 from comparison.tables.table import TableError
-from comparison.verdict.results import Doubt
+from comparison.verdict.results import Basis, Doubt
 
 
 def solver(rates, start, times, method="DOP853", **options):
@@ -43,6 +43,12 @@ def test_equal_systems_agree_to_the_end_and_a_changed_parameter_is_confirmed():
     result = sixbar.judge(a, other, tolerance=1e-8, states=2)
     assert (result.verdict, result.confirmation.outcome, result.refined) == ("differ", "confirmed", 1)
     assert result.confirmation.members == (30, 30)
+    # A channel may be decided by its largest uncertainty; its predictable samples count all the same.
+    by_largest = sixbar.judge(
+        a, solver(oscillator(1.001), method="RK45", **OSCILLATION), tolerance=1e-8, states=2
+    )
+    assert Basis.LARGEST in {channel.basis for channel in by_largest.channels.values()}
+    assert by_largest.coverage == np.mean([channel.coverage for channel in by_largest.channels.values()])
     without = sixbar.judge(a, other, tolerance=1e-8)
     assert (without.verdict, without.confirmation.doubt) == ("differ", Doubt.NO_STARTS)
 
