@@ -86,6 +86,17 @@ def test_the_pair_of_the_page(sixbar):
     assert "nor is a module beside it forgotten" in sixbar(*command, PATH=PATH, code=2).err
 
 
+def test_the_reference_of_the_page_that_is_only_a_file(sixbar):
+    for name, number in (("pendulum.py", 0), ("solver.py", 1)):
+        sixbar.write(name, block("python", number))
+    first, *moved = ("measured", "0"), ("second", "1e-9"), ("third", "2e-9")
+    for name, start in (first, *moved):
+        words = f"solver.py --method DOP853 --tolerance 1e-10 --start {start},0,0,0 --out {name}.csv".split()
+        subprocess.run([sys.executable, *words], cwd=sixbar.folder, check=True)
+    sixbar.write("pair.toml", f"{block('toml', 2)}[side.b]{block('toml').partition('[side.b]')[2]}")
+    assert "The two agree until" in sixbar("judge", "pair.toml", PATH=PATH).out
+
+
 def test_an_fmu_is_a_side(sixbar):
     pytest.importorskip("fmpy")
     pytest.importorskip("pythonfmu")
