@@ -230,7 +230,7 @@ def main(*, small: bool = False) -> None:
     from comparison.files import write_text
     from comparison.models import EngineError
 
-    written = {}
+    written: dict[str, str] = {}
     for name in NAMES:
         try:
             with progress(name) as report:
