@@ -58,15 +58,8 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    beside = source.beside
-    with table_files.unread(source.notes):
-        beside = replace(beside, events=table_files.read_beside(path, "events"))
-        if beside.events is not None:  # pulses are theirs
-            beside = replace(beside, pulses=table_files.read_columns(path, "pulses"))
-    if path.suffix.lower() in table_files.FORMATS:
-        with table_files.unread(source.notes):
-            extrema, record = table_files.read_record(path)
-            beside = replace(beside, extrema=extrema, provenance=record)
+    records = ["record"] * (path.suffix.lower() in table_files.FORMATS)
+    beside = table_files.read_beside(path, ["events", "pulses", *records], source.notes)
     return replace(source, columns=columns, beside=beside)
 
 
