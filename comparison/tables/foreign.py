@@ -3,7 +3,6 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
-import difflib
 import io
 import math
 import re
@@ -182,11 +181,10 @@ def _table(
 ) -> Table:
     names = [TIME, *(name for name in columns if name != TIME)]
     converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
-    frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
+    frame = pd.DataFrame(converted, copy=False)
     beside, provenance = source.beside, source.beside.provenance
     if not provenance or any(rule.channel for _, rule in columns.values()):
-        settings = {name: description for name, (_, description) in converted.items()}
-        provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
+        provenance = {"formulation": f"taken from {source.path.name}"}
     own = {name: channel for name, channel in known.items() if name in columns}
     rows = _select_rows(frame, at_events, str(source.path))
     return Table(rows, beside.events, beside.extrema, provenance, own, beside.pulses, beside.cycle_extrema)
@@ -199,10 +197,9 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
         names = {name for source in tables for name in source.names}
         places = {position(n) for source in tables for n, _ in enumerate(source.columns)}
         for name in sorted(rules.keys() - names - places):
-            close = difflib.get_close_matches(name, sorted(names), n=1)
-            meant = f"did you mean {close[0]!r}?" if close else f"columns: {', '.join(sorted(names))}"
             where = tables[0].path if len(tables) == 1 else "either table"
-            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
+            known = f"columns: {', '.join(sorted(names))}"
+            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {known}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *names}:
             raise TableError(f"{compare}: {name!r} is not a channel")
@@ -346,14 +343,12 @@ def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Itera
 
 def _converted(
     path: Path, name: str, column: Column, rule: Rule, known: dict[str, Channel], mapping: Mapping
-) -> tuple[Array, str]:
-    """Return a column in its channel's unit, and a description of the conversion."""
+) -> Array:
+    """Return a column in its channel's unit."""
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        is_grouped = re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text)
-        keys = "decimal, thousands" if is_grouped else "skip, or comment if the line begins one"
-        hint = f"{remedy(keys)}; compare = [...] there leaves it out"
+        hint = f"{remedy('skip, comment, decimal or thousands')}; compare = [...] there leaves it out"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
@@ -365,17 +360,13 @@ def _converted(
     usual = mapping.channels.get(name, Quantity()).factor
     factor = rule.sign * (usual if rule.factor is None else rule.factor)
     values = factor * column.numbers + rule.offset if rule.offset else factor * column.numbers
-    parts = [f"{factor:g}" * (factor != 1), column.name, f"in {stated}" * bool(stated)]
-    description = " ".join(filter(None, [*parts, f"{rule.offset:+g}" * bool(rule.offset)]))
     unit, to = parse_unit(stated), parse_unit(wanted)
     in_table = parse_unit(column.unit) if column.unit is not None else None
-    if abs(factor) != 1 and unit == parse_unit("1"):
-        in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
     if stated != wanted and not same_dimension(unit, to):
         raise TableError(f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}")
     if in_table is not None and in_table != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    return (values if unit is None or to is None else unit.convert(values, to)), description
+    return values if unit is None or to is None else unit.convert(values, to)
 
 
 def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFrame:
@@ -385,8 +376,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
     row, count = int(again.argmax()), int(again.sum())
     if not count:
         return frame
-    rows = "row" if count == 1 else "rows"
-    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such {rows})"
+    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} (such rows: {count})"
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
