@@ -77,8 +77,6 @@ def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
     index = frame.index
     if time_place([str(name) for name in frame]) is not None:
         return frame
-    if isinstance(index, pd.DatetimeIndex):
-        raise TableError(f"{label}: its index holds dates; the time is a number of seconds or a timedelta")
     if isinstance(index, pd.TimedeltaIndex):
         index = index.rename(TIME)
     return frame if time_place([str(index.name)]) is None else frame.set_axis(index).reset_index()

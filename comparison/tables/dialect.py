@@ -16,11 +16,9 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array, channels
-from comparison.tables.mapping import Dialect
+from comparison.tables.mapping import TIME, Dialect
 from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
-
-_TITLES = 10_000  # lines among which the first row of numbers must be
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
@@ -68,6 +66,12 @@ class Source:
     def names(self) -> list[str]:
         """Names of the columns."""
         return [column.name for column in self.columns]
+
+    @property
+    def time_name(self) -> str | None:
+        """Name of the column that is the time by its name, else of a first one without a name."""
+        place = time_place(self.names)
+        return self.names[0] if self.nameless else None if place is None else self.names[place]
 
     @property
     def nameless(self) -> bool:
@@ -169,7 +173,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
     dialect = dialect or Dialect()
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
     titles = [line for line in lines if line.number > (dialect.skip or 0)]
-    first, layout = _first_row(titles[:_TITLES], dialect)
+    first, layout = _first_row(titles, dialect)
     rows = dict(_rows(titles[first:], layout))
     size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
     above = [line for line in titles[:first] if line.text.split() != size]
@@ -182,7 +186,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
         if unit and " " in unit and parse_unit(unit) is None and name not in channels():
             notes.append(f"{unit!r} beside {name} is not a unit")
             unit = None
-        entries = [fields[n] for fields in rows.values()]
+        entries = pd.Series([fields[n] for fields in rows.values()], dtype=object)
         column = read_column(name or position(len(columns)), unit, entries, decimal, [*rows])
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counted)
@@ -194,18 +198,15 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
 def read_column(
     name: str,
     unit: str | None,
-    entries: pd.Series | list[str],
+    entries: pd.Series,
     decimal: str = ".",
     lines: Sequence[int] = (),
 ) -> Column:
     """Return a column as numbers; those that are text have this decimal sign, and stand in these lines."""
-    if isinstance(entries, pd.Series):
-        if entries.dtype.kind in "fiu":
-            return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
-        known = zip(entries, entries.notna(), strict=True)
-        texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
-    else:
-        texts = entries
+    if entries.dtype.kind in "fiu":
+        return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
+    known = zip(entries, entries.notna(), strict=True)
+    texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
     swapped = str.maketrans(",.", ".,")
     plain = [text.translate(swapped) for text in texts] if decimal == "," else texts
     numbers = np.array([_value(text) for text in plain])
@@ -364,9 +365,10 @@ def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]
 
 
 def time_place(fields: Sequence[str]) -> int | None:
-    """Return the place of the name of the time, None without one."""
-    names = [name_and_unit(field)[0] for field in fields]
-    return next((n for n, name in enumerate(names) if name.casefold() == "time" or name == "t"), None)
+    """Return the place of the time: ``time`` in any case, else ``t``, else Simulink's ``tout``; else None."""
+    bare = [name_and_unit(field)[0] for field in fields]
+    names = [TIME if name.casefold() == TIME else name for name in bare]
+    return next((names.index(name) for name in (TIME, "t", "tout") if name in names), None)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:

@@ -46,7 +46,6 @@ _REFUSED = {
 }
 _BINARY = "is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)"
 _EXPORT = "save its sheet as CSV"
-_LONGEST = 600.0  # s to read a MATLAB file
 
 
 def open_source(path: Path, dialect: Dialect | None = None) -> Source:
@@ -116,10 +115,7 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     """Return the real vectors of a MATLAB file, and descriptions of its other contents."""
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * table_files.LARGEST)]
-    try:
-        done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
-    except subprocess.TimeoutExpired as error:
-        raise TableError(f"cannot be read within {_LONGEST:g} s") from error
+    done = subprocess.run(reader, capture_output=True, check=False)
     if done.returncode != 0:
         raise TableError("is not a readable .mat file")
     names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
@@ -223,9 +219,10 @@ def _assign(
     left_out: list[list[str]] = []
     for source, own in zip(sources, rules, strict=True):
         columns: Assigned = {}
+        time = None if TIME in (rule.channel for rule in own.values()) else source.time_name
         for column in source.columns:
             rule = own.get(column.name, _NO_RULE)
-            channel = rule.channel or (TIME if column.name in times(source, own) else column.name)
+            channel = rule.channel or (TIME if column.name == time else column.name)
             if channel in columns:
                 both = f"{columns[channel][0].name!r} and {column.name!r}"
                 raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
@@ -262,15 +259,6 @@ def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
     rules = {**mapping.columns, **special}
     own = {name: rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)}
     return {name: rule for name, rule in own.items() if rule}
-
-
-def times(source: Source, rules: Pairs[str, Rule] | None = None) -> list[str]:
-    """Return the columns that are the time by their names, where no rule says which one is."""
-    named = [name for name in source.names if name.casefold() == TIME]
-    if named or any(rule.channel == TIME for rule in (rules or {}).values()):
-        return named
-    usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
-    return source.names[:1] if source.nameless else usual
 
 
 def _definitions(

@@ -184,7 +184,7 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
     bad = ~(np.abs(_numbers(column)) <= _LARGEST)
     bad = bad if bad.any() else np.full(bad.size, column.dtype.kind not in "fiu")
     for n in _first(bad):
-        rule = f"must be a number of at most {_LARGEST:g} in size ({bad.sum()} such rows)"
+        rule = f"must be a number of at most {_LARGEST:g} in size (such rows: {bad.sum()})"
         yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 

@@ -246,7 +246,7 @@ MISUSES = [
     ("compare(Table(pd.concat([A, A], axis=1)), A)", "a: column 'time' occurs twice"),
     ("compare(A, pd.concat({'press': A}, axis=1))", "2 levels of names"),
     ("compare(A, A.drop(columns='time'))", "channel time is missing"),
-    ("compare(A, A.set_index(pd.date_range('2020', periods=101)).drop(columns='time'))", "holds dates"),
+    ("compare(A, A.set_index(pd.date_range('2020', periods=101)).drop(columns='time'))", "time is missing"),
     ("compare(A, A.assign(slider_x='fast'), tolerance=1)", "'fast'"),
     ("compare(A, A.iloc[:0], tolerance=1)", "0 data rows"),
     ("reliability(X, ideal={})", "table ideal: must be a path"),

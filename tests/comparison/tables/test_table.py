@@ -64,7 +64,7 @@ def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, ma
     wanted, span = expected(scene.data), (0.0, scene.duration)
     check(make_table(), wanted, span)
     for changed, rule in (
-        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17, .* \(1 such rows\)"),
+        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17, .* \(such rows: 1\)"),
         (at("slider_vy", 16, -np.inf), "slider_vy is -inf in"),
         (lambda f: f.drop(columns=["slider_ax", "corner_ul_gap"]), "slider_ax is missing"),
         (lambda f: f.assign(crank_torque=0.0), "channel crank_torque is unexpected"),
