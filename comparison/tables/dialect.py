@@ -23,7 +23,6 @@ from comparison.tables.units import parse_unit, same_dimension
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
-_RULE = " \t-=_*"  # characters of a line that only separates
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 _FORTRAN = re.compile(  # 1.5D-3, 1.5-101
     r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
@@ -69,14 +68,11 @@ class Source:
 
     @property
     def time_name(self) -> str | None:
-        """Name of the column that is the time by its name, else of a first one without a name."""
-        place = time_place(self.names)
-        return self.names[0] if self.nameless else None if place is None else self.names[place]
-
-    @property
-    def nameless(self) -> bool:
-        """Whether the first column has no name and must be the time."""
-        return self.names[:1] == [position(0)] and time_place(self.names) is None
+        """Name of the column that is the time by its name, else of a first one without a name; or None."""
+        bare = [name for name in self.names if name_and_unit(name)[0] == name]  # Parquet's state no unit
+        place = time_place(bare)
+        nameless = position(0) if self.names[:1] == [position(0)] else None
+        return nameless if place is None else bare[place]
 
 
 class _Line(NamedTuple):
@@ -164,13 +160,11 @@ def decode(content: bytes) -> str:
     if "\0" in text:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
     text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    end = text[-100:].rstrip()
-    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # DOS ends a file so
+    return re.sub(r"\x1a+\s*\Z", "", text)  # DOS ends a file so
 
 
-def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
+def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
-    dialect = dialect or Dialect()
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
     titles = [line for line in lines if line.number > (dialect.skip or 0)]
     first, layout = _first_row(titles, dialect)
@@ -318,28 +312,24 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     The names are in the last line that names the time, which may be a comment. Below the lines that a mapping
     skips they follow at once. Without them, or above names that a mapping states, all lines are comments.
     """
-    lines = [line for line in above if line.text.strip(_RULE)]
-    names_in = [layout.words(line.text) for line in lines]
+    names_in = [layout.words(line.text) for line in above]
     likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
     if dialect.skip is not None:
-        likely = [n for n, line in enumerate(lines) if names_in[n] or not layout.is_comment(line.text)][:1]
+        likely = [n for n, names in enumerate(names_in) if names][:1]
     if dialect.names is not None or not likely:
-        for line in lines:
+        for line in above:
             # A comment that begins with the time names the columns, but not all.
             is_title = not layout.is_comment(line.text) or re.match(r"(?i)\W*time\b", line.text)
             if NUMBER.fullmatch(layout.fields(line.text)[0]) or (dialect.names is None and is_title):
                 may_be = "may be a row, name the columns or be a title"
                 keys = remedy("decimal, thousands, names or skip (lines above the names, or the numbers)")
                 raise TableError(f"line {line.number} {may_be}: {keys}")
-        if lines and dialect.names is None:
-            layout.check_comment(lines[-1])
+        if above and dialect.names is None:
+            layout.check_comment(above[-1])
         return _named(layout.fitted(dialect.names or []), []), []
     place, names = likely[-1], names_in[likely[-1]]
-    if not names:
-        count = f"line {lines[place].number} does not name {len(layout.row)} columns"
-        raise TableError(f"{count}: {remedy('names, skip or separator')}")
     time, units = time_place(names) or 0, list[str]()
-    for line in lines[place + 1 :]:
+    for line in above[place + 1 :]:
         fields = layout.units(line.text, time)
         if fields and not units:
             units = fields
@@ -348,7 +338,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
         else:
             problem = "is not one line of units, nor a row of numbers"
             raise TableError(f"line {line.number}, below the names, {problem}: {remedy('names')}")
-    return _named(names, units), list(_titles(lines[:place], layout, time))
+    return _named(names, units), list(_titles(above[:place], layout, time))
 
 
 def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]:
@@ -359,8 +349,7 @@ def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]
         if belongs or layout.units(line.text, time):
             may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
             raise TableError(f"{may_be}: {remedy(f'skip = {line.number} (a title) or names')}")
-        states_units = re.search(r"(?i)\bunits?\b|degrees|radians", line.text)
-        if states_units or sum(map(bool, fields)) > 1:
+        if sum(map(bool, fields)) > 1 or re.search(r"(?i)\bunits?\b|degrees|radians", line.text):
             yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 

@@ -9,14 +9,14 @@ import re
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
-from collections.abc import Mapping as Pairs
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from pandas.api.types import is_number
 
 from comparison.files import check_size
 from comparison.tables import table_files
@@ -92,17 +92,12 @@ def _sheet(path: Path) -> str:
     # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
     except Exception as error:
         raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
-    tables = {name: each for name, each in sheets.items() if (each.map(_is_number).sum(axis=1) > 1).any()}
+    tables = {name: each for name, each in sheets.items() if (each.map(is_number).sum(axis=1) > 1).any()}
     if len(tables) != 1:
         names = " and ".join(map(repr, tables)) or "none"
         raise TableError(f"of its sheets {names} hold rows of two or more numbers: save one table per file")
-    return str(
-        *(each.map(_cell_text).to_csv(sep="\t", header=False, index=False) for each in tables.values())
-    )
-
-
-def _is_number(cell: object) -> bool:
-    return isinstance(cell, int | float) and not isinstance(cell, bool)
+    (table,) = tables.values()
+    return str(table.map(_cell_text).to_csv(sep="\t", header=False, index=False))
 
 
 def _cell_text(cell: object) -> str:
@@ -119,10 +114,9 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     if done.returncode != 0:
         raise TableError("is not a readable .mat file")
     names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
-    if other := next((n for n, vector in enumerate(vectors) if vector.size != vectors[0].size), None):
-        raise TableError(
-            f"{names[0]} holds {vectors[0].size} numbers and {names[other]} {vectors[other].size}"
-        )
+    for name, vector in zip(names, vectors, strict=True):
+        if vector.size != vectors[0].size:
+            raise TableError(f"{names[0]} holds {vectors[0].size} numbers and {name} {vector.size}")
     columns = [Column(str(name), None, vector) for name, vector in zip(names, vectors, strict=True)]
     return columns, others.tolist()
 
@@ -163,11 +157,17 @@ def read_tables(
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned, left_out = _assign(sources, sides, mapping)
     known = _definitions(sources, assigned, mapping)
-    warnings = [*_assumptions(sources, known)]
+    warnings: list[str] = []
     for source, names in zip(sources, left_out, strict=True):
+        warnings += (f"{source.path.name}: {note}" for note in source.notes)
+        if source.time_name == position(0):
+            rule = "columns without names: the first is the time, others are numbered"
+            warnings.append(f"{source.path.name}: {rule}")
         if names and only is None:
-            reason = "not compared, since the mapping leaves it out"
-            warnings.append(f"{source.path.name}: {reason}: {', '.join(names)}")
+            left = f"not compared, since the mapping leaves it out: {', '.join(names)}"
+            warnings.append(f"{source.path.name}: {left}")
+    if bare := ", ".join(name for name, channel in known.items() if not channel.unit):
+        warnings.append(f"no unit is stated for {bare}: compared as numbers")
     tables = (_table(*each, known, mapping, at_events) for each in zip(sources, assigned, strict=True))
     return [*tables], tuple(warnings)
 
@@ -317,16 +317,6 @@ def _common_unit(name: str, stated: Sequence[tuple[str, Column, Rule]]) -> str:
             rule = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
             raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
     return first or ""
-
-
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterator[str]:
-    bare = ", ".join(name for name, channel in known.items() if not channel.unit)
-    for source in sources:
-        yield from (f"{source.path.name}: {note}" for note in source.notes)
-        if source.nameless:
-            yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
-    if bare:
-        yield f"no unit is stated for {bare}: compared as numbers"
 
 
 def _converted(

@@ -46,12 +46,11 @@ class Guess(NamedTuple):
                 yield rule | {"sign": sign, "partner": partner.name, "distance": self.distance}
 
 
-def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], dict[str, list[str]]]:
+def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str, list[str]]]:
     """Guess the channels of the columns of two tables, the time first; and list what is left, by side.
 
     Errors of reading are `TableError`.
     """
-    dialects = dialects or Dialects()
     sources = [open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))]
     guesses, tables = _on_one_grid(sources)
     for guess in sorted(filter(None, starmap(_match, product(*tables))), key=lambda guess: guess.distance):
@@ -60,8 +59,6 @@ def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Gu
             each.pair[0] is one or each.pair[1] is other for each in guesses
         ):
             guesses.append(guess)
-    order = [TIME, *channels(), *(guess.channel for guess in guesses)]
-    guesses.sort(key=lambda guess: order.index(guess.channel))
     left = {
         side: [name for name in source.names if all(name != guess.pair[n].name for guess in guesses)]
         + source.others
@@ -140,7 +137,7 @@ def _match(one: Column, other: Column) -> Guess | None:
 
 
 def mapping_text(
-    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects | None, command: str
+    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects, command: str
 ) -> str:
     """Return the text of a mapping file, to be edited, for a command."""
     lines = [
@@ -148,7 +145,7 @@ def mapping_text(
         f"#   {command}",
         '# "a" is the first table. A channel is (sign * column + offset) * unit: write the offset by hand.',
     ]
-    if dialects and (stated := dialects.model_dump(exclude_unset=True)):
+    if stated := dialects.model_dump(exclude_unset=True):
         lines += ["", f"dialect = {toml(stated)}"]
     names = [guess.channel for guess in guesses if guess.channel != TIME]
     if names:

@@ -30,7 +30,6 @@ def compared(capsys, a, b, *options):
         ("# time, x\n0 1\n1 2\n", "x"),  # numpy's savetxt with a header of one's own
         ("#\n# time x\n#\n0 1\n1 2\n", "x"),
         ('time   "slider pos"\n0      1\n1      2\n', "slider pos"),
-        ("time x\n---- ----\n0 1\n1 2\n", "x"),
         ("TIME(Sec),x\n0,1\n1,2\n", "x"),
         ("time,T\n0,1\n1,2\n", "T"),
         (",time,x\n0,0.0,1\n1,0.5,2\n", "x"),  # pandas with an index that counts
@@ -128,6 +127,8 @@ def test_a_column_of_text_in_parquet():
     for name, words in (("x", "'x' is not a number|row 1: 'a'"), ("y", "'y' is not a number|row 1: 'True'")):
         refused(words, Path("a.parquet"), mapping=f"compare = ['{name}']\n")
     assert np.isnan(read_pair(Path("a.parquet"), mapping="compare = ['z']\n")[0].values("z")[2])
+    pd.DataFrame({"time [ms]": [0.0, 1.0], "x": [1.0, 2.0]}).to_parquet("b.parquet")
+    refused("channel time is missing; columns: time [ms], x", Path("b.parquet"))  # it states no units
 
 
 ROWS = "0,1,5\n1,2,6\n"
@@ -153,6 +154,7 @@ STATED = [  # content, words of the refusal, what a mapping states, names, value
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'decimal = "."', "x F", [1.5, 2.5]),
     ("time;x;F\n0;1.500;5\n1;2.500;6\n", "not clear from '1.500'", 'thousands = "."', "x F", [1500, 2500]),
     # Names, rows, separators
+    ("time x F\n---- ---- ----\n" + SPACED, BELOW, NAMED, "p q", [1, 2]),
     ("Zeit;x;F\n0;1;5\n1;2;6\n", f"line 1 {TITLE}", ZEIT, "x", [1, 2]),
     (",x,F\n0.0,1,5\n0.5,2,6\n", f"line 1 {TITLE}", "skip = 0", "x F", [1, 2]),  # an index of pandas
     ("0,1,2\n0.5,3,6\n", "may be names or numbers", "names = []", "#2 #3", [1, 3]),
