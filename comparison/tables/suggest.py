@@ -40,8 +40,8 @@ class Guess(NamedTuple):
         units = self.units or (None, None)
         for side, column, partner, unit in zip("ab", self.pair, self.pair[::-1], units, strict=True):
             sign = self.sign if side == "b" or _is_known(partner) else 1
-            # Seconds are the unit of a column `time` without one.
-            if not _is_known(column) and (column.name, column.unit, unit) != (TIME, None, "s"):
+            # The column `time` in seconds needs none, as a channel of the press in SI.
+            if not _is_known(column) and (column.name, unit) != (TIME, "s"):
                 rule = {"side": side, "column": column.name, "channel": self.channel, "unit": unit}
                 yield rule | {"sign": sign, "partner": partner.name, "distance": self.distance}
 
@@ -55,9 +55,8 @@ def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str
     guesses, tables = _on_one_grid(sources)
     for guess in sorted(filter(None, starmap(_match, product(*tables))), key=lambda guess: guess.distance):
         one, other = guess.pair
-        if all(each.channel != guess.channel for each in guesses) and not any(
-            each.pair[0] is one or each.pair[1] is other for each in guesses
-        ):
+        rivals = [g for g in guesses if g.channel == guess.channel or g.pair[0] is one or g.pair[1] is other]
+        if not rivals:
             guesses.append(guess)
     left = {
         side: [name for name in source.names if all(name != guess.pair[n].name for guess in guesses)]
@@ -70,14 +69,15 @@ def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str
 def _on_one_grid(sources: Sequence[Source]) -> tuple[list[Guess], list[list[Column]]]:
     """Return the guess of the times, and other columns of numbers at times that both span; else nothing."""
     columns = [[column for column in source.columns if column.text is None] for source in sources]
-    named = [
-        [column for column in own if column.name == source.time_name and _varies(column)]
-        for own, source in zip(columns, sources, strict=True)
-    ]
-    own = [column for times in named for column in times[:1]]
-    options = list(product(*(_units(column, "s") for column in own)))
-    if len(own) < 2 or not options:
+    own: list[Column] = []
+    in_units: list[list[str]] = []
+    for source, each in zip(sources, columns, strict=True):
+        for time in [column for column in each if column.name == source.time_name and _varies(column)][:1]:
+            own.append(time)
+            in_units.append(["s"] if source.beside.provenance else _units(time, "s"))
+    if len(own) < 2 or not all(in_units):
         return [], []
+    options = product(*in_units)
     # The units in which both last equally long.
     ratio = float(np.ptp(own[0].numbers) / np.ptp(own[1].numbers))
     units = min(options, key=lambda pair: round(abs(np.log(ratio * _factor(pair[0]) / _factor(pair[1]))), 2))

@@ -104,6 +104,18 @@ def test_units_follow_from_the_data_whichever_table_is_known(head, order, sixbar
     assert list(sixbar.numbers["channels"]) == list(MOTION)
 
 
+def test_a_table_of_this_project_is_in_seconds_however_long_the_other_one_is(sixbar):
+    half = TIME[:401]
+    sixbar.table("ours.csv", time=half, slider_y=MOTION["slider_y"][:401])
+    sixbar.write("ours.json", '{"model": "mine"}')
+    sixbar.table("b.csv", TIME=TIME * 1e3, q=MOTION["slider_y"] * 1e3)
+    for files in (("ours.csv", "b.csv"), ("b.csv", "ours.csv")):
+        sixbar("compare", "--suggest-mapping", *files, "--out", f"{files[0]}.toml")
+        written = rules(sixbar, f"{files[0]}.toml")
+        (side,) = {"a", "b"} & written.keys()  # the other table needs no rule
+        assert [rule["unit"] for rule in written[side].values()] == ["ms", "mm"]
+
+
 OPEN = {
     "another motion": {"q1": np.sin(31 * TIME), "q2": np.cos(900 * TIME)},
     "a constant": {"force_1": 0 * TIME + 3, "q2": 0 * TIME},
