@@ -243,8 +243,8 @@ class _Pair:
                 )
             known = channels() | read.own
             frame, units = read.frame, {"time": "s", **{name: known[name].unit for name in read.channels}}
-        elif source.nameless:
-            frame, units = frame.rename(columns={source.names[0]: "time"}), {}
+        elif source.time_name == "#1":
+            frame, units = frame.rename(columns={"#1": "time"}), {}
         with_unit = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
         beside = source.beside
         return Table(

@@ -182,14 +182,14 @@ def _suggest(options: Comparison) -> int:
     """Write a mapping of the columns of two tables, and print its assignments."""
     from comparison.files import FolderError, check_file, write_text
     from comparison.scene import command_line
-    from comparison.tables.mapping import load_mapping
+    from comparison.tables.mapping import Dialects, load_mapping
     from comparison.tables.suggest import mapping_text, suggest
 
     a, b = options.a, options.b
     path = check_file(options.out or Path(f"{b.stem}.mapping.toml"))
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
-    dialects = load_mapping(options.mapping).dialect if options.mapping else None
+    dialects = load_mapping(options.mapping).dialect if options.mapping else Dialects()
     guesses, left = suggest(a, b, dialects)
     command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
     text = mapping_text(guesses, left, dialects, command)

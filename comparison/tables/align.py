@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from comparison.formatting import spans
-from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, channels
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
 from comparison.tables.table import SAME_GRID, Table, TableError, slacks
 
 # ---- missing rows, and the shift between two tables, reported, never applied
@@ -81,7 +81,7 @@ class Shift:
         return abs(self.value) > 3.0 * self.uncertainty
 
 
-def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
+def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel]) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
     From the lag with the least variance of the difference Gauss-Newton steps minimise
@@ -93,7 +93,6 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None 
     uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
     whatever the correlation of the differences within a block.
     """
-    known = channels() if known is None else known
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
     ranges = {name: (np.ptp(a[name]), np.ptp(b[name])) for name in a if known[name].group == group}
     moving = [name for name, both in ranges.items() if min(both) >= known[name].floor]
@@ -288,7 +287,7 @@ def resample(
     columns: dict[str, Array],
     at: Array,
     events: pd.DataFrame | None,
-    known: Mapping[str, Channel] | None = None,
+    known: Mapping[str, Channel],
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
     """Interpolate channels at other times; return them, and where no two samples determine them.
 
@@ -296,7 +295,6 @@ def resample(
     lines (h^2). Forces and accelerations jump at the start and end of a contact: each interval between two
     such instants, which belong to the following one, is interpolated by itself, with lines to its ends.
     """
-    known = channels() if known is None else known
     sampled, unknown = {}, {}
     for name, values in columns.items():
         rate = known[name].rate

@@ -47,14 +47,12 @@ def as_source(results: Results, label: str) -> Path | Source:
         return Path(results)
     table = Table(_with_time(results, label)) if isinstance(results, pd.DataFrame) else results
     if not isinstance(table, Table):
-        kind = f"{type(results).__module__}.{type(results).__qualname__}".removeprefix("builtins.")
-        raise TableError(f"{label}: must be a path, a table or a pandas data frame, not a {kind}")
+        kind = type(results).__name__
+        raise TableError(f"{label}: must be a path, a table or a pandas data frame, not of type {kind}")
     columns: list[Column] = []
     for n, name in enumerate(table.names):
         own = table.own.get(name)
         bare, unit = (name, own.unit or None) if own else name_and_unit(name)
-        if bare in [column.name for column in columns]:
-            raise TableError(f"{label}: column {bare!r} occurs twice")
         entries = table.frame.iloc[:, n]
         seconds = entries.dt.total_seconds() if entries.dtype.kind == "m" else entries
         columns.append(read_column(bare, unit, seconds))
@@ -74,11 +72,6 @@ def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
     """Return a frame whose index, if it is the time and no column is, is its first column."""
     if frame.columns.nlevels > 1:
         raise TableError(f"{label}: its columns have {frame.columns.nlevels} levels of names; one is read")
-    index = frame.index
-    if time_place([str(name) for name in frame]) is not None:
-        return frame
-    if isinstance(index, pd.DatetimeIndex):
-        raise TableError(f"{label}: its index holds dates; the time is a number of seconds or a timedelta")
-    if isinstance(index, pd.TimedeltaIndex):
-        index = index.rename(TIME)
-    return frame if time_place([str(index.name)]) is None else frame.set_axis(index).reset_index()
+    index = frame.index.rename(TIME) if isinstance(frame.index, pd.TimedeltaIndex) else frame.index
+    is_time = time_place([*map(str, frame)]) is None and time_place([str(index.name)]) is not None
+    return frame.set_axis(index).reset_index() if is_time else frame

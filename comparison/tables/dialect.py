@@ -16,16 +16,13 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import Array, channels
-from comparison.tables.mapping import Dialect
+from comparison.tables.mapping import TIME, Dialect
 from comparison.tables.table import Table, TableError
 from comparison.tables.units import parse_unit, same_dimension
-
-_TITLES = 10_000  # lines among which the first row of numbers must be
 
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
-_RULE = " \t-=_*"  # characters of a line that only separates
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 _FORTRAN = re.compile(  # 1.5D-3, 1.5-101
     r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
@@ -70,9 +67,12 @@ class Source:
         return [column.name for column in self.columns]
 
     @property
-    def nameless(self) -> bool:
-        """Whether the first column has no name and must be the time."""
-        return self.names[:1] == [position(0)] and time_place(self.names) is None
+    def time_name(self) -> str | None:
+        """Name of the column that is the time by its name, else of a first one without a name; or None."""
+        bare = [name for name in self.names if name_and_unit(name)[0] == name]  # Parquet's state no unit
+        place = time_place(bare)
+        nameless = position(0) if self.names[:1] == [position(0)] else None
+        return nameless if place is None else bare[place]
 
 
 class _Line(NamedTuple):
@@ -160,16 +160,14 @@ def decode(content: bytes) -> str:
     if "\0" in text:
         raise TableError("has a zero byte: it is not text, or not in UTF-8")
     text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    end = text[-100:].rstrip()
-    return text[:-100] + end.rstrip("\x1a") if end.endswith("\x1a") else text  # DOS ends a file so
+    return re.sub(r"\x1a+\s*\Z", "", text)  # DOS ends a file so
 
 
-def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
+def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
-    dialect = dialect or Dialect()
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
     titles = [line for line in lines if line.number > (dialect.skip or 0)]
-    first, layout = _first_row(titles[:_TITLES], dialect)
+    first, layout = _first_row(titles, dialect)
     rows = dict(_rows(titles[first:], layout))
     size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
     above = [line for line in titles[:first] if line.text.split() != size]
@@ -182,7 +180,7 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
         if unit and " " in unit and parse_unit(unit) is None and name not in channels():
             notes.append(f"{unit!r} beside {name} is not a unit")
             unit = None
-        entries = [fields[n] for fields in rows.values()]
+        entries = pd.Series([fields[n] for fields in rows.values()], dtype=object)
         column = read_column(name or position(len(columns)), unit, entries, decimal, [*rows])
         counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
         is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counted)
@@ -194,18 +192,15 @@ def parse_text(path: Path, text: str, dialect: Dialect | None = None) -> Source:
 def read_column(
     name: str,
     unit: str | None,
-    entries: pd.Series | list[str],
+    entries: pd.Series,
     decimal: str = ".",
     lines: Sequence[int] = (),
 ) -> Column:
     """Return a column as numbers; those that are text have this decimal sign, and stand in these lines."""
-    if isinstance(entries, pd.Series):
-        if entries.dtype.kind in "fiu":
-            return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
-        known = zip(entries, entries.notna(), strict=True)
-        texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
-    else:
-        texts = entries
+    if entries.dtype.kind in "fiu":
+        return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
+    known = zip(entries, entries.notna(), strict=True)
+    texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
     swapped = str.maketrans(",.", ".,")
     plain = [text.translate(swapped) for text in texts] if decimal == "," else texts
     numbers = np.array([_value(text) for text in plain])
@@ -317,28 +312,24 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     The names are in the last line that names the time, which may be a comment. Below the lines that a mapping
     skips they follow at once. Without them, or above names that a mapping states, all lines are comments.
     """
-    lines = [line for line in above if line.text.strip(_RULE)]
-    names_in = [layout.words(line.text) for line in lines]
+    names_in = [layout.words(line.text) for line in above]
     likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
     if dialect.skip is not None:
-        likely = [n for n, line in enumerate(lines) if names_in[n] or not layout.is_comment(line.text)][:1]
+        likely = [n for n, names in enumerate(names_in) if names][:1]
     if dialect.names is not None or not likely:
-        for line in lines:
+        for line in above:
             # A comment that begins with the time names the columns, but not all.
             is_title = not layout.is_comment(line.text) or re.match(r"(?i)\W*time\b", line.text)
             if NUMBER.fullmatch(layout.fields(line.text)[0]) or (dialect.names is None and is_title):
                 may_be = "may be a row, name the columns or be a title"
                 keys = remedy("decimal, thousands, names or skip (lines above the names, or the numbers)")
                 raise TableError(f"line {line.number} {may_be}: {keys}")
-        if lines and dialect.names is None:
-            layout.check_comment(lines[-1])
+        if above and dialect.names is None:
+            layout.check_comment(above[-1])
         return _named(layout.fitted(dialect.names or []), []), []
     place, names = likely[-1], names_in[likely[-1]]
-    if not names:
-        count = f"line {lines[place].number} does not name {len(layout.row)} columns"
-        raise TableError(f"{count}: {remedy('names, skip or separator')}")
     time, units = time_place(names) or 0, list[str]()
-    for line in lines[place + 1 :]:
+    for line in above[place + 1 :]:
         fields = layout.units(line.text, time)
         if fields and not units:
             units = fields
@@ -347,7 +338,7 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
         else:
             problem = "is not one line of units, nor a row of numbers"
             raise TableError(f"line {line.number}, below the names, {problem}: {remedy('names')}")
-    return _named(names, units), list(_titles(lines[:place], layout, time))
+    return _named(names, units), list(_titles(above[:place], layout, time))
 
 
 def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]:
@@ -358,15 +349,15 @@ def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]
         if belongs or layout.units(line.text, time):
             may_be = f"line {line.number}, above the names, may be names or units of the columns as well"
             raise TableError(f"{may_be}: {remedy(f'skip = {line.number} (a title) or names')}")
-        states_units = re.search(r"(?i)\bunits?\b|degrees|radians", line.text)
-        if states_units or sum(map(bool, fields)) > 1:
+        if sum(map(bool, fields)) > 1 or re.search(r"(?i)\bunits?\b|degrees|radians", line.text):
             yield f"line {line.number} is taken for a title: {line.text.strip()[:60]!r}"
 
 
 def time_place(fields: Sequence[str]) -> int | None:
-    """Return the place of the name of the time, None without one."""
-    names = [name_and_unit(field)[0] for field in fields]
-    return next((n for n, name in enumerate(names) if name.casefold() == "time" or name == "t"), None)
+    """Return the place of the time: ``time`` in any case, else ``t``, else Simulink's ``tout``; else None."""
+    bare = [name_and_unit(field)[0] for field in fields]
+    names = [TIME if name.casefold() == TIME else name for name in bare]
+    return next((names.index(name) for name in (TIME, "t", "tout") if name in names), None)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> Heading:

@@ -3,21 +3,20 @@
 What is no channel of the press is compared under its own name and in the tables' units.
 """
 
-import difflib
 import io
 import math
 import re
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
-from collections.abc import Mapping as Pairs
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from pandas.api.types import is_number
 
 from comparison.files import check_size
 from comparison.tables import table_files
@@ -47,7 +46,6 @@ _REFUSED = {
 }
 _BINARY = "is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)"
 _EXPORT = "save its sheet as CSV"
-_LONGEST = 600.0  # s to read a MATLAB file
 
 
 def open_source(path: Path, dialect: Dialect | None = None) -> Source:
@@ -58,15 +56,8 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    beside = source.beside
-    with table_files.unread(source.notes):
-        beside = replace(beside, events=table_files.read_beside(path, "events"))
-        if beside.events is not None:  # pulses are theirs
-            beside = replace(beside, pulses=table_files.read_columns(path, "pulses"))
-    if path.suffix.lower() in table_files.FORMATS:
-        with table_files.unread(source.notes):
-            extrema, record = table_files.read_record(path)
-            beside = replace(beside, extrema=extrema, provenance=record)
+    records = ["record"] * (path.suffix.lower() in table_files.FORMATS)
+    beside = table_files.read_beside(path, ["events", "pulses", *records], source.notes)
     return replace(source, columns=columns, beside=beside)
 
 
@@ -101,17 +92,12 @@ def _sheet(path: Path) -> str:
     # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
     except Exception as error:
         raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
-    tables = {name: each for name, each in sheets.items() if (each.map(_is_number).sum(axis=1) > 1).any()}
+    tables = {name: each for name, each in sheets.items() if (each.map(is_number).sum(axis=1) > 1).any()}
     if len(tables) != 1:
         names = " and ".join(map(repr, tables)) or "none"
         raise TableError(f"of its sheets {names} hold rows of two or more numbers: save one table per file")
-    return str(
-        *(each.map(_cell_text).to_csv(sep="\t", header=False, index=False) for each in tables.values())
-    )
-
-
-def _is_number(cell: object) -> bool:
-    return isinstance(cell, int | float) and not isinstance(cell, bool)
+    (table,) = tables.values()
+    return str(table.map(_cell_text).to_csv(sep="\t", header=False, index=False))
 
 
 def _cell_text(cell: object) -> str:
@@ -124,17 +110,13 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     """Return the real vectors of a MATLAB file, and descriptions of its other contents."""
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * table_files.LARGEST)]
-    try:
-        done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
-    except subprocess.TimeoutExpired as error:
-        raise TableError(f"cannot be read within {_LONGEST:g} s") from error
+    done = subprocess.run(reader, capture_output=True, check=False)
     if done.returncode != 0:
         raise TableError("is not a readable .mat file")
     names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
-    if other := next((n for n, vector in enumerate(vectors) if vector.size != vectors[0].size), None):
-        raise TableError(
-            f"{names[0]} holds {vectors[0].size} numbers and {names[other]} {vectors[other].size}"
-        )
+    for name, vector in zip(names, vectors, strict=True):
+        if vector.size != vectors[0].size:
+            raise TableError(f"{names[0]} holds {vectors[0].size} numbers and {name} {vector.size}")
     columns = [Column(str(name), None, vector) for name, vector in zip(names, vectors, strict=True)]
     return columns, others.tolist()
 
@@ -175,11 +157,17 @@ def read_tables(
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
     assigned, left_out = _assign(sources, sides, mapping)
     known = _definitions(sources, assigned, mapping)
-    warnings = [*_assumptions(sources, known)]
+    warnings: list[str] = []
     for source, names in zip(sources, left_out, strict=True):
+        warnings += (f"{source.path.name}: {note}" for note in source.notes)
+        if source.time_name == position(0):
+            rule = "columns without names: the first is the time, others are numbered"
+            warnings.append(f"{source.path.name}: {rule}")
         if names and only is None:
-            reason = "not compared, since the mapping leaves it out"
-            warnings.append(f"{source.path.name}: {reason}: {', '.join(names)}")
+            left = f"not compared, since the mapping leaves it out: {', '.join(names)}"
+            warnings.append(f"{source.path.name}: {left}")
+    if bare := ", ".join(name for name, channel in known.items() if not channel.unit):
+        warnings.append(f"no unit is stated for {bare}: compared as numbers")
     tables = (_table(*each, known, mapping, at_events) for each in zip(sources, assigned, strict=True))
     return [*tables], tuple(warnings)
 
@@ -189,11 +177,10 @@ def _table(
 ) -> Table:
     names = [TIME, *(name for name in columns if name != TIME)]
     converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
-    frame = pd.DataFrame({name: values for name, (values, _) in converted.items()}, copy=False)
+    frame = pd.DataFrame(converted, copy=False)
     beside, provenance = source.beside, source.beside.provenance
     if not provenance or any(rule.channel for _, rule in columns.values()):
-        settings = {name: description for name, (_, description) in converted.items()}
-        provenance = {"formulation": f"taken from {source.path.name}", "settings": settings}
+        provenance = {"formulation": f"taken from {source.path.name}"}
     own = {name: channel for name, channel in known.items() if name in columns}
     rows = _select_rows(frame, at_events, str(source.path))
     return Table(rows, beside.events, beside.extrema, provenance, own, beside.pulses, beside.cycle_extrema)
@@ -206,10 +193,9 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
         names = {name for source in tables for name in source.names}
         places = {position(n) for source in tables for n, _ in enumerate(source.columns)}
         for name in sorted(rules.keys() - names - places):
-            close = difflib.get_close_matches(name, sorted(names), n=1)
-            meant = f"did you mean {close[0]!r}?" if close else f"columns: {', '.join(sorted(names))}"
             where = tables[0].path if len(tables) == 1 else "either table"
-            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
+            known = f"columns: {', '.join(sorted(names))}"
+            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {known}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *names}:
             raise TableError(f"{compare}: {name!r} is not a channel")
@@ -233,9 +219,10 @@ def _assign(
     left_out: list[list[str]] = []
     for source, own in zip(sources, rules, strict=True):
         columns: Assigned = {}
+        time = None if TIME in (rule.channel for rule in own.values()) else source.time_name
         for column in source.columns:
             rule = own.get(column.name, _NO_RULE)
-            channel = rule.channel or (TIME if column.name in times(source, own) else column.name)
+            channel = rule.channel or (TIME if column.name == time else column.name)
             if channel in columns:
                 both = f"{columns[channel][0].name!r} and {column.name!r}"
                 raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
@@ -272,15 +259,6 @@ def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
     rules = {**mapping.columns, **special}
     own = {name: rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)}
     return {name: rule for name, rule in own.items() if rule}
-
-
-def times(source: Source, rules: Pairs[str, Rule] | None = None) -> list[str]:
-    """Return the columns that are the time by their names, where no rule says which one is."""
-    named = [name for name in source.names if name.casefold() == TIME]
-    if named or any(rule.channel == TIME for rule in (rules or {}).values()):
-        return named
-    usual = sorted({"t", "tout"} & {*source.names})[:1]  # tout: of Simulink
-    return source.names[:1] if source.nameless else usual
 
 
 def _definitions(
@@ -341,26 +319,14 @@ def _common_unit(name: str, stated: Sequence[tuple[str, Column, Rule]]) -> str:
     return first or ""
 
 
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterator[str]:
-    bare = ", ".join(name for name, channel in known.items() if not channel.unit)
-    for source in sources:
-        yield from (f"{source.path.name}: {note}" for note in source.notes)
-        if source.nameless:
-            yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
-    if bare:
-        yield f"no unit is stated for {bare}: compared as numbers"
-
-
 def _converted(
     path: Path, name: str, column: Column, rule: Rule, known: dict[str, Channel], mapping: Mapping
-) -> tuple[Array, str]:
-    """Return a column in its channel's unit, and a description of the conversion."""
+) -> Array:
+    """Return a column in its channel's unit."""
     where = f"{path}: column {column.name!r}"
     if column.text is not None:
         row, text = column.text
-        is_grouped = re.fullmatch(r"[+-]?\d+([.,'\s\u2019]\d+)+", text)
-        keys = "decimal, thousands" if is_grouped else "skip, or comment if the line begins one"
-        hint = f"{remedy(keys)}; compare = [...] there leaves it out"
+        hint = f"{remedy('skip, comment, decimal or thousands')}; compare = [...] there leaves it out"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
     own = name != TIME and name not in channels()
     wanted = "s" if name == TIME else (channels() | known)[name].unit
@@ -372,17 +338,13 @@ def _converted(
     usual = mapping.channels.get(name, Quantity()).factor
     factor = rule.sign * (usual if rule.factor is None else rule.factor)
     values = factor * column.numbers + rule.offset if rule.offset else factor * column.numbers
-    parts = [f"{factor:g}" * (factor != 1), column.name, f"in {stated}" * bool(stated)]
-    description = " ".join(filter(None, [*parts, f"{rule.offset:+g}" * bool(rule.offset)]))
     unit, to = parse_unit(stated), parse_unit(wanted)
     in_table = parse_unit(column.unit) if column.unit is not None else None
-    if abs(factor) != 1 and unit == parse_unit("1"):
-        in_table, unit, stated = None, to, wanted  # the factor of a normalised column has the unit
     if stated != wanted and not same_dimension(unit, to):
         raise TableError(f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}")
     if in_table is not None and in_table != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    return (values if unit is None or to is None else unit.convert(values, to)), description
+    return values if unit is None or to is None else unit.convert(values, to)
 
 
 def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFrame:
@@ -392,8 +354,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
     row, count = int(again.argmax()), int(again.sum())
     if not count:
         return frame
-    rows = "row" if count == 1 else "rows"
-    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} ({count} such {rows})"
+    where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} (such rows: {count})"
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:

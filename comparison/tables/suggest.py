@@ -4,7 +4,6 @@ Each column is compared with each column of the other table at times that both s
 press in all units that programs use. Names say no more than which column is the time.
 """
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from itertools import product, starmap
 from pathlib import Path
@@ -14,9 +13,9 @@ import numpy as np
 
 from comparison.formatting import number
 from comparison.scene.keys import toml
-from comparison.tables.channels import Array, channels
-from comparison.tables.dialect import Source
-from comparison.tables.foreign import open_source, times
+from comparison.tables.channels import channels
+from comparison.tables.dialect import Column, Source
+from comparison.tables.foreign import open_source
 from comparison.tables.mapping import TIME, Dialects
 from comparison.tables.units import alternatives, parse_unit, same_dimension
 
@@ -27,27 +26,10 @@ _NEAR = 0.3
 _CONSTANT = 1e-9  # standard deviation of a constant column, as a share of its largest value
 
 
-class _Column(NamedTuple):
-    side: str
-    name: str
-    known: bool  # whether it is a channel of the press, or the time, without a rule
-    unit: str | None  # None: to be guessed
-    values: Array
-
-    def units(self, si: str) -> list[str]:
-        """Return the units of this dimension that the column may be in."""
-        if self.unit is None:
-            return alternatives(si)
-        return [self.unit] * same_dimension(parse_unit(self.unit), parse_unit(si))
-
-    def varies(self) -> bool:
-        return bool(self.values.size and np.std(self.values) > _CONSTANT * np.abs(self.values).max())
-
-
 class Guess(NamedTuple):
     """Two columns that are near each other as one channel."""
 
-    pair: tuple[_Column, _Column]
+    pair: tuple[Column, Column]  # of the first and of the second table
     channel: str  # a channel of the press, or a new one with the name of a column
     units: tuple[str, ...]  # units of both columns; none for a new channel of numbers
     sign: int = 1
@@ -55,68 +37,75 @@ class Guess(NamedTuple):
 
     def rules(self) -> Iterator[dict[str, Any]]:
         """Yield side, column, channel, unit, sign and partner of each column that needs a rule."""
-        for column, partner, unit in zip(self.pair, self.pair[::-1], self.units or (None, None), strict=True):
-            sign = self.sign if partner.known or column is self.pair[1] else 1
-            if not column.known:
-                rule = {"side": column.side, "column": column.name, "channel": self.channel, "unit": unit}
+        units = self.units or (None, None)
+        for side, column, partner, unit in zip("ab", self.pair, self.pair[::-1], units, strict=True):
+            sign = self.sign if side == "b" or _is_known(partner) else 1
+            # The column `time` in seconds needs none, as a channel of the press in SI.
+            if not _is_known(column) and (column.name, unit) != (TIME, "s"):
+                rule = {"side": side, "column": column.name, "channel": self.channel, "unit": unit}
                 yield rule | {"sign": sign, "partner": partner.name, "distance": self.distance}
 
 
-def suggest(a: Path, b: Path, dialects: Dialects | None = None) -> tuple[list[Guess], dict[str, list[str]]]:
+def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str, list[str]]]:
     """Guess the channels of the columns of two tables, the time first; and list what is left, by side.
 
     Errors of reading are `TableError`.
     """
-    dialects = dialects or Dialects()
-    sources = {side: open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))}
+    sources = [open_source(path, dialects.of(side)) for side, path in (("a", a), ("b", b))]
     guesses, tables = _on_one_grid(sources)
-    taken = {(column.side, column.name) for guess in guesses for column in guess.pair}
     for guess in sorted(filter(None, starmap(_match, product(*tables))), key=lambda guess: guess.distance):
-        columns = {(column.side, column.name) for column in guess.pair}
-        if guess.channel not in (each.channel for each in guesses) and not taken & columns:
+        one, other = guess.pair
+        rivals = [g for g in guesses if g.channel == guess.channel or g.pair[0] is one or g.pair[1] is other]
+        if not rivals:
             guesses.append(guess)
-            taken |= columns
-    order = [TIME, *channels(), *(guess.channel for guess in guesses)]
-    guesses.sort(key=lambda guess: order.index(guess.channel))
     left = {
-        side: [name for name in source.names if (side, name) not in taken and name != TIME] + source.others
-        for side, source in sources.items()
+        side: [name for name in source.names if all(name != guess.pair[n].name for guess in guesses)]
+        + source.others
+        for n, (side, source) in enumerate(zip("ab", sources, strict=True))
     }
     return guesses, left
 
 
-def _on_one_grid(sources: dict[str, Source]) -> tuple[list[Guess], list[list[_Column]]]:
-    """Return the guess of the times, and the other columns of numbers at times that both span.
-
-    Channels without a unit, and the time of our own tables, are in SI. Without times nothing is returned.
-    """
-    own: list[_Column] = []
-    others: list[list[_Column]] = []
-    for side, source in sources.items():
-        si = {name: channel.unit for name, channel in channels().items()}
-        si |= {TIME: "s"} if source.beside.provenance else {}
-        columns = []
-        for each in source.columns:
-            if each.text is None:
-                known = each.unit is None and each.name in si
-                unit = si[each.name] if known else each.unit
-                columns.append(_Column(side, each.name, known, unit, each.numbers))
-        own += [column for column in columns if column.name in times(source) and column.varies()][:1]
-        others.append(columns)
-    options = list(product(*(time.units("s") for time in own)))
-    if len(own) < 2 or not options:
-        return [], [[], []]
+def _on_one_grid(sources: Sequence[Source]) -> tuple[list[Guess], list[list[Column]]]:
+    """Return the guess of the times, and other columns of numbers at times that both span; else nothing."""
+    columns = [[column for column in source.columns if column.text is None] for source in sources]
+    own: list[Column] = []
+    in_units: list[list[str]] = []
+    for source, each in zip(sources, columns, strict=True):
+        for time in [column for column in each if column.name == source.time_name and _varies(column)][:1]:
+            own.append(time)
+            in_units.append(["s"] if source.beside.provenance else _units(time, "s"))
+    if len(own) < 2 or not all(in_units):
+        return [], []
+    options = product(*in_units)
     # The units in which both last equally long.
-    ratio = float(np.ptp(own[0].values) / np.ptp(own[1].values))
+    ratio = float(np.ptp(own[0].numbers) / np.ptp(own[1].numbers))
     units = min(options, key=lambda pair: round(abs(np.log(ratio * _factor(pair[0]) / _factor(pair[1]))), 2))
-    seconds = [time.values * _factor(unit) for time, unit in zip(own, units, strict=True)]
+    seconds = [time.numbers * _factor(unit) for time, unit in zip(own, units, strict=True)]
     start, end = max(each[0] for each in seconds), min(each[-1] for each in seconds)
     grid = np.linspace(start, end, _GRID if start < end else 0)
     tables = [
-        [each._replace(values=np.interp(grid, at, each.values)) for each in columns if each not in own]
-        for columns, at in zip(others, seconds, strict=True)
+        [each._replace(numbers=np.interp(grid, at, each.numbers)) for each in others if each is not time]
+        for others, time, at in zip(columns, own, seconds, strict=True)
     ]
     return [Guess((own[0], own[1]), TIME, units)], tables
+
+
+def _is_known(column: Column) -> bool:
+    """Return whether a column is a channel of the press by its name, in SI as without a mapping."""
+    return column.unit is None and column.name in channels()
+
+
+def _varies(column: Column) -> bool:
+    numbers = column.numbers
+    return bool(numbers.size and np.std(numbers) > _CONSTANT * np.abs(numbers).max())
+
+
+def _units(column: Column, si: str) -> list[str]:
+    """Return the units of this dimension that a column may be in."""
+    if column.unit is not None:
+        return [column.unit] * same_dimension(parse_unit(column.unit), parse_unit(si))
+    return [si] if _is_known(column) else alternatives(si)
 
 
 def _factor(unit: str) -> float:
@@ -124,22 +113,22 @@ def _factor(unit: str) -> float:
     return np.nan if known is None else float(known.factor)
 
 
-def _match(one: _Column, other: _Column) -> Guess | None:
+def _match(one: Column, other: Column) -> Guess | None:
     """Return the guess, of all units and signs, by which two columns are nearest; None if they are far."""
-    known = [column.name for column in (one, other) if column.known]
+    known = [column.name for column in (one, other) if _is_known(column)]
     # In some unit a constant equals any other.
-    if len(known) > 1 or not (one.varies() and other.varies()):
+    if len(known) > 1 or not (_varies(one) and _varies(other)):
         return None
     options: list[tuple[str, ...]] = [()] * (one.unit == other.unit)
     if known:
-        options = [*product(*(column.units(channels()[known[0]].unit) for column in (one, other)))]
+        options = [*product(*(_units(column, channels()[known[0]].unit) for column in (one, other)))]
     elif one.unit and other.unit and same_dimension(parse_unit(one.unit), parse_unit(other.unit)):
         options = [(one.unit, other.unit)]
-    sign = 1 if np.mean(one.values * other.values) >= 0 else -1
+    sign = 1 if np.mean(one.numbers * other.numbers) >= 0 else -1
 
     def guess(units: tuple[str, ...]) -> Guess:
-        x = one.values * (_factor(units[0]) / _factor(units[1]) if units else 1.0)
-        y = sign * other.values
+        x = one.numbers * (_factor(units[0]) / _factor(units[1]) if units else 1.0)
+        y = sign * other.numbers
         distance = float(np.sqrt(np.mean((x - y) ** 2)) / max(np.std(x), np.std(y)))
         return Guess((one, other), (known or [one.name])[0], units, sign, distance)
 
@@ -148,7 +137,7 @@ def _match(one: _Column, other: _Column) -> Guess | None:
 
 
 def mapping_text(
-    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects | None, command: str
+    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects, command: str
 ) -> str:
     """Return the text of a mapping file, to be edited, for a command."""
     lines = [
@@ -156,7 +145,7 @@ def mapping_text(
         f"#   {command}",
         '# "a" is the first table. A channel is (sign * column + offset) * unit: write the offset by hand.',
     ]
-    if dialects and (stated := dialects.model_dump(exclude_unset=True)):
+    if stated := dialects.model_dump(exclude_unset=True):
         lines += ["", f"dialect = {toml(stated)}"]
     names = [guess.channel for guess in guesses if guess.channel != TIME]
     if names:
@@ -169,7 +158,6 @@ def mapping_text(
         lines += ["sign = -1"] * (rule["sign"] < 0)
     lines += [line for name in names if name not in channels() for line in ("", f"[channels.{toml(name)}]")]
     for side, columns in left.items():
-        listed = textwrap.wrap("; ".join(columns), 100, break_long_words=False)
-        lines += ["", f'# Not assigned of "{side}":', *(f"#   {line}" for line in listed)]
+        lines += ["", f'# Not assigned of "{side}":', *(f"#   {name}" for name in columns)]
     # A name may hold what TOML does not allow in a comment.
     return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)

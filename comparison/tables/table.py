@@ -8,7 +8,6 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -128,14 +127,7 @@ class Table:
 
     def values(self, channel: str) -> Array:
         """Return one column, shape (n,)."""
-        if channel not in self._columns:
-            self._columns[channel] = np.asarray(self.frame[channel], dtype=np.float64)
-        return self._columns[channel]
-
-    @cached_property
-    def _columns(self) -> dict[str, Array]:
-        """Columns that were asked for: pandas takes as long for each as a comparison computes with it."""
-        return {}
+        return np.asarray(self.frame[channel], dtype=np.float64)
 
 
 def check(
@@ -163,9 +155,9 @@ def slacks(*times: Array) -> tuple[float, float]:
 
 def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | None) -> Iterator[str]:
     if missing := [channel for channel in ("time", *channels) if channel not in table.names]:
-        yield f"channel {missing[0]} is missing{_and_more(missing)}"
+        yield f"channel {missing[0]} is missing"
     if unexpected := [channel for channel in table.channels if channel not in channels]:
-        yield f"channel {unexpected[0]} is unexpected{_and_more(unexpected)}"
+        yield f"channel {unexpected[0]} is unexpected"
     for channel in ("time", *channels):
         yield from _number_faults(channel, table.frame[channel])
     time = table.time
@@ -192,13 +184,13 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
     bad = ~(np.abs(_numbers(column)) <= _LARGEST)
     bad = bad if bad.any() else np.full(bad.size, column.dtype.kind not in "fiu")
     for n in _first(bad):
-        rule = f"must be a number of at most {_LARGEST:g} in size ({bad.sum()} such rows)"
+        rule = f"must be a number of at most {_LARGEST:g} in size (such rows: {bad.sum()})"
         yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 
 def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
-        yield f"its events have no column {missing[0]}{_and_more(missing)}"
+        yield f"its events have no column {missing[0]}"
     for n in _first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
         yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
@@ -219,10 +211,6 @@ def _numbers(column: pd.Series) -> Array:
     if column.dtype.kind == "b":  # pandas would count booleans as 0 and 1
         return np.full(len(column), np.nan)
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
-
-
-def _and_more(names: Sequence[str]) -> str:
-    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""
 
 
 def _first(bad: BoolArray) -> list[int]:

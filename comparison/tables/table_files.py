@@ -6,8 +6,8 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 
 import json
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from comparison.files import check_size, contents, reading, replacing_in, write_json
-from comparison.tables.table import Columns, Table, TableError, record_faults
+from comparison.tables.table import Table, TableError, record_faults
 
 LARGEST = 2_000_000_000
 """Largest size of a table, bytes, as a file and as numbers in memory."""
@@ -37,12 +37,10 @@ def read(path: str | Path) -> Table:
     with readable(path):
         check_size(path, LARGEST)
         frame = read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
-    extrema, record = read_record(path)
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    pulses, by_cycle = (read_columns(path, name) for name in ("pulses", "cycle_extrema"))
-    return Table(frame, read_beside(path, "events"), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
+    return replace(read_beside(path), frame=frame)
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
@@ -68,48 +66,43 @@ def read_parquet(path: Path) -> pd.DataFrame:
     return frame
 
 
-def read_beside(path: Path, name: str) -> pd.DataFrame | None:
-    """Read the events, pulses or cycle_extrema beside a table; None where there are none."""
-    beside = _companion(path, name)
-    with readable(beside):
-        if not beside.is_file():
-            return None
-        check_size(beside, LARGEST)
-        frame = _read_csv(beside)
+def read_beside(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str] | None = None) -> Table:
+    """Read these companions of a table, as a table without rows; pulses only where there are events.
+
+    Cycle extrema are real numbers, pulses too, with integer rows; `comparison.tables.table.check` refuses
+    columns of anything else. What cannot be read is a `TableError`, or where they are given one of the
+    ``notes``, since it may be another program's.
+    """
+    parts: dict[str, Any] = {}
+    for name in names:
+        try:
+            if name != "pulses" or "events" in parts:
+                parts |= _read_companion(_companion(path, name), name)
+        except TableError as error:
+            if notes is None:
+                raise
+            notes.append(f"not read, since it is damaged or another program's: {error}")
+    return Table(pd.DataFrame(), **parts)
+
+
+def _read_companion(path: Path, name: str) -> dict[str, Any]:
+    """Return the attributes of a table that a companion holds; none if there is no such file."""
+    with readable(path):
+        if not path.is_file():
+            return {}
+        if name == "record":
+            record = json.loads(contents(path))
+            if fault := next(record_faults(record), ""):
+                raise ValueError(fault)
+            return {"extrema": record.pop("extrema", None) or {}, "provenance": record}
+        check_size(path, LARGEST)
+        frame = _read_csv(path)
         if name == "events" and not _CONTACT.issubset(frame):
             raise ValueError(f"has no columns {', '.join(sorted(_CONTACT))}")
-        return frame
-
-
-def read_columns(path: Path, name: str) -> Columns | None:
-    """Read the pulses or cycle_extrema beside a table as real numbers, pulses with integer rows; or None.
-
-    `comparison.tables.table.check` refuses columns of anything else.
-    """
-    frame = read_beside(path, name)
-    if frame is None:
-        return None
-    whole = {name: float for name, column in frame.items() if name != "row" and column.dtype.kind in "iu"}
-    return {str(name): column.to_numpy() for name, column in frame.astype(whole).items()}
-
-
-@contextmanager
-def unread(notes: list[str]) -> Iterator[None]:
-    """Note why a file beside a table is not read: it may be another program's own."""
-    try:
-        yield
-    except TableError as error:
-        notes.append(f"not read, since it is damaged or another program's: {error}")
-
-
-def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read the record beside a table: the extrema, and all else; both empty if there is none."""
-    beside = _companion(path, "record")
-    with readable(beside):
-        record = json.loads(contents(beside)) if beside.is_file() else {}
-        if fault := next(record_faults(record), ""):
-            raise ValueError(fault)
-    return record.pop("extrema", None) or {}, record
+    if name == "events":
+        return {name: frame}
+    whole = {key: float for key, column in frame.items() if key != "row" and column.dtype.kind in "iu"}
+    return {name: {str(key): column.to_numpy() for key, column in frame.astype(whole).items()}}
 
 
 def write(table: Table, path: str | Path) -> Path:

@@ -8,7 +8,6 @@ import math
 import re
 import unicodedata
 from fractions import Fraction
-from functools import lru_cache
 from typing import NamedTuple
 
 from comparison.tables.channels import Array
@@ -84,7 +83,6 @@ _NAMED = {
 }
 
 
-@lru_cache(1000)
 def parse_unit(text: str) -> Unit | None:
     """Return the unit that a text such as ``mm/s^2``, ``newton-mm`` or ``deg/sec**2`` denotes, None if none.
 

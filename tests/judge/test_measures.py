@@ -8,6 +8,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from comparison.metrics import rms, tube_share
 from comparison.tables.align import estimate, resample
+from comparison.tables.channels import channels
 
 
 def noise(seed, size=60):
@@ -54,7 +55,7 @@ def test_interpolation_between_events(seed):
         name: rng.normal(size=40)
         for name in ("slider_x", "slider_vx", "slider_ax", "corner_ll_normal", "corner_ll_gap")
     }
-    result, unknown = resample(time, columns, at, events)
+    result, unknown = resample(time, columns, at, events, channels())
     curve = CubicHermiteSpline(time, columns["slider_x"], columns["slider_vx"])
     np.testing.assert_allclose(result["slider_x"], curve(at), atol=1e-13)
     for name in ("slider_vx", "corner_ll_gap"):  # continuous
@@ -84,7 +85,7 @@ def test_the_shift_of_random_signals():
                 wave = sum(s * np.sin(w * t + p) for s, w, p in parts)
                 side[position] = wave + noise * rng.normal(size=t.size) + rng.normal()  # whatever its zero
                 side[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
-        result = estimate(time, *sides)
+        result = estimate(time, *sides, channels())
         shares.append(abs(result.value - late) / result.uncertainty)
         if seed < 10:
             other = second_measures.shift_between(time, *sides, RATES, 0.04)

@@ -64,9 +64,9 @@ def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, ma
     wanted, span = expected(scene.data), (0.0, scene.duration)
     check(make_table(), wanted, span)
     for changed, rule in (
-        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17, .* \(1 such rows\)"),
+        (at("slider_vy", 16, np.nan), r"slider_vy is nan in data row 17, .* \(such rows: 1\)"),
         (at("slider_vy", 16, -np.inf), "slider_vy is -inf in"),
-        (lambda f: f.drop(columns=["slider_ax", "corner_ul_gap"]), r"slider_ax is missing \(and 1 more\)"),
+        (lambda f: f.drop(columns=["slider_ax", "corner_ul_gap"]), "slider_ax is missing"),
         (lambda f: f.assign(crank_torque=0.0), "channel crank_torque is unexpected"),
         (at("time", 5, lambda f: f.time[4]), "does not increase in data row 6"),
         (at("time", 5, lambda f: f.time[4] - 1e-9), "does not increase in data row 6"),
@@ -98,7 +98,7 @@ def test_contacts_of_a_run_are_accepted_and_what_cannot_be_meant_is_refused():
     truths = replace(whole, events=whole.events.assign(impulse=True))
     refused("impulse of contact 1 must be a number >= 0, not True", truths, ["slider_x"])
     lacking = replace(whole, events=whole.events.drop(columns=["impulse", "end"]))
-    refused(r"its events have no column end \(and 1 more\)", lacking, ["slider_x"])
+    refused("its events have no column end", lacking, ["slider_x"])
 
 
 @pytest.mark.parametrize(

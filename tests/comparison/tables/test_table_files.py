@@ -93,6 +93,7 @@ def test_files_that_are_no_tables_and_companions_that_are_none_are_one_line(
     tmp_path, make_table, name, text, rule
 ):
     path = write(make_table().only(["slider_x"]), tmp_path / "run.csv")
+    (tmp_path / "run.events.csv").write_text("corner,start,end\n")  # without it no pulses are read
     (tmp_path / f"run.{name}").write_text(text)
     with pytest.raises(TableError, match=rule) as refused:
         check(read(path), ["slider_x"], name="run")

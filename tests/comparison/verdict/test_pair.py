@@ -212,7 +212,7 @@ def test_a_wrong_option_is_refused_in_one_line(options, message):
     ("result", "message"),
     [
         (lambda: 1 / 0, "other, tolerance 1e-08: ZeroDivisionError: division by zero"),
-        (lambda: [1.0], "other: must be a path, a table or a pandas data frame, not a list"),
+        (lambda: [1.0], "other: must be a path, a table or a pandas data frame, not of type list"),
         (lambda: "a.csv", "other: must return a pandas data frame, not a path"),
         (lambda: decay(1e-8, np.zeros(1)).iloc[:50], "decay spans 0 to 5 s and other 0 to 2.45 s"),
     ],

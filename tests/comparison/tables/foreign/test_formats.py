@@ -64,7 +64,7 @@ def test_the_rows_at_an_event(at_events, rows, speeds):
     assert table.time.size == rows
     here = np.abs(table.time - 0.5) < 1e-9
     np.testing.assert_allclose(table.values("body.v_0[1]")[here], speeds, rtol=0, atol=1e-9)
-    refused("time 0.5 s is repeated in data row 12 (1 such row)|--at-events", path)
+    refused("time 0.5 s is repeated in data row 12 (such rows: 1)|--at-events", path)
 
 
 def test_what_cannot_be_read_says_how_to_export_it():
