@@ -99,7 +99,7 @@ def stated(keys, names, units, dialect):
         "separator": " " if dialect.spaces else dialect.sign,
         "decimal": dialect.decimal,
         "thousands": dialect.thousands or None,
-        "skip": len(dialect.titles),
+        "skip": len(re.findall(r"\r\n|\r|\n", _joined(dialect.titles, dialect))),
         "names": [] if dialect.header == "none" else [""] * dialect.index + named,
         "comment": dialect.mark,
     }
@@ -132,15 +132,18 @@ def written(names, units, columns, dialect, instead=None):
         lines.insert(dialect.blank, "")
     if dialect.empty_rows:
         lines.append(dialect.sign * (len(cells) - 1))
-    everything = [*dialect.titles, *heading, *lines]
-    ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
-    # A carriage return before an empty line that ends with a line feed is the end of one line.
-    text = "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(everything))
+    text = _joined([*dialect.titles, *heading, *lines], dialect)
     text = text.rstrip("\r\n") if dialect.last_end == "none" else text + dialect.last_end
     try:
         return text.encode(dialect.encoding)
     except UnicodeEncodeError:
         return text.encode("utf-8")
+
+
+def _joined(lines, dialect):
+    ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
+    # A carriage return before an empty line that ends with a line feed is the end of one line.
+    return "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(lines))
 
 
 def _number(value, kind):
