@@ -7,6 +7,7 @@ way, of which the step decides.
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,14 +78,18 @@ class LinkageRecorder(BodiesRecorder):
         self.observe()
         # It falls in proportion to the time that is left, or to its root where rates grow without bound
         left = last / (before - last) * step if last < before else math.inf
-        if left <= _AHEAD * step and not self.ending:
+        if left <= _AHEAD * step:
             self._end(self.time + 0.5 * left)
+        self.ending = self.ending or (
+            "newton-failed",
+            "lower solver.exudyn.step, or raise solver.exudyn.tolerance",
+        )
 
     def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
         """Return invariants and the worst violation, as ``invariants.judge_run`` does."""
         # A step multiplies mean forces by mean rates, the audit takes the means of the products
         energy, (residual, time) = self._energy or 1.0, self._residual
-        bound = min(1e-3, 1e-9 + 10.0 * self._errors / energy)
+        bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
         return judge({"energy": (residual / energy, time, "")}, {"energy": bound})
 
     def _observe(self) -> None:
@@ -145,6 +150,8 @@ class LinkageRecorder(BodiesRecorder):
         self._energy = max(self._energy, float(energy.max()))
 
     def _end(self, time: float) -> None:
+        if self.ending:
+            return
         reason = f"singular position at t = {time:.4g} s: the linkage loses its rank"
         self.ending = "singular", f"{reason}; end before it, or start elsewhere"
 
@@ -206,11 +213,15 @@ class LinkageRecorder(BodiesRecorder):
 
 def run_linkage(linkage: Linkage, report: Report | None) -> tuple[Run, tuple[dict[str, dict[str, Any]], str]]:
     """Run a linkage; return also its judged invariants. ``report`` is that of ``simulation.simulate``."""
-    settings = linkage.settings
-    model = build(linkage.system, settings.tick)
-    choice = StepChoice(model, settings)
-    recorder = LinkageRecorder(linkage, model, choice)
-    outcome = Solution(model, settings, choice, recorder, Progress(report, settings.duration)).run()
+    # Forces of which the start says nothing may round to more than the tolerance
+    for loosened in (1.0, 1e2, 1e4):
+        settings = replace(linkage.settings, tolerance=loosened * linkage.settings.tolerance)
+        model = build(linkage.system, settings.tick)
+        choice = StepChoice(model, settings)
+        recorder = LinkageRecorder(linkage, model, choice)
+        outcome = Solution(model, settings, choice, recorder, Progress(report, settings.duration)).run()
+        if outcome.status != "newton-failed":
+            break
     used = {
         "step_used": settings.tick,
         "steps_per_sample": settings.per_sample,

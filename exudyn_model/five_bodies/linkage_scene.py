@@ -196,7 +196,7 @@ def _rank(matrix: Array) -> int:
 
 
 def _started(system: System, q: Array, v: Array) -> System:
-    states = zip(system.bodies, q.reshape(-1, PER_BODY), v.reshape(-1, PER_BODY), strict=True)
+    states = zip(system.bodies, q.reshape(-1, 3).tolist(), v.reshape(-1, 3).tolist(), strict=True)
     return replace(system, bodies=[body._replace(position=at, velocity=rate) for body, at, rate in states])
 
 

@@ -294,12 +294,12 @@ def build(system: System, step: float) -> Model:
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
     for guide in system.turned_guides:
-        line, axis = guide.direction, guide.direction - guide.angle
+        line, own = guide.direction, guide.direction - guide.angle
         sides = (guide.body, (0.0, 0.0)), (guide.on, guide.point)
         mbs.AddObject(
             ObjectJointPrismatic2D(
                 markerNumbers=[add_marker(MarkerBodyRigid, *side) for side in sides],
-                axisMarker0=[math.cos(axis), math.sin(axis), 0.0],
+                axisMarker0=[math.cos(own), math.sin(own), 0.0],
                 normalMarker1=[-math.sin(line), math.cos(line), 0.0],
             )
         )

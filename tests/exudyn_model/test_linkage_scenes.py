@@ -271,18 +271,14 @@ def test_a_workpiece_pushes_the_body_that_the_load_names():
     stiffness, mass, drop = 2000.0, 0.5, 0.05
     load = {"body": "b", "surface": 0.2, "table": [], "force": 20.0, "depth": 0.01, "exponent": 1.0}
     guide = {"body": "b", "point": [0.4, 0.0], "direction_deg": 90.0, "angle_deg": 0.0}
-    columns = run(
-        scene(
-            {"a": {"mass": 1.0, "inertia": 1.0}, "b": {"mass": mass, "inertia": 1.0}},
-            {"O": ("frame", "a.centroid", [0.0, 1.0])},
-            gravity=GRAVITY,
-            guide={"G": guide},
-            load=load,
-            initial={"b": {"y": 0.2 + drop}, "a": {"angle_deg": 0.0}},
-            step=1e-5,
-            output={"duration": 0.2, "samples": 200},
-        )  # fmt: skip
-    ).columns
+    data = scene(
+        {"a": {"mass": 1.0, "inertia": 1.0}, "b": {"mass": mass, "inertia": 1.0}},
+        {"O": ("frame", "a.centroid", [0.0, 1.0])}, gravity=GRAVITY, guide={"G": guide}, load=load,
+        initial={"b": {"y": 0.2 + drop}, "a": {"angle_deg": 0.0}}, step=1e-5,
+        output={"duration": 0.2, "samples": 200},
+    )  # fmt: skip
+    assert simulate.check(data) == {"load_at_start": 0.0}
+    columns = run(data).columns
     touch, speed = math.sqrt(2 * drop / GRAVITY), math.sqrt(2 * drop * GRAVITY)
     frequency, sag = math.sqrt(stiffness / mass), mass * GRAVITY / stiffness
     after = columns["time"] - touch
@@ -298,7 +294,8 @@ def test_a_workpiece_pushes_the_body_that_the_load_names():
 
 # ------------------------------------------------------------------ driven linkages
 
-CRANK, COUPLER, ROCKER, BASE, RPM, TURN = 0.1, 0.25, 0.2, 0.3, 150.0, 0.0
+MOTION = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+CRANK, COUPLER, ROCKER, BASE, RPM = 0.1, 0.25, 0.2, 0.3, 150.0
 
 
 def turned(point, angle):
@@ -358,7 +355,7 @@ def test_a_driven_four_bar_moves_by_the_law_of_cosines_and_its_forces_balance():
         couple = end * joints[last] - at * joints[first]
         moment = arm[0] * couple[1] - arm[1] * couple[0] + own
         np.testing.assert_allclose(moment, table["inertia"] * columns[f"{name}.alpha"], atol=1e-6)
-    assert list(columns)[1:10] == [f"crank.{c}" for c in "x y angle vx vy omega ax ay alpha".split()]
+    assert list(columns)[1:10] == [f"crank.{part}" for part in MOTION]
     assert list(columns)[28:] == [f"{pin}.reaction_{axis}" for pin in "OABH" for axis in "xy"] + [
         "drive.torque", "energy_kinetic", "energy_gravity", "energy_drive", "energy_spring", "energy_damping",
         "energy_residual",
@@ -464,10 +461,11 @@ def test_a_start_is_completed_from_values_of_any_body():
         {"O": ("frame", "up.start"), "A": ("up.end", "low.start")},
     )
     initial = {"low": {"angle_deg": -60.0, "omega": 2.0, "vy": 0.1}, "up": {"x": 0.1}}
-    columns = run(
-        scene(bodies, pins, initial=initial, guess={"up": {"angle_deg": -40.0}}, gravity=GRAVITY, step=1e-4,
-              drive={"free": True}, output={"duration": 0.5, "samples": 50})
-    ).columns  # fmt: skip
+    data = scene(
+        bodies, pins, initial=initial, guess={"up": {"angle_deg": -40.0}}, gravity=GRAVITY, step=1e-4,
+        drive={"free": True}, output={"duration": 0.5, "samples": 50},
+    )  # fmt: skip
+    columns = run(data).columns
     upper, lower = -math.acos(0.1 / 0.15), math.radians(-60.0)
     first = {name: columns[name][0] for name in columns}
     assert first["up.angle"] == pytest.approx(upper, abs=1e-12)
@@ -492,22 +490,48 @@ def test_a_start_is_completed_from_values_of_any_body():
     assert (columns["up.angle"][-1], columns["low.angle"][-1]) == pytest.approx(tuple(exact[:2]), abs=1e-5)
 
 
-def without(table, *keys):
-    return {key: value for key, value in table.items() if key not in keys}
+def pinned(**pins):
+    return four_bar() | {"pin": four_bar()["pin"] | pins}
 
 
-PARALLEL = {"third": rod(0.1, 1.0)}
+def solved(**keys):
+    return four_bar(solver={"exudyn": keys})
+
+
+NEEDS = "initial: the linkage needs 1 position and "
+FIXED = {"body": "block", "point": [0.0, 0.0], "direction_deg": 0.0, "angle_deg": 95.0}
+SHORT = {"S": {"joins": ["frame", "crank.start"], "stiffness": 1.0, "length": 0.1}}
 REFUSED = {
-    "rate": (four_bar(initial={"crank": {"angle_deg": 60.0, "omega": 1.0}}), "initial: the linkage needs 1 position and 0 rates, 1 position and 1 rate are given"),
-    "position": (four_bar(initial={"rod": {"angle_deg": 20.0}}), "initial: the linkage needs 1 position and 0 rates, 2 positions and 0 rates are given"),
-    "none": (double_four_bar(1e-3) | {"initial": {}}, "initial: the linkage needs 1 position and 1 rate, 0 positions and 0 rates are given"),
-    "open": (four_bar(guess={}, initial={"crank": {"angle_deg": 60.0}}) | {"pin": four_bar()["pin"] | {"H": {"joins": ["frame", "rocker.start"], "point": [0.9, 0.0]}}}, "body: the linkage cannot be assembled"),
-    "rows": (four_bar() | {"pin": four_bar()["pin"] | {"Z": {"joins": ["frame", "crank.start"]}}}, "body: too many constraints: 2 of 11 rows are dependent at the start"),
-    "blind": (quick_return() | {"drive": {"free": True}, "initial": {"block": {"angle_deg": 95.0}, "rocker": {}}, "output": {"groups": [], "duration": 1.0}, "guide": {"G": {"body": "block", "point": [0.0, 0.0], "direction_deg": 0.0, "angle_deg": 95.0}}}, "initial: the given positions do not determine the linkage's start"),
-    "formulation": (four_bar(solver={"exudyn": {"formulation": "tree"}}), "solver.exudyn.formulation = 'tree'"),
-    "method": (four_bar(solver={"exudyn": {"method": "dopri5"}}), "solver.exudyn.method = 'dopri5'"),
-    "groups": (four_bar(solver={"exudyn": {"method": "generalized-alpha"}}), "output.groups = 'joints'"),
-    "spring": (four_bar(spring={"S": {"joins": ["frame", "crank.start"], "stiffness": 1.0, "length": 0.1}}), "spring.S: its points coincide at the start"),
+    "rate": (
+        four_bar(initial={"crank": {"angle_deg": 60.0, "omega": 1.0}}),
+        NEEDS + "0 rates, 1 position and 1 rate are given",
+    ),
+    "position": (
+        four_bar(initial={"rod": {"angle_deg": 20.0}}),
+        NEEDS + "0 rates, 2 positions and 0 rates are given",
+    ),
+    "none": (
+        double_four_bar(1e-3) | {"initial": {}},
+        NEEDS + "1 rate, 0 positions and 0 rates are given",
+    ),
+    "open": (
+        pinned(H={"joins": ["frame", "rocker.start"], "point": [0.9, 0.0]}),
+        "body: the linkage cannot be assembled",
+    ),
+    "rows": (
+        pinned(Z={"joins": ["frame", "crank.start"]}),
+        "body: too many constraints: 2 of 11 rows are dependent at the start",
+    ),
+    "blind": (
+        quick_return() | {
+            "drive": {"free": True}, "guide": {"G": FIXED}, "output": {"groups": [], "duration": 1.0},
+            "initial": {"block": {"angle_deg": 95.0}},
+        },
+        "initial: the given positions do not determine the linkage's start",
+    ),
+    "formulation": (solved(formulation="tree"), "solver.exudyn.formulation = 'tree' is the press's"),
+    "method": (solved(method="dopri5"), "solver.exudyn.method = 'dopri5' is the press's"),
+    "spring": (four_bar(spring=SHORT), "spring.S: its points coincide at the start"),
 }  # fmt: skip
 
 
