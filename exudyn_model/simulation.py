@@ -58,8 +58,8 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; all of it JSON.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, for a run that reached
-        its end, "invariant-violated": see ``invariants``.
+        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", "singular" (in a singular
+        position of a linkage), or, for a run that reached its end, "invariant-violated": see ``invariants``.
     remedy : str
         Advice after a failure, else empty.
     """

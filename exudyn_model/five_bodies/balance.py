@@ -236,7 +236,7 @@ def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Ar
     for row, multiplier in zip(joints.rows, right, strict=True):
         for k, coefficient in row.items():
             result[k] -= coefficient / masses[k] * multiplier
-    return result, np.array(right)
+    return result, np.reshape(right, (len(right), force.shape[1]))
 
 
 def correct_start(system: System, q: Array, v: Array, acceleration: Array, multipliers: Array) -> None:

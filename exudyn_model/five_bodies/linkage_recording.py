@@ -159,6 +159,8 @@ class LinkageRecorder(BodiesRecorder):
         """Return the least singular value of the scaled Jacobian in some states."""
         count, size = PER_BODY * len(self._linkage.names), self._linkage.size
         matrices = np.array([scaled(joints, state, count, size) for state in states])
+        if not np.isfinite(matrices).all():  # the run fails
+            return [math.inf for _ in matrices]
         values: list[float] = np.linalg.svd(matrices, compute_uv=False).min(axis=1, initial=math.inf).tolist()
         return values
 

@@ -45,7 +45,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
     ValueError
         If this model does not simulate it; one line that begins with the key.
     """
-    bodies, gravity = scene["body"], float(scene["environment"].get("gravity", 0.0))
+    bodies, gravity = scene["body"], float(scene.get("environment", {}).get("gravity", 0.0))
     numbers = {"frame": FRAME} | {name: number for number, name in enumerate(bodies)}
 
     def point(body: str, at: Any) -> tuple[int, tuple[float, float]]:
@@ -74,7 +74,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
         )
         for name, table in scene.get("spring", {}).items()
     ]
-    load = read_load(scene) if "load" in scene else None
+    load = read_load(scene) if scene.get("load") else None
     system = System(
         [
             Body(float(table["mass"]), float(table["inertia"]), *2 * ((0.0, 0.0, 0.0),))

@@ -88,7 +88,7 @@ class Solution:
         mbs, recorder, remedy = self.model.mbs, self.recorder, ""
         after_newton = None if self.settings.fixed else self._after_newton
         status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
-        if status == "success":
+        if status == "success" and not recorder.ending:
             self._before_step()  # record the last state, from which no step starts
         else:
             status = "newton-failed"

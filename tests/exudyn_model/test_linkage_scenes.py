@@ -219,6 +219,41 @@ def test_a_spring_swings_a_block_in_a_turned_guide(slope):
     np.testing.assert_allclose(order, 2.0, atol=0.05)
 
 
+def test_a_spring_between_two_free_bodies_keeps_both_momenta():
+    """It pulls one of them beside its centroid; there is no constraint at all."""
+    bodies = {
+        "a": {"mass": 1.0, "inertia": 0.1, "points": {"p": [0.1, 0.0]}},
+        "b": {"mass": 2.0, "inertia": 0.2, "points": {}},
+    }
+    start = {"a": {"x": 0.0, "y": 0.0, "angle_deg": 30.0}, "b": {"x": 0.5, "y": 0.1, "angle_deg": 0.0}}
+    columns = run(
+        scene(
+            bodies,
+            spring={"S": {"joins": ["a.p", "b.centroid"], "stiffness": 100.0, "length": 0.2}},
+            initial=start,
+            drive={"free": True},
+            output={"duration": 1.0, "samples": 50},
+            step=1e-4,
+        )
+    ).columns
+    spin = 0.1 * columns["a.omega"] + 0.2 * columns["b.omega"]
+    for name, mass in (("a", 1.0), ("b", 2.0)):
+        x, y, vx, vy = (columns[f"{name}.{part}"] for part in ("x", "y", "vx", "vy"))
+        spin = spin + mass * (x * vy - y * vx)
+    assert abs(columns["a.omega"][-1]) > 1.0
+    np.testing.assert_allclose(spin, 0.0, atol=1e-7)
+    for axis in "xy":
+        np.testing.assert_allclose(columns[f"a.v{axis}"] + 2.0 * columns[f"b.v{axis}"], 0.0, atol=1e-12)
+    gap = np.hypot(
+        columns["b.x"] - columns["a.x"] - 0.1 * np.cos(columns["a.angle"]),
+        columns["b.y"] - columns["a.y"] - 0.1 * np.sin(columns["a.angle"]),
+    )
+    np.testing.assert_allclose(columns["S.force"], 100.0 * (gap - 0.2), atol=1e-10)
+    np.testing.assert_allclose(
+        columns["energy_kinetic"] + columns["energy_spring"], 50 * (gap[0] - 0.2) ** 2, atol=1e-5
+    )
+
+
 def rotor(torque, step):
     """Of 0.01 kg m^2, from 10 degrees and 3 rad/s."""
     return scene(
