@@ -88,9 +88,14 @@ class LinkageRecorder(BodiesRecorder):
     def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
         """Return invariants and the worst violation, as ``invariants.judge_run`` does."""
         # A step multiplies mean forces by mean rates, the audit takes the means of the products
-        energy, (residual, time) = self._energy or 1.0, self._residual
+        linkage, (residual, time) = self._linkage, self._residual
+        weight = linkage.system.gravity * math.fsum(body.mass for body in linkage.system.bodies)
+        energy = (
+            max(self._energy, 1e-6 * abs(weight) * linkage.size) or 1.0
+        )  # more than round-off, at rest too
+        value = residual / energy if math.isfinite(residual) else math.inf
         bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
-        return judge({"energy": (residual / energy, time, "")}, {"energy": bound})
+        return judge({"energy": (value, time, "")}, {"energy": bound})
 
     def _observe(self) -> None:
         if self.ending:

@@ -244,11 +244,13 @@ def test_a_spring_between_two_free_bodies_keeps_both_momenta():
     np.testing.assert_allclose(spin, 0.0, atol=1e-7)
     for axis in "xy":
         np.testing.assert_allclose(columns[f"a.v{axis}"] + 2.0 * columns[f"b.v{axis}"], 0.0, atol=1e-12)
-    gap = np.hypot(
-        columns["b.x"] - columns["a.x"] - 0.1 * np.cos(columns["a.angle"]),
-        columns["b.y"] - columns["a.y"] - 0.1 * np.sin(columns["a.angle"]),
-    )
+    arm = 0.1 * np.array([np.cos(columns["a.angle"]), np.sin(columns["a.angle"])])
+    x, y = columns["b.x"] - columns["a.x"] - arm[0], columns["b.y"] - columns["a.y"] - arm[1]
+    gap = np.hypot(x, y)
     np.testing.assert_allclose(columns["S.force"], 100.0 * (gap - 0.2), atol=1e-10)
+    np.testing.assert_allclose(columns["a.ax"], columns["S.force"] * x / gap, atol=1e-9)
+    moment = columns["S.force"] * (arm[0] * y - arm[1] * x) / gap
+    np.testing.assert_allclose(0.1 * columns["a.alpha"], moment, atol=1e-9)
     np.testing.assert_allclose(
         columns["energy_kinetic"] + columns["energy_spring"], 50 * (gap[0] - 0.2) ** 2, atol=1e-5
     )
