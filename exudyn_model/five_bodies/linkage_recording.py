@@ -71,14 +71,14 @@ class LinkageRecorder(BodiesRecorder):
 
     def explain_failure(self) -> None:
         """Find the singular position in which Newton's method has failed, if it has failed in one."""
-        step, states = self._settings.tick, self._log[self._count - 1]
-        q, v = (states[columns] for columns in self._columns[1:3])
+        self.observe()
+        step, last_state = self._settings.tick, self._log[self._count - 1]
+        q, v = (last_state[columns] for columns in self._columns[1:3])
         pair = np.stack([q - step * v, q], axis=1)
         before, last = self._singular_values(constraints(self._model.system, np.zeros(2), pair, pair), (0, 1))
-        self.observe()
         # It falls in proportion to the time that is left, or to its root where rates grow without bound
         left = last / (before - last) * step if last < before else math.inf
-        if left <= _AHEAD * step:
+        if left <= _AHEAD * step and last < 0.3 * self._start:
             self._end(self.time + 0.5 * left)
         self.ending = self.ending or (
             "newton-failed",
