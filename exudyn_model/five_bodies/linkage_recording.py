@@ -95,7 +95,12 @@ class LinkageRecorder(BodiesRecorder):
         )  # more than round-off, at rest too
         value = residual / energy if math.isfinite(residual) else math.inf
         bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
-        return judge({"energy": (value, time, "")}, {"energy": bound})
+        # Index 2 leaves positions to the rule: they drift where the linkage hurries, and its angles do
+        worst = {
+            "energy": (value, time, ""),
+            "constraint-position": (*self.drift["position"], "a constraint"),
+        }
+        return judge(worst, {"energy": bound, "constraint-position": 1e-5 * linkage.size})
 
     def _observe(self) -> None:
         if self.ending:
