@@ -203,10 +203,10 @@ def _started(system: System, q: Array, v: Array) -> System:
 def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> Array | None:
     """Solve the constraints and the chosen coordinates' values for all coordinates; None: without success.
 
-    Positions follow the angles first. Rows may be dependent, of which only the rank says.
+    Rows may be dependent, of which only the rank says; angles change by half a radian at most.
     """
     q, last, scales = q.copy(), math.inf, np.where(np.arange(q.size) % PER_BODY == ANGLE, 1.0, size)
-    for iteration in range(_ITERATIONS):
+    for _ in range(_ITERATIONS):
         joints = constraints(system, np.zeros(1), q[:, None], 0.0 * q[:, None])
         gaps = np.append(joints.gaps[:, 0], q[[*chosen]] - [*chosen.values()])
         largest = float(np.abs(gaps).max(initial=0.0))
@@ -214,7 +214,6 @@ def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> 
             return q
         last = largest
         rows = np.vstack([scaled(joints, 0, q.size, 1.0), np.eye(q.size)[[*chosen]]]) * scales
-        rows[:, ANGLE::PER_BODY] *= iteration > 0
         change = np.linalg.lstsq(rows, -gaps, rcond=None)[0]
         q += scales * change / max(1.0, 2.0 * float(np.abs(change[ANGLE::PER_BODY]).max()))
     return None
