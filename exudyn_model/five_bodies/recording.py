@@ -58,11 +58,13 @@ class BodiesRecorder(Recorder):
         Largest violation so far of each of ``CONSTRAINTS`` (m, rad; m/s, rad/s), and its time (s).
     """
 
-    def __init__(self, model: Model, choice: StepChoice, settings: Settings) -> None:
+    def __init__(
+        self, model: Model, choice: StepChoice, settings: Settings, channels: tuple[str, ...] = ()
+    ) -> None:
         system, names = model.system, model.system.contact_names
         journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
-        channels = (
+        channels = channels or (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
             *(energy_channels(system.load is not None) if settings.energy else ()),
         )  # fmt: skip
@@ -108,14 +110,18 @@ class BodiesRecorder(Recorder):
         time, longest = choice.time, choice.allowed
         for element in self._model.elements:
             longest = element.follow(time, longest)
+        self._log_state()
+        return longest
+
+    def _log_state(self) -> None:
+        """Log the next state."""
         stamp = self._stamp
-        stamp[0], stamp[1] = time, choice.end_tick
+        stamp[0], stamp[1] = self._choice.time, self._choice.end_tick
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.state_count += 1
         if self._count == BATCH:
             self.observe()
-        return longest
 
     def observe(self) -> None:
         """Observe the logged states; the last one remains, as the first of the next batch.
@@ -194,7 +200,8 @@ class BodiesRecorder(Recorder):
 
     def _take_drift(self, times: Array, required: NDArray[Any], joints: Constraints) -> None:
         """Update the largest violation of the constraints, in the required states."""
-        for name, amounts in zip(CONSTRAINTS, (joints.position, joints.velocity), strict=True):
+        for name, violations in zip(CONSTRAINTS, (joints.gaps, joints.rates), strict=True):
+            amounts = np.abs(violations).max(axis=0, initial=0.0)
             if len(required):
                 most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
                 if not amounts[most] <= self.drift[name][0]:
@@ -213,20 +220,32 @@ class BodiesRecorder(Recorder):
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
         powers = np.array([drive, *(memory[f"{name}_power"].sum(axis=0) for name in ("damping", "friction"))])
+        energies = [memory["stored"].sum(axis=0), *load_energy]
+        works, gravity, kinetic, residual = self._audit(times, q, v, powers, sum(energies))
+        return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
+
+    def _audit(
+        self, times: Array, q: Array, v: Array, powers: Array, stored: Any
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return works of powers (the first drives) and gravity, kinetic energy, residual.
+
+        All in J, like the ``stored`` energy.
+        """
+        system = self._model.system
         works = np.zeros_like(powers)
         works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
-        works += self._works[:, None]
+        works += self._works[: len(works), None]
         self._works = works[:, -1].copy()
         kinetic = 0.5 * system.masses @ (v * v)
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
-        energies = [memory["stored"].sum(axis=0), *load_energy]
-        stored = sum(energies)
         if times[0] == 0.0:
             self._initial = float(height[0]), float(kinetic[0] + stored[0])
         gravity = self._initial[0] - height
-        residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
-        return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
+        residual = works[0] + gravity - (kinetic + stored - self._initial[1])
+        for dissipated in works[1:]:
+            residual = residual - dissipated
+        return works, gravity, kinetic, residual
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""

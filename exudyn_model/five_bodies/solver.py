@@ -88,7 +88,7 @@ class Solution:
         mbs, recorder, remedy = self.model.mbs, self.recorder, ""
         after_newton = None if self.settings.fixed else self._after_newton
         status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
-        if status == "success":
+        if status == "success" and not recorder.ending:
             self._before_step()  # record the last state, from which no step starts
         else:
             status = "newton-failed"
@@ -96,11 +96,14 @@ class Solution:
                 "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
                 "where friction.coefficient is above 1, lower it"
             )
+            recorder.explain_failure()
         if [one.ctypes.data for one in self.vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
             raise AssertionError("Exudyn has moved its coordinates")
         recorder.observe()
         if not recorder.is_finite():
             status, remedy = "non-finite", "check the scene's masses and speeds"
+        if recorder.ending:
+            status, remedy = recorder.ending
         if status == "success":
             self.progress.finish()
         iterations = self.dynamic.it
@@ -139,12 +142,13 @@ class Solution:
         """
         mbs, system = self.model.mbs, self.model.system
         self.dynamic, self.vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
-        q, v, multipliers = self.vectors
+        q, v, multipliers = [*self.vectors, np.zeros(0)][:3]  # without constraints there are no multipliers
         with np.errstate(over="ignore"):
             start = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Round-off of a few operations is some 1e-16 of the lengths, which are near 1 m or longer
         size = max(1.0, *(float(np.abs(body.position[:2]).max()) for body in system.bodies))
-        if not (start.position[0] <= 1e-13 * size and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
+        gap, rate = (np.abs(one).max(initial=0.0) for one in (start.gaps, start.rates))
+        if not (gap <= 1e-13 * size and rate <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
         if self.settings.index2:  # other methods damp an error of the initial accelerations
             correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)

@@ -1,7 +1,8 @@
 """A planar linkage as lists, and as Exudyn's bodies, joints, drive, gravity and contacts."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -10,13 +11,17 @@ import numpy as np
 from exudyn.itemInterface import (
     CoordinateConstraint,
     LoadMassProportional,
+    LoadTorqueVector,
     MarkerBodyMass,
     MarkerBodyPosition,
+    MarkerBodyRigid,
     MarkerNodeCoordinate,
     NodePointGround,
     NodeRigidBody2D,
+    ObjectConnectorSpringDamper,
     ObjectGenericODE2,
     ObjectGround,
+    ObjectJointPrismatic2D,
     ObjectJointRevolute2D,
     ObjectRigidBody2D,
 )
@@ -26,7 +31,7 @@ from exudyn_model.clearances import CORNER_COUNT, CORNERS, new_contacts
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
 from exudyn_model.five_bodies.journal_contact import Bearing, JournalElement
 from exudyn_model.five_bodies.slider_contact import SliderElement
-from exudyn_model.kernels import machine_code
+from exudyn_model.kernels import entry, machine_code
 from exudyn_model.laws import Law
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
 from exudyn_model.parameters import Load, Parameters
@@ -42,8 +47,8 @@ class Body(NamedTuple):
 
     mass: float
     inertia: float
-    position: tuple[float, float, float]
-    velocity: tuple[float, float, float]
+    position: Sequence[float]
+    velocity: Sequence[float]
 
 
 class Pin(NamedTuple):
@@ -65,6 +70,35 @@ class Guide(NamedTuple):
     body: int
     coordinate: int
     value: float
+
+
+class TurnedGuide(NamedTuple):
+    """A line of the body ``on`` or of the ``FRAME``, on which another body keeps its centre and its angle."""
+
+    name: str
+    body: int
+    on: int
+    point: tuple[float, float]  # Of the line, in body coordinates, m
+    direction: float  # Of the line, and angle of the body, in the frame of ``on``, rad
+    angle: float
+
+
+class Spring(NamedTuple):
+    """A spring with a damper between two points, as those of a `Pin`: N/m, free length in m, N s/m."""
+
+    name: str
+    first: int
+    first_point: tuple[float, float]
+    second: int
+    second_point: tuple[float, float]
+    stiffness: float
+    length: float
+    damping: float
+
+
+def ends(joint: Pin | Spring) -> tuple[tuple[int, tuple[float, float]], ...]:
+    """Return number and point of either body that a pin or a spring joins."""
+    return (joint.first, joint.first_point), (joint.second, joint.second_point)
 
 
 class SliderContact(NamedTuple):
@@ -94,6 +128,13 @@ class Drive(NamedTuple):
     omega: float
 
 
+class Torque(NamedTuple):
+    """A torque of the frame on a body, linear over its angle and periodic: rows of rad in a turn and N m."""
+
+    body: int
+    table: Array  # Shape (n, 2)
+
+
 @dataclass(frozen=True)
 class System:
     """A linkage; ``gravity`` (m/s^2) acts along -y.
@@ -105,10 +146,12 @@ class System:
     pins: list[Pin]
     guides: list[Guide]
     contacts: list[SliderContact | JournalContact]
-    drive: Drive
+    drive: Drive | Torque | None
     observed: int
     gravity: float = 0.0
     load: Load | None = None
+    turned_guides: list[TurnedGuide] = field(default_factory=list)
+    springs: list[Spring] = field(default_factory=list)
 
     @property
     def sliders(self) -> list[SliderContact]:
@@ -132,13 +175,15 @@ class System:
         """Channel of each Lagrange multiplier.
 
         Exudyn writes M a + (dc/dq)^T lambda = f, with c the second body's end less the first's: the channel,
-        the constraint's force or moment on the second body, is -lambda.
+        the constraint's force or moment on the second body, is -lambda; the force of a turned guide, whose
+        first body is guided, is +lambda.
         """
         pins = [f"reaction_{pin.name}_{axis}" for pin in self.pins for axis in "xy"]
+        guides = (*self.guides, *self.turned_guides)
         return (
             *pins,
-            "crank_torque",
-            *(name for _ in self.guides for name in ("guide_force", "guide_moment")),
+            *(["crank_torque"] if isinstance(self.drive, Drive) else []),
+            *(name for _ in guides for name in ("guide_force", "guide_moment")),
         )
 
     @cached_property
@@ -148,9 +193,11 @@ class System:
 
     @cached_property
     def prescribed(self) -> list[tuple[int, float, float]]:
-        """Prescribed coordinates, first that of the drive: number, value at t = 0, rate (m, rad, s)."""
-        body = self.drive.body
-        prescribed = [(PER_BODY * body + ANGLE, self.bodies[body].position[ANGLE], self.drive.omega)]
+        """Prescribed coordinates, first that of a drive: number, value at t = 0, rate (m, rad, s)."""
+        prescribed, drive = [], self.drive
+        if isinstance(drive, Drive):
+            angle = self.bodies[drive.body].position[ANGLE]
+            prescribed.append((PER_BODY * drive.body + ANGLE, angle, drive.omega))
         for guide in self.guides:
             prescribed.append((PER_BODY * guide.body + guide.coordinate, guide.value, 0.0))
             prescribed.append((PER_BODY * guide.body + ANGLE, 0.0, 0.0))
@@ -231,21 +278,46 @@ def build(system: System, step: float) -> Model:
         )
         centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=objects[-1]))
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
+
+    def add_marker(kind: Any, body_number: int, point: tuple[float, float]) -> Any:
+        carrier = ground if body_number == FRAME else objects[body_number]
+        return mbs.AddMarker(kind(bodyNumber=carrier, localPosition=[*point, 0.0]))
+
     for pin in system.pins:
-        ends = []
-        for body_number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
-            carrier = ground if body_number == FRAME else objects[body_number]
-            ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=carrier, localPosition=[*point, 0.0])))
-        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends))
+        markers = [add_marker(MarkerBodyPosition, *end) for end in ends(pin)]
+        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=markers))
     fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
     for number, (coordinate, value, rate) in enumerate(system.prescribed):
         body_number, axis = divmod(coordinate, PER_BODY)
         marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[body_number], coordinate=axis))
-        is_drive = number == 0
+        is_drive = number == 0 and isinstance(system.drive, Drive)
         offset = rate if is_drive else value - system.reference[coordinate]
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
+    for guide in system.turned_guides:
+        line, own = guide.direction, guide.direction - guide.angle
+        sides = (guide.body, (0.0, 0.0)), (guide.on, guide.point)
+        mbs.AddObject(
+            ObjectJointPrismatic2D(
+                markerNumbers=[add_marker(MarkerBodyRigid, *side) for side in sides],
+                axisMarker0=[math.cos(own), math.sin(own), 0.0],
+                normalMarker1=[-math.sin(line), math.cos(line), 0.0],
+            )
+        )
+    for spring in system.springs:
+        mbs.AddObject(
+            ObjectConnectorSpringDamper(
+                markerNumbers=[add_marker(MarkerBodyPosition, *end) for end in ends(spring)],
+                referenceLength=spring.length,
+                stiffness=spring.stiffness,
+                damping=spring.damping,
+            )
+        )
+    if isinstance(system.drive, Torque) and len(system.drive.table) == 1:
+        marker = add_marker(MarkerBodyRigid, system.drive.body, (0.0, 0.0))
+        torque = [0.0, 0.0, float(system.drive.table[0, 1])]
+        mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=torque))
     contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
     elements = _elements(system, contacts, current)
     for element in elements:
@@ -258,18 +330,38 @@ def build(system: System, step: float) -> Model:
                 forceUserFunction=element.force,
             )
         )
-    workpiece = workpiece_array(system.load)
+    workpiece, loads = workpiece_array(system.load), {}
     if system.load is not None:
         origin = system.reference[PER_BODY * system.observed + Y]
+        loads[system.observed] = _load_force(workpiece, float(origin))
+    for body_number, force in (*loads.items(), *_table_force(system.drive)):
         mbs.AddObject(
             ObjectGenericODE2(
-                nodeNumbers=[nodes[system.observed]],
+                nodeNumbers=[nodes[body_number]],
                 massMatrix=np.zeros((PER_BODY, PER_BODY)),
-                forceUserFunction=_load_force(workpiece, float(origin)),
+                forceUserFunction=force,
             )
         )
     mbs.Assemble()
     return Model(mbs, container, system, elements, contacts, current, workpiece)
+
+
+@entry
+def table_torque(angle: float, table: Array) -> float:
+    """Interpolate a torque (N m) linearly at an angle (rad) in a table of `Torque` over a turn."""
+    return float(np.interp(angle % (2.0 * np.pi), table[:, 0], table[:, 1]))
+
+
+def _table_force(drive: Drive | Torque | None) -> list[tuple[int, ForceUserFunction]]:
+    """Return the body and the ``forceUserFunction`` of a torque that changes over the angle, if any."""
+    if not isinstance(drive, Torque) or len(drive.table) == 1:
+        return []
+    torque = machine_code(table_torque, 0.0, drive.table)
+
+    def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
+        return 0.0, 0.0, torque(q[ANGLE], drive.table)
+
+    return [(drive.body, user_function)]
 
 
 def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
