@@ -97,7 +97,14 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         springs=[(each["stiffness"], each["length"], each.get("damping", 0.0)) for each in springs.values()],
     )._replace(
         load=read_load(load) if load else NO_LOAD,
-        torque=Load(0.0, torques[1, 0], 1.0, 0.0, np.radians(torques[0]), torques[1] - torques[1, 0]),
+        torque=Load(
+            0.0 if len(torques[0]) > 1 else -math.inf,
+            torques[1, 0],
+            1.0,
+            0.0,
+            np.radians(torques[0]),
+            torques[1] - torques[1, 0],
+        ),
     )
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0

@@ -129,7 +129,7 @@ def observe(model: Linkage, run: Run, t: float, share: float, purpose: int, trac
 def advance(model: Linkage, run: Run, settings: Settings, t_end: float, trace: Trace) -> int:
     """Integrate to `t_end` (s), or until a buffer is full; return a code as `integrate.advance` does."""
     nodes, clock, counters, y, dy = run.nodes, run.clock[0], run.counters[0], run.nodes.y, run.nodes.dy
-    t, h, planned, status = clock.time, clock.step, 0.0, REACHED
+    t, h, planned, status, turn = clock.time, clock.step, 0.0, REACHED, 3 * model.driven + 2
     if not counters.started:
         evaluate_nodes(model, t, 0.0, START, START, run.modes, nodes)
         counters.started = True
@@ -144,7 +144,17 @@ def advance(model: Linkage, run: Run, settings: Settings, t_end: float, trace: T
         counters.evaluations += STAGES
         error, there = error_norm(h, dy, free_states(nodes), settings.tolerance), False
         if error <= 1.0:
-            share = share_to_kink(model.load, nodes.slider[0], nodes.slider[END], h)
+            first, last, angle = nodes.slider[0], nodes.slider[END], y[START, turn] % (2.0 * math.pi)
+            share = min(
+                share_to_kink(model.load, first.y, h * first.vy, last.y, h * last.vy),
+                share_to_kink(
+                    model.torque,
+                    -angle,
+                    -h * dy[START, turn],
+                    y[START, turn] - y[END, turn] - angle,
+                    -h * dy[END, turn],
+                ),
+            )
             if share < 1.0 and t + share * h > t:
                 h, planned = share * h, max(planned, h)
                 continue
