@@ -33,6 +33,8 @@ ENERGY = 1e3
 """Bound of the spurious energy, relative to the largest energy, in units of the tolerance."""
 RATE_TIME = 1e-2
 """Time in which the error of a rate counts as an error of position, s."""
+WORK = 10.0
+"""Local error of works, relative to what moves, in units of the tolerance."""
 STEPS_LIMIT = 2_000_000
 """Attempted steps after which a run is stopped, some minutes."""
 LARGEST_STEP = 1.0 / 50.0
@@ -127,6 +129,12 @@ def advance(
         counters.evaluations += dop853.STAGES
         free, there = dop853.free_states(nodes), False
         error = dop853.error_norm(h, dy, free, settings.tolerance, RATE_TIME)
+        # No error of the motion knows of the work of a drive that prescribes it.
+        moves = 1e-300
+        for k in range(model.masses.size):
+            speed = abs(y[END, model.masses.size + k])
+            moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
+        error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, WORK * settings.tolerance * moves))
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], -(y[START, turn] % (2.0 * math.pi))
             share = share_to_kink(model.load, first.y, h * first.vy, last.y, h * last.vy)
