@@ -129,12 +129,12 @@ def advance(
         counters.evaluations += dop853.STAGES
         free, there = dop853.free_states(nodes), False
         error = dop853.error_norm(h, dy, free, settings.tolerance, RATE_TIME)
-        # No error of the motion knows of the work of a drive that prescribes it.
-        moves = 1e-300
-        for k in range(model.masses.size):
-            speed = abs(y[END, model.masses.size + k])
-            moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
-        error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, WORK * settings.tolerance * moves))
+        if model.omega != 0.0:  # no error of the motion knows of the work of a drive that prescribes it
+            moves = 0.0
+            for k in range(model.masses.size):
+                speed = abs(y[END, model.masses.size + k])
+                moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
+            error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, WORK * settings.tolerance * moves))
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], -(y[START, turn] % (2.0 * math.pi))
             share = share_to_kink(model.load, first.y, h * first.vy, last.y, h * last.vy)
