@@ -80,7 +80,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         offset = float(np.dot(n, np.subtract(guide["point"], centroids[on])))
         angle = math.radians(guide.get("angle_deg", direction))
         guides.append((number[guide["body"]], number[on], (*n, offset, angle)))
-    given, driven = scene.get("initial", {}), drive.get("body", "frame")
+    given, driven = scene.get("initial", {}), drive.get("body") or "frame"
     theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
     degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
     surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks

@@ -245,7 +245,8 @@ def test_pendulum_swings_as_the_elliptic_functions(tolerance, turned):
     )
     # The largest rate and force lie between the samples
     assert abs(result.extrema["arm.omega"]["max"] - 2.0 * k * w) < 2e-6 + 10.0 * bound
-    assert abs(result.extrema["arm.angle"]["max"] - at.max()) < 1e-6 + bound
+    lowest = -amplitude - math.pi / 2.0 - math.radians(turned)
+    assert abs(result.extrema["arm.angle"]["min"] - lowest) < 1e-6 + bound
 
 
 @pytest.mark.parametrize(("damping", "direction"), [(0.0, 0.0), (3.0, 30.0), (3.0, -90.0)])
@@ -768,23 +769,15 @@ def test_refusals(scene, message):
         assert message in str(refusal.value)
 
 
-def test_a_drive_that_comes_close_to_a_lock_knows_its_work():
-    """The coupler almost aligns with the ground: peaks of the torque that no error of the motion shows."""
-    body = {"crank": rod(0.449), "coupler": rod(0.426), "rocker": rod(0.47)}
-    joined = pins(
-        ((0.0, 0.0), "crank.start"),
-        ("crank.end", "coupler.start"),
-        ((0.2506, 0.0), "rocker.start"),
-        ("coupler.end", "rocker.end"),
+def test_a_prescribed_motion_knows_its_work_past_a_sharp_force():
+    """The end of a spring passes its anchor at half a millimetre: no error of the motion shows that."""
+    anchor = {"joins": ["frame", "crank.end"], "point": [0.0, 0.1005], "stiffness": 500.0, "length": 0.05}
+    scene = linkage(
+        {"crank": rod(0.1)},
+        pin=pins(((0.0, 0.0), "crank.start")),
+        spring={"S": anchor},
+        drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0},
+        initial={"crank": {"angle_deg": 0.0}},
+        tolerance=1e-11,
     )
-    columns = success(
-        linkage(
-            body,
-            pin=joined,
-            drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0},
-            tolerance=1e-11,
-            initial={"crank": {"angle_deg": 90.0}},
-            guess={"coupler": {"angle_deg": 0.0}, "rocker": {"angle_deg": 70.0}},
-        )
-    )
-    assert np.abs(columns["energy_residual"]).max() < 1e-7
+    assert np.abs(success(scene)["energy_residual"]).max() < 1e-8
