@@ -1,0 +1,177 @@
+"""Any planar linkage of bodies, pins, guides and springs: its lists, and a start on its constraints."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from reference_model.linkage import Array
+from reference_model.multiplier import FRAME, Linkage, assemble, drift
+from reference_model.parameters import read_load, require_known, require_tolerance
+from reference_model.state import contact_list
+from reference_model.workpiece import NO_LOAD, Load
+
+GROUPS = ("accelerations", "joints", "energy")
+_PLACE = ("x", "y", "angle_deg")
+_RANK = 1e-8
+"""Smallest singular value of independent rows, relative to the largest."""
+_ASSEMBLED = 1e-12
+"""Largest |Phi| at the start, relative to the size of the linkage."""
+
+
+class Assembly(NamedTuple):
+    """A linkage at t = 0."""
+
+    model: Linkage
+    units: Array
+    """Unit of a coordinate by that of a row, the linkage's size (m) or 1 for angles, shape (rows, 3 n)."""
+    start: Array
+    """Coordinates and rates, shape (6 n,)."""
+    smallest: float
+    """Smallest singular value of the Jacobian in these units."""
+
+    def sigma(self, jacobians: Array) -> Any:
+        """Return the smallest singular value of Jacobians (..., rows, 3 n), relative to the start's."""
+        return np.linalg.svd(jacobians * self.units, compute_uv=False)[..., -1] / self.smallest
+
+    @property
+    def formulation(self) -> str:
+        """Formulation, as `plan` and the provenance name it."""
+        rows, columns = self.units.shape
+        return f"multiplier ({columns} coordinates, {rows} multipliers)"
+
+
+def jacobian(model: Linkage, q: Array) -> Array:
+    """Return the constraints' Jacobian at coordinates (3 n,), t = 0; the model's arrays are those of rest."""
+    drift(model, np.zeros(1), np.concatenate([q, 0.0 * q])[None], np.empty((2, 1)))
+    return model.jacobian[: model.rows]
+
+
+def read_linkage(scene: Mapping[str, Any]) -> Assembly:
+    """Read a linkage's scene and assemble it.
+
+    Raises
+    ------
+    ValueError
+        One line that names the key, if this model cannot simulate the scene. Names and ranges that the rules
+        of `comparison.scene` forbid are not looked for.
+    """
+    solver, bodies, drive = scene["solver"]["reference"], scene["body"], scene.get("drive", {})
+    require_known(
+        ("solver.reference.formulation", solver.get("formulation", "auto"), ("auto", "multiplier")),
+        ("solver.reference.method", solver["method"], ("dop853",)),
+        *(("output.groups", group, GROUPS) for group in scene["output"]["groups"]),
+    )
+    require_tolerance(solver["tolerance"])
+    number = {name: i for i, name in enumerate(bodies)} | {"frame": FRAME}
+    centroids = {name: body["centroid"] for name, body in bodies.items()} | {"frame": (0.0, 0.0)}
+    pins, guides, springs, load = [], [], scene.get("spring", {}), scene.get("load")
+    for joint in (*scene.get("pin", {}).values(), *springs.values()):
+        ends: list[Any] = []
+        for name, _, at in (end.partition(".") for end in joint["joins"]):
+            points = {"centroid": centroids[name], "": joint.get("point", (0.0, 0.0))}
+            points |= bodies[name]["points"] if at else {}
+            ends = [number[name], np.subtract(points[at], centroids[name]), *ends]
+        pins.append(tuple(ends))
+    for guide in scene.get("guide", {}).values():
+        on, direction = guide.get("on", "frame"), guide["direction_deg"]
+        n = -math.sin(math.radians(direction)), math.cos(math.radians(direction))
+        offset = float(np.dot(n, np.subtract(guide["point"], centroids[on])))
+        angle = math.radians(guide.get("angle_deg", direction))
+        guides.append((number[guide["body"]], number[on], (*n, offset, angle)))
+    given, driven = scene.get("initial", {}), drive.get("body") or "frame"
+    theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
+    degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
+    surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks
+    model = assemble(
+        bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
+        pins=pins,
+        guides=guides,
+        drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
+        slider=(number[load["body"]] if load else 0, contact_list(())),
+        gravity=scene["environment"]["gravity"],
+        springs=[(each["stiffness"], each["length"], each.get("damping", 0.0)) for each in springs.values()],
+    )._replace(
+        load=read_load(load) if load else NO_LOAD,
+        torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
+    )
+    places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
+    size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
+    return _start(model, size, scene)
+
+
+def _given(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]:
+    """Return the values of three keys by their index in q or q'; m, rad and s."""
+    return {
+        3 * [*scene["body"]].index(body) + k: math.radians(values[key]) if key == "angle_deg" else values[key]
+        for body, values in scene.get(table, {}).items()
+        for k, key in enumerate(keys)
+        if key in values
+    }
+
+
+def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
+    """Close the linkage by Newton's method, and solve for the rates; raise as `read_linkage`."""
+    rows, columns, turn = model.rows, model.masses.size, 3 * model.driven + 2
+    known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
+    q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
+    if by_speed:
+        known[turn] = model.theta0
+    for k, value in (_given(scene, "guess", *_PLACE) | known).items():
+        q[k] = value
+    # In units of the size and 1 rad all is of one magnitude.
+    units, fixed = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns)
+    row_units = np.array([size] * (rows - by_speed - 2 * len(model.guided)) + [1.0] * by_speed
+                         + [size, 1.0] * len(model.guided))  # fmt: skip
+    ratio, at = units / row_units[:, None], [*known]
+    for _ in range(100):
+        matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
+        errors = np.append(model.phi[:rows] / row_units, (q[at] - [*known.values()]) / units[at])
+        wrong = float(np.abs(errors).max(initial=0.0))
+        if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
+            break
+        step = np.linalg.lstsq(matrix, errors)[0]
+        q -= units * step / max(1.0, np.abs(step[2::3]).max())
+    dependent, assembled = rows - _rank(matrix[:rows]), wrong <= _ASSEMBLED
+    if dependent and (assembled or free < 0):
+        raise ValueError(f"pin: too many constraints: {dependent} of {rows} rows are dependent at the start")
+    at_rest = not by_speed and not rates
+    if len(known) != free + by_speed or not (at_rest or len(rates) == free):
+        needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
+                      for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip
+        raise ValueError(f"initial: this linkage needs {needs}, and has {has}")
+    if not assembled:
+        raise ValueError(f"guess: the linkage cannot be assembled: joints stay {wrong:.1g} of its size apart")
+    moving = np.vstack([matrix[:rows], fixed[[*rates]]])
+    if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):
+        raise ValueError("initial: the values given do not determine the start")
+    for k, name in enumerate(scene.get("spring", {})):
+        if model.springs[k, 1] > 0.0 and math.hypot(*model.phi[rows + 2 * k :][:2]) <= _ASSEMBLED * size:
+            raise ValueError(f"spring.{name}: its ends coincide at the start: the force has no direction")
+    if not at_rest:
+        right = np.append(-model.rate[:rows] / row_units, [value / units[k] for k, value in rates.items()])
+        v = units * np.linalg.solve(moving, right)
+    return Assembly(model, ratio, np.concatenate([q, v]), _singular(matrix[:rows]).min(initial=np.inf))
+
+
+def _singular(matrix: Array) -> Array:
+    return np.asarray(np.linalg.svd(matrix, compute_uv=False))
+
+
+def _rank(matrix: Array) -> int:
+    values = _singular(matrix)
+    return int((values > _RANK * values.max(initial=0.0)).sum())
+
+
+def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return formulation, bodies, coordinates, constraints, freedom; raise as `read_linkage`."""
+    assembly = read_linkage(scene)
+    rows, columns = assembly.units.shape
+    return {
+        "formulation": assembly.formulation,
+        "bodies": [*scene["body"]],
+        "coordinates": columns,
+        "constraints": rows,
+        "freedom": columns - rows,
+    }
