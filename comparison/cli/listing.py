@@ -86,6 +86,7 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
 
 def keys(
     pattern: Annotated[str | None, typer.Argument(metavar="PATTERN", hidden=True)] = None,
+    linkage: Annotated[bool, console.option(None, "Keys of a linkage of your own.", "--linkage")] = False,
     json: console.AsJson = False,
 ) -> int:
     """List the keys of a scene: default, unit, description, bounds, source.
@@ -96,12 +97,14 @@ def keys(
     """
     from comparison.scene import SceneError
     from comparison.scene.keys import did_you_mean, readable, scene_keys
+    from comparison.scene.linkage import LinkageKeys
+    from comparison.scene.schema import SceneKeys
 
-    wanted = (pattern or "").lower()
-    listed = [key for key in scene_keys() if wanted in f"{key.name}\n{key.description}".lower()]
+    schema, wanted = LinkageKeys if linkage else SceneKeys, (pattern or "").lower()
+    listed = [key for key in scene_keys(schema) if wanted in f"{key.name}\n{key.description}".lower()]
     if not listed:
         raise SceneError(
-            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(wanted)}"
+            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(wanted, schema)}"
         )
     if json:
         return print_json([key._asdict() for key in listed])
