@@ -141,6 +141,11 @@ class Scene:
         """SHA-256 (hex) of all keys that can change a result: of `data` without the texts."""
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
+    def require_press(self, what: str) -> None:
+        """Raise a `SceneError` where it is a linkage, for what only the press has."""
+        if self.is_linkage:
+            raise SceneError(f"scene {self.name!r}: {what} is for the press alone, see docs/linkages.md")
+
     def with_values(self, values: Mapping[str, object]) -> Scene:
         """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``.
 
@@ -489,6 +494,8 @@ def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
 
 def heavy_load(data: Mapping[str, Any], forces: Mapping[str, float]) -> str:
     """Return a line if a model's forces of the workpiece (`comparison.models.check`) are absurd, else ""."""
+    if "mechanism" not in data:
+        return ""
     weight = data["mechanism"]["slider"]["mass"] * 9.81
     keys = "load.surface and load.table" if data["load"]["table"] else "load.surface, load.depth, load.force"
     for name, where in (("load_at_start", "at the start"), ("largest_load", "at bottom dead centre")):

@@ -199,7 +199,7 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     If they differ it is the first, or None where channels or times differ; also None without a record.
     """
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
-    if not isinstance(record_a, dict) or not isinstance(record_b, dict):
+    if not isinstance(record_a, dict) or not isinstance(record_b, dict) or "body" in record_a:
         return None, ()
     warnings: tuple[str, ...] = ()
     if changed := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):
