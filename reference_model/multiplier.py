@@ -13,7 +13,7 @@ press with its rows in the paper's order. Rows 7-13 are corrected: as printed th
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -241,20 +241,18 @@ def solve_definite(matrix: Array, right: Array) -> None:
 
 
 @inner
-def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
-    """Solve Eqs. 19-21 in one state.
+def solve_rows(model: Any, acceleration: Array) -> None:
+    """Solve M q'' + Phi_q^T lambda = Q, Phi_q q'' = -r for q'' and lambda.
 
-    `model.applied` holds the forces Q (weights, contacts, load; N and N m). Results are `acceleration`, q'',
-    shape (3 n,), and `model.lambdas` (N and N m): a joint exerts -lambda on the first body of its pin.
+    Of the model's arrays `applied` holds Q (N and N m) and `lambdas` holds r, which the multipliers overwrite.
     """
     lambdas, matrix, jacobian = model.lambdas, model.matrix, model.jacobian
     applied, mass = model.applied, model.masses
-    constraints(model, t, q, v)
     for i in range(lambdas.size):
-        right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
+        right = lambdas[i]
         for j in range(i + 1):
             matrix[i, j] = 0.0
-        for k in range(q.size):
+        for k in range(mass.size):
             if jacobian[i, k] != 0.0:
                 weighted = jacobian[i, k] / mass[k]
                 right += weighted * applied[k]
@@ -262,11 +260,25 @@ def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> 
                     matrix[i, j] += weighted * jacobian[j, k]
         lambdas[i] = right
     solve_definite(matrix, lambdas)
-    for k in range(q.size):
+    for k in range(mass.size):
         force = applied[k]
         for i in range(lambdas.size):
             force -= jacobian[i, k] * lambdas[i]
         acceleration[k] = force / mass[k]
+
+
+@inner
+def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
+    """Solve Eqs. 19-21 in one state.
+
+    `model.applied` holds the forces Q (weights, contacts, load; N and N m). Results are `acceleration`, q'',
+    shape (3 n,), and `model.lambdas` (N and N m): a joint exerts -lambda on the first body of its pin.
+    """
+    constraints(model, t, q, v)
+    for i in range(model.lambdas.size):
+        right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
+        model.lambdas[i] = right
+    solve_rows(model, acceleration)
 
 
 def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:

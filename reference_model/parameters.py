@@ -153,24 +153,27 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     speed, guide = float(scene["drive"]["speed_rpm"]), float(mechanism["guide_x"])
     groups = frozenset(scene["output"]["groups"])
     formulation = solver.get("formulation", "auto")
-    _require_known(scene, groups, formulation)
+    require_known(
+        ("joints.slider", joints["slider"], ("clearance", "ideal")),
+        ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
+        ("contact.law", scene["contact"]["law"], LAWS),
+        ("solver.reference.formulation", formulation, FORMULATIONS),
+        ("solver.reference.method", solver["method"], METHODS),
+        *(("output.groups", group, GROUPS) for group in sorted(groups)),
+    )
     if joints["crank_pin"] == "clearance" and formulation == "multiplier":
         raise ValueError(
             "solver.reference.formulation = 'multiplier' has ideal revolutes only; use 'minimal' with a "
             "clearance at the crank pin"
         )
-    if solver["tolerance"] < SMALLEST_TOLERANCE:
-        raise ValueError(
-            f"solver.reference.tolerance = {solver['tolerance']!r} must be at least {SMALLEST_TOLERANCE!r}: "
-            "the angles themselves are rounded at 1e-16 rad"
-        )
+    require_tolerance(solver["tolerance"])
     ideal_slider = joints["slider"] == "ideal"
     offset = float(mechanism["reference_offset"] if ideal_slider else initial["slider_offset"])
     p = Parameters(
         mechanism=_read_mechanism(mechanism, speed, float(scene["environment"]["gravity"])),
         corners=_read_corners(scene, guide),
         journal=_read_journal(scene),
-        load=_read_load(scene["load"]),
+        load=read_load(scene["load"]),
         slider_start=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
         guide_x=guide,
         slider_offset=float(initial["slider_offset"]),
@@ -188,23 +191,24 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         alpha=float(solver["baumgarte_alpha"]),
         beta=float(solver["baumgarte_beta"]),
     )
-    _require_tolerance(p, float(scene["clearance"]["slider"]))
+    _require_small(p, float(scene["clearance"]["slider"]))
     return p
 
 
-def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation: str) -> None:
-    """Raise if a key has a value that this model does not know."""
-    joints = scene["joints"]
-    for key, value, known in (
-        ("joints.slider", joints["slider"], ("clearance", "ideal")),
-        ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
-        ("contact.law", scene["contact"]["law"], LAWS),
-        ("solver.reference.formulation", formulation, FORMULATIONS),
-        ("solver.reference.method", scene["solver"]["reference"]["method"], METHODS),
-        *(("output.groups", group, GROUPS) for group in sorted(groups)),
-    ):
+def require_known(*rows: tuple[str, Any, tuple[str, ...]]) -> None:
+    """Raise if the value of a key is none of the known ones."""
+    for key, value, known in rows:
         if value not in known:
             raise ValueError(f"{key} = {value!r} is not simulated by the reference model; use one of {known}")
+
+
+def require_tolerance(tolerance: float) -> None:
+    """Raise if a tolerance is below the rounding of angles."""
+    if tolerance < SMALLEST_TOLERANCE:
+        raise ValueError(
+            f"solver.reference.tolerance = {tolerance!r} must be at least {SMALLEST_TOLERANCE!r}: "
+            "the angles themselves are rounded at 1e-16 rad"
+        )
 
 
 def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) -> Mechanism:
@@ -307,7 +311,8 @@ def _damping(model: str, e: float) -> float:
     raise ValueError(f"contact.damping_model = {model!r} is not known")
 
 
-def _read_load(load: Mapping[str, Any]) -> Load:
+def read_load(load: Mapping[str, Any]) -> Load:
+    """Return the load of a scene's table."""
     surface, force, rows = float(load["surface"]), float(load["force"]), load["table"]
     if rows:
         depths, forces = np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
@@ -331,7 +336,7 @@ def point_stiffness(compliance: float, radius: float) -> float:
     return 4.0 / (3.0 * compliance) * math.sqrt(radius)
 
 
-def _require_tolerance(p: Parameters, slider_clearance: float) -> None:
+def _require_small(p: Parameters, slider_clearance: float) -> None:
     """Raise if an error as large as the tolerance is not small compared with a clearance."""
     for ideal, key, clearance, length in (
         (p.ideal_slider, "clearance.slider", slider_clearance, p.mechanism.L4),

@@ -96,8 +96,11 @@ class Extrema:
             inside, when = inside & np.equal(*ends), when + by * interval
             self.widen(when[inside], (top + 0.5 * rise * by)[inside], channel)
 
-    def turn(self, times: Array, motion: Array) -> None:
-        """Include the turning points of the slider's `motion`, shape (6, n), at ascending times (s)."""
+    def turn(self, times: Array, motion: Array, first: int = 0) -> None:
+        """Include the turning points of a body's `motion`, shape (6, n), at ascending times (s).
+
+        Its three coordinates are the channels from number `first` on.
+        """
         length = np.diff(times)
         for i in range(3):
             rate, x = motion[3 + i], motion[i]
@@ -110,7 +113,7 @@ class Extrema:
             below = curved + np.where(r1 > r0, root, -root)
             # `below` is zero if the rates underflow.
             s = np.divide(-r0, below, out=np.zeros_like(r0), where=below != 0.0)
-            self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), i)
+            self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), first + i)
 
     def _cycle_of(self, time: float) -> int:
         return int(max(0.0, min(time // self._period, len(self.values) - 1.0)))

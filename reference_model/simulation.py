@@ -49,18 +49,12 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         One line, if this model cannot simulate the scene.
     """
     started = time.perf_counter()
-    p = read_parameters(scene)
-    check_assembly(p)
-    count = round(p.cycles * p.samples_per_cycle)
-    times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    if _is_prescribed(p):
-        result = _ideal(p, times)
-    else:
-        # Imported only where it is used: it brings the compiler, which takes longer than a short run.
-        from reference_model.running import run
+    if "body" in scene:
+        from reference_model import planar_run
 
-        limit = STEPS_PER_CYCLE_LIMIT if p.method == "dop853" else SCIPY_STEPS_PER_CYCLE_LIMIT
-        result = run(p, times, progress, round(limit * max(1.0, p.cycles)))
+        result = planar_run.run(scene, progress)
+    else:
+        result = _press(scene, progress)
     result.provenance.update(
         model="reference",
         versions=dict(_versions()),
@@ -73,11 +67,29 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     return result
 
 
+def _press(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> Result:
+    p = read_parameters(scene)
+    check_assembly(p)
+    count = round(p.cycles * p.samples_per_cycle)
+    times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
+    if _is_prescribed(p):
+        return _ideal(p, times)
+    # Imported only where it is used: it brings the compiler, which takes longer than a short run.
+    from reference_model.running import run
+
+    limit = STEPS_PER_CYCLE_LIMIT if p.method == "dop853" else SCIPY_STEPS_PER_CYCLE_LIMIT
+    return run(p, times, progress, round(limit * max(1.0, p.cycles)))
+
+
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the `ValueError` with which `simulate` refuses a scene; else return the forces of its workpiece.
 
-    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle.
+    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle; none
+    of a linkage of bodies and pins.
     """
+    if "body" in scene:
+        plan(scene)
+        return {}
     return check_assembly(read_parameters(scene))
 
 
@@ -88,8 +100,12 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return which formulation `simulate` integrates for a scene; raise as `check` does.
 
     Keys: ``formulation``, as in the provenance; ``bodies``, their names; ``coordinates`` and ``constraints``,
-    the numbers of these.
+    the numbers of these; of a linkage of bodies and pins also ``freedom``, what its drive leaves free.
     """
+    if "body" in scene:
+        from reference_model import planar
+
+        return planar.plan(scene)
     p = read_parameters(scene)
     if _is_prescribed(p):
         return {"formulation": "closed form", "bodies": [], "coordinates": 0, "constraints": 0}
