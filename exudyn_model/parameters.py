@@ -175,7 +175,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         Initial(*(float(initial[f"slider_{key}"]) for key in ("offset", "angle", "vx", "omega"))),
         _guide(scene) if has_guide else None,
         _journal(scene) if has_journal else None,
-        _load(scene),
+        read_load(scene),
         Integration(
             formulation=solver["formulation"],
             method=solver["method"],
@@ -267,7 +267,7 @@ def _journal(scene: Mapping[str, Any]) -> Law:
     )
 
 
-def _load(scene: Mapping[str, Any]) -> Load | None:
+def read_load(scene: Mapping[str, Any]) -> Load | None:
     load = scene["load"]
     rows = tuple((float(depth), float(force)) for depth, force in load["table"])
     if rows:
@@ -296,8 +296,8 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
 
 # Formulation to its methods, and to its usual settings (see `Integration`)
 _FORMULATIONS = tomllib.loads((files("exudyn_model") / "formulations.toml").read_text("utf-8"))
-_METHODS: dict[str, list[str]] = {name: each["methods"] for name, each in _FORMULATIONS.items()}
-_USUAL = {name: {"method": _METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
+METHODS: dict[str, list[str]] = {name: each["methods"] for name, each in _FORMULATIONS.items()}
+_USUAL = {name: {"method": METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
 
 
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
@@ -323,13 +323,13 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     reaction_groups = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
     has_clearance = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
     if formulation == "auto":
-        explicit = given.get("method", _METHODS["tree"][0]) in _METHODS["tree"]
+        explicit = given.get("method", METHODS["tree"][0]) in METHODS["tree"]
         formulation = "tree" if has_clearance and explicit and not reaction_groups else "full"
     usual = dict(_USUAL[formulation])
     if reaction_groups and formulation == "full":
         usual["method"] = "trapezoidal-index2"
     chosen = {"formulation": formulation} | usual | given
-    if chosen["method"] not in _METHODS[formulation]:
+    if chosen["method"] not in METHODS[formulation]:
         raise ValueError(
             f"solver.exudyn.method = {chosen['method']!r} does not integrate solver.exudyn.formulation = "
             f"{formulation!r}; use {usual['method']!r}"

@@ -53,6 +53,8 @@ class Recorder:
         See ``tables`` and ``invariants``.
     time : float
         Time of the last accepted state, s.
+    ending : tuple of str
+        Status and remedy of a run that its states end, else empty.
     """
 
     def __init__(
@@ -60,9 +62,13 @@ class Recorder:
         duration: float,
     ) -> None:  # fmt: skip
         self.channels, self.time, self.watch = channels, 0.0, Watch()
+        self.ending: tuple[str, str] | tuple[()] = ()
         self.extrema = Extrema(len(channels), period, duration)
         self.contacts = Contacts(contacts, shared)
         self._samples, self._sample_count = np.full((len(channels), samples + 1), np.nan), 0
+
+    def explain_failure(self) -> None:
+        """Set ``ending`` where the states tell why the solver has failed."""
 
     def take_samples(self, values: Array) -> None:
         """Take the next n samples; the first rows of ``values``, shape (>= channels, n), are the channels."""

@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.clearances import CORNERS
+from exudyn_model.five_bodies.linkage_recording import BODIES_AND_JOINTS, run_linkage
+from exudyn_model.five_bodies.linkage_scene import Linkage, load_at_start, read_linkage
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import judge_run
 from exudyn_model.kernels import seal
 from exudyn_model.linkage import SLIDER, assemble
 from exudyn_model.parameters import Parameters, read_scene
+from exudyn_model.run import Run
 from exudyn_model.tables import (
     ACCELERATIONS,
     JOURNAL,
@@ -91,21 +94,45 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         If the scene cannot be simulated or assembled; one line.
     """
     started = time.perf_counter()
-    parameters, _ = _read_and_check(scene)
-    integration = parameters.integration
     try:
+        if "body" in scene:
+            return _simulate_linkage(read_linkage(scene), progress, started)
+        parameters, _ = _read_and_check(scene)
+        integration = parameters.integration
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
     finally:
         seal()
-    recorder, outcome = run.recorder, run.outcome
-    channels = _channels(parameters)
+    recorder, channels = run.recorder, _channels(parameters)
     events, columns = recorder.event_table(), recorder.columns(channels)
-    cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
-    extrema = run_extrema(cycle_extrema, channels)
+    extrema = run_extrema(recorder.extrema.by_cycle(recorder.channels, channels), channels)
     contacts, constraints = recorder.contacts, run.constraints
-    invariants, broken = judge_run(
+    judged = judge_run(
         parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
+    return _result(run, channels, asdict(integration), parameters.sample_interval, judged, started)
+
+
+def _simulate_linkage(linkage: Linkage, progress: Callable[[float], None] | None, started: float) -> Result:
+    load_at_start(linkage)
+    run = run_linkage(linkage, progress)
+    judged = run.recorder.invariants()
+    settings = linkage.requested | {"groups": linkage.groups}
+    return _result(run, run.recorder.channels, settings, linkage.settings.sample_interval, judged, started)
+
+
+def _result(
+    run: Run,
+    channels: tuple[str, ...],
+    settings: dict[str, Any],
+    interval: float,
+    judged: tuple[dict[str, dict[str, Any]], str],
+    started: float,
+) -> Result:
+    """Return the result of a run: the samples of ``channels``, each ``interval`` (s)."""
+    recorder, outcome, constraints = run.recorder, run.outcome, run.constraints
+    events, columns = recorder.event_table(), recorder.columns(channels)
+    cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
+    invariants, broken = judged
     status, remedy = outcome.status, outcome.remedy
     if broken and status == "success":
         status = "invariant-violated"
@@ -113,8 +140,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     provenance = {
         "model": "exudyn",
         "formulation": run.formulation,
-        "integrator": integration.method,
-        "settings": asdict(integration) | run.settings,
+        "integrator": settings["method"],
+        "settings": settings | run.settings,
         "versions": {
             "python": platform.python_version(),
             "exudyn": exu.__version__,
@@ -131,16 +158,16 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         provenance["constraints"] = {name: value for name, (value, _) in constraints.items()} | {
             f"{name}_time_s": time_s for name, (_, time_s) in constraints.items()
         }
-    times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
+    times = np.arange(len(columns[channels[0]]), dtype=np.float64) * interval
     return Result(
         columns={"time": times} | columns,
         events=events,
-        extrema=extrema,
+        extrema=run_extrema(cycle_extrema, channels),
         cycle_extrema=cycle_extrema,
         provenance=provenance,
         status=status,
         remedy=remedy,
-        pulses=contacts.pulses(events),
+        pulses=recorder.contacts.pulses(events),
     )
 
 
@@ -149,6 +176,8 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
 
     ``load_at_start`` (N), and ``largest_load`` (N) on an ideal slider over a turn of the crank.
     """
+    if "body" in scene:
+        return load_at_start(read_linkage(scene))
     return dict(zip(("load_at_start", "largest_load"), _read_and_check(scene)[1], strict=True))
 
 
@@ -161,6 +190,11 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
     and a ``note`` about the equations if they need one.
     """
+    if "body" in scene:
+        linkage = read_linkage(scene)
+        rows, count = len(linkage.system.multipliers), 3 * len(linkage.names)
+        planned = {"formulation": BODIES_AND_JOINTS, "bodies": linkage.names, "coordinates": count}
+        return planned | {"constraints": rows, "freedom": count - rows}
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
     if parameters.integration.formulation == "full":

@@ -7,16 +7,57 @@ forces alone, so they are as accurate as the state.
 All functions treat many states at once: the last axis of their arrays is the state.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY
-from exudyn_model.five_bodies.system import System
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, Y
+from exudyn_model.five_bodies.system import System, Torque, TurnedGuide
 
 Array = NDArray[np.float64]
+
+
+class Motion:
+    """Motion of a linkage in many states.
+
+    Parameters
+    ----------
+    system : System
+    q, v : ndarray, shape (3 bodies, n)
+        Coordinates and their rates.
+    """
+
+    def __init__(self, system: System, q: Array, v: Array) -> None:
+        self.reference, self.q, self.v = system.reference, q, v
+        self.cosines, self.sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
+
+    def turned(self, body: int, vector: tuple[float, float]) -> tuple[Any, Any]:
+        """Return x and y of a vector of a body's frame, or of the fixed one."""
+        if body == FRAME:
+            return vector
+        along, across = vector
+        return (
+            self.cosines[body] * along - self.sines[body] * across,
+            self.sines[body] * along + self.cosines[body] * across,
+        )
+
+    def point(self, body: int, point: tuple[float, float]) -> tuple[Any, ...]:
+        """Return x, y (m), their rates (m/s), and the arm's x and y (m) of a point of a body."""
+        arm_x, arm_y = self.turned(body, point)
+        if body == FRAME:
+            return arm_x, arm_y, 0.0, 0.0, 0.0, 0.0
+        first, angle = PER_BODY * body, PER_BODY * body + ANGLE
+        return (
+            self.reference[first] + self.q[first] + arm_x,
+            self.reference[first + 1] + self.q[first + 1] + arm_y,
+            self.v[first] - self.v[angle] * arm_y,
+            self.v[first + 1] + self.v[angle] * arm_x,
+            arm_x,
+            arm_y,
+        )
 
 
 @dataclass(frozen=True)
@@ -30,12 +71,15 @@ class Constraints:
         ``System.multipliers``.
     products : list
         Required product of each row with the accelerations, m/s^2 or rad/s^2.
+    gaps : ndarray, shape (rows, n)
+        Violations, m or rad.
     position, velocity : ndarray, shape (n,)
         Largest violation of a constraint (m, rad), and of its rate (m/s, rad/s).
     """
 
     rows: list[dict[int, Any]]
     products: list[Any]
+    gaps: Array
     position: Array
     velocity: Array
 
@@ -50,31 +94,24 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
     q, v : ndarray, shape (3 bodies, n)
         Coordinates and their rates.
     """
-    reference, gaps, rates = system.reference, [], []
+    reference, motion, gaps, rates = system.reference, Motion(system, q, v), [], []
     rows: list[dict[int, Any]] = []
     products: list[Any] = []
-    cosines, sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
     for pin in system.pins:
         x_row: dict[int, Any] = {}
         y_row: dict[int, Any] = {}
         x, y, vx, vy, ax, ay = (np.zeros(len(times)) for _ in range(6))
-        for sign, body, (along, across) in (
-            (-1.0, pin.first, pin.first_point),
-            (1.0, pin.second, pin.second_point),
-        ):
+        for sign, body, point in ((-1.0, pin.first, pin.first_point), (1.0, pin.second, pin.second_point)):
+            point_x, point_y, point_vx, point_vy, arm_x, arm_y = motion.point(body, point)
+            x += sign * point_x
+            y += sign * point_y
             if body == FRAME:
-                x += sign * along
-                y += sign * across
                 continue
             first, angle = PER_BODY * body, PER_BODY * body + ANGLE
-            arm_x = cosines[body] * along - sines[body] * across
-            arm_y = sines[body] * along + cosines[body] * across
             x_row[first], x_row[angle] = sign, -sign * arm_y
             y_row[first + 1], y_row[angle] = sign, sign * arm_x
-            x += sign * (reference[first] + q[first] + arm_x)
-            y += sign * (reference[first + 1] + q[first + 1] + arm_y)
-            vx += sign * (v[first] - v[angle] * arm_y)
-            vy += sign * (v[first + 1] + v[angle] * arm_x)
+            vx += sign * point_vx
+            vy += sign * point_vy
             ax += sign * v[angle] ** 2 * arm_x
             ay += sign * v[angle] ** 2 * arm_y
         rows += [x_row, y_row]
@@ -86,7 +123,92 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
         products.append(0.0)
         gaps.append(reference[coordinate] + q[coordinate] - value - rate * times)
         rates.append(v[coordinate] - rate)
-    return Constraints(rows, products, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
+    for guide in system.turned_guides:
+        across, turned, own_gaps, own_rates, product = _turned_guide(guide, motion)
+        rows += [across, turned]
+        products += [product, 0.0]
+        gaps += own_gaps
+        rates += own_rates
+    shape = len(rows), len(times)
+    all_gaps = np.abs(np.reshape(gaps, shape)).max(axis=0, initial=0.0)
+    all_rates = np.abs(np.reshape(rates, shape)).max(axis=0, initial=0.0)
+    return Constraints(rows, products, np.reshape(gaps, shape), all_gaps, all_rates)
+
+
+def _turned_guide(guide: TurnedGuide, motion: Motion) -> tuple[Any, ...]:
+    """Return both rows of a turned guide, their gaps and rates, and the product of the first one.
+
+    n . (point - centre), with n across the line, which turns with the body ``on``; and the angle.
+    """
+    q, v, on, own = motion.q, motion.v, guide.on, PER_BODY * guide.body
+    tx, ty = motion.turned(on, (math.cos(guide.direction), math.sin(guide.direction)))
+    px, py, vx, vy, arm_x, arm_y = motion.point(on, guide.point)
+    x, y, vx, vy = px - q[own], py - q[own + 1], vx - v[own], vy - v[own + 1]
+    across = {own: ty, own + 1: -tx}
+    turned = {own + ANGLE: 1.0}
+    rate, product = -ty * vx + tx * vy, np.zeros_like(x)
+    angle, spin = q[own + ANGLE] - guide.angle, v[own + ANGLE]
+    if on != FRAME:
+        first, omega = PER_BODY * on, v[PER_BODY * on + ANGLE]
+        along = tx * (arm_x - x) + ty * (arm_y - y)
+        across |= {first: -ty, first + 1: tx, first + ANGLE: along}
+        turned[first + ANGLE] = -1.0
+        rate = rate - omega * (tx * x + ty * y)
+        product = omega**2 * (-ty * (arm_x + x) + tx * (arm_y + y)) + 2.0 * omega * (tx * vx + ty * vy)
+        angle, spin = angle - q[first + ANGLE], spin - omega
+    return across, turned, [-ty * x + tx * y, angle], [rate, spin], product
+
+
+def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return what gravity, springs and a motor's torque do in many states.
+
+    Parameters
+    ----------
+    system : System
+    q, v : ndarray, shape (3 bodies, n)
+        Coordinates and their rates.
+
+    Returns
+    -------
+    force : ndarray, shape (3 bodies, n)
+        N, N m.
+    tensions : ndarray, shape (springs, n)
+        N.
+    stored, damped : ndarray, shape (n,)
+        Energy in all springs (J), power of their dampers (W).
+    driven : ndarray, shape (n,)
+        Power of the motor's torque, W.
+    """
+    force, motion = np.zeros_like(q), Motion(system, q, v)
+    force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
+    count = q.shape[1]
+    stored, damped, driven = np.zeros((3, count))
+    tensions = np.zeros((len(system.springs), count))
+    for spring, tension in zip(system.springs, tensions, strict=True):
+        ends = [
+            (body, motion.point(body, point))
+            for body, point in ((spring.first, spring.first_point), (spring.second, spring.second_point))
+        ]
+        x, y, vx, vy = (ends[1][1][k] - ends[0][1][k] for k in range(4))
+        length = np.hypot(x, y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ux, uy = (np.where(length > 0.0, part / length, 0.0) for part in (x, y))
+        rate = ux * vx + uy * vy
+        tension += spring.stiffness * (length - spring.length) + spring.damping * rate
+        stored += 0.5 * spring.stiffness * (length - spring.length) ** 2
+        damped += spring.damping * rate**2
+        for sign, (body, (*_, arm_x, arm_y)) in zip((1.0, -1.0), ends, strict=True):
+            if body != FRAME:
+                first = PER_BODY * body
+                force[first] += sign * tension * ux
+                force[first + 1] += sign * tension * uy
+                force[first + ANGLE] += sign * tension * (arm_x * uy - arm_y * ux)
+    if isinstance(system.drive, Torque):
+        angle = PER_BODY * system.drive.body + ANGLE
+        torque = np.interp(q[angle], *system.drive.table.T, period=2.0 * math.pi)
+        force[angle] += torque
+        driven += torque * v[angle]
+    return force, tensions, stored, damped, driven
 
 
 def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Array, Array]:

@@ -58,11 +58,13 @@ class BodiesRecorder(Recorder):
         Largest violation so far of each of ``CONSTRAINTS`` (m, rad; m/s, rad/s), and its time (s).
     """
 
-    def __init__(self, model: Model, choice: StepChoice, settings: Settings) -> None:
+    def __init__(
+        self, model: Model, choice: StepChoice, settings: Settings, channels: tuple[str, ...] = ()
+    ) -> None:
         system, names = model.system, model.system.contact_names
         journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
-        channels = (
+        channels = channels or (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
             *(energy_channels(system.load is not None) if settings.energy else ()),
         )  # fmt: skip
@@ -108,14 +110,18 @@ class BodiesRecorder(Recorder):
         time, longest = choice.time, choice.allowed
         for element in self._model.elements:
             longest = element.follow(time, longest)
+        self._log_state()
+        return longest
+
+    def _log_state(self) -> None:
+        """Log the next state."""
         stamp = self._stamp
-        stamp[0], stamp[1] = time, choice.end_tick
+        stamp[0], stamp[1] = self._choice.time, self._choice.end_tick
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.state_count += 1
         if self._count == BATCH:
             self.observe()
-        return longest
 
     def observe(self) -> None:
         """Observe the logged states; the last one remains, as the first of the next batch.
@@ -213,10 +219,7 @@ class BodiesRecorder(Recorder):
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
         powers = np.array([drive, *(memory[f"{name}_power"].sum(axis=0) for name in ("damping", "friction"))])
-        works = np.zeros_like(powers)
-        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
-        works += self._works[:, None]
-        self._works = works[:, -1].copy()
+        works = self._integrate(times, powers)
         kinetic = 0.5 * system.masses @ (v * v)
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
@@ -227,6 +230,14 @@ class BodiesRecorder(Recorder):
         gravity = self._initial[0] - height
         residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
         return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
+
+    def _integrate(self, times: Array, powers: Array) -> Array:
+        """Return the works of powers (W), shape (k, n), by the trapezoidal rule since t = 0, J."""
+        works = np.zeros_like(powers)
+        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
+        works += self._works[: len(powers), None]
+        self._works = works[:, -1].copy()
+        return works
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""

@@ -1,8 +1,9 @@
 """Solution of one run of five bodies by Exudyn's implicit integrators."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.run import Outcome, Progress, Report, Run, solve, state_vectors
 
 Array = NDArray[np.float64]
+R = TypeVar("R", bound=BodiesRecorder)
 
 
 def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
@@ -42,8 +44,11 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
 
 
 def run_system(
-    system: System, settings: Settings, report: Report | None = None
-) -> tuple[BodiesRecorder, StepChoice, Outcome]:
+    system: System,
+    settings: Settings,
+    report: Report | None = None,
+    new_recorder: Callable[[Model, StepChoice, Settings], R] = BodiesRecorder,  # type: ignore[assignment]
+) -> tuple[R, StepChoice, Outcome]:
     """Run a linkage that is given as lists; its initial positions and velocities must fit its joints.
 
     Raises
@@ -53,7 +58,7 @@ def run_system(
     """
     model = build(system, settings.tick)
     choice = StepChoice(model, settings)
-    recorder = BodiesRecorder(model, choice, settings)
+    recorder = new_recorder(model, choice, settings)
     progress = Progress(report, settings.duration)
     return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
 
@@ -96,11 +101,14 @@ class Solution:
                 "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
                 "where friction.coefficient is above 1, lower it"
             )
+            recorder.explain_failure()
         if [one.ctypes.data for one in self.vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
             raise AssertionError("Exudyn has moved its coordinates")
         recorder.observe()
         if not recorder.is_finite():
             status, remedy = "non-finite", "check the scene's masses and speeds"
+        if recorder.ending:
+            status, remedy = recorder.ending
         if status == "success":
             self.progress.finish()
         iterations = self.dynamic.it
@@ -139,7 +147,7 @@ class Solution:
         """
         mbs, system = self.model.mbs, self.model.system
         self.dynamic, self.vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
-        q, v, multipliers = self.vectors
+        q, v, multipliers = [*self.vectors, np.zeros(0)][:3]  # without constraints there are no multipliers
         with np.errstate(over="ignore"):
             start = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Round-off of a few operations is some 1e-16 of the lengths, which are near 1 m or longer

@@ -1,7 +1,7 @@
 """A planar linkage as lists, and as Exudyn's bodies, joints, drive, gravity and contacts."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -10,13 +10,18 @@ import numpy as np
 from exudyn.itemInterface import (
     CoordinateConstraint,
     LoadMassProportional,
+    LoadTorqueVector,
     MarkerBodyMass,
     MarkerBodyPosition,
+    MarkerBodyRigid,
     MarkerNodeCoordinate,
     NodePointGround,
     NodeRigidBody2D,
+    ObjectConnectorCartesianSpringDamper,
+    ObjectConnectorSpringDamper,
     ObjectGenericODE2,
     ObjectGround,
+    ObjectJointPrismatic2D,
     ObjectJointRevolute2D,
     ObjectRigidBody2D,
 )
@@ -26,7 +31,7 @@ from exudyn_model.clearances import CORNER_COUNT, CORNERS, new_contacts
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
 from exudyn_model.five_bodies.journal_contact import Bearing, JournalElement
 from exudyn_model.five_bodies.slider_contact import SliderElement
-from exudyn_model.kernels import machine_code
+from exudyn_model.kernels import entry, machine_code
 from exudyn_model.laws import Law
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
 from exudyn_model.parameters import Load, Parameters
@@ -67,6 +72,30 @@ class Guide(NamedTuple):
     value: float
 
 
+class TurnedGuide(NamedTuple):
+    """A line of the body ``on`` or of the ``FRAME``, on which another body keeps its centre and its angle."""
+
+    name: str
+    body: int
+    on: int
+    point: tuple[float, float]  # Of the line, in body coordinates, m
+    direction: float  # Of the line, and angle of the body, in the frame of ``on``, rad
+    angle: float
+
+
+class Spring(NamedTuple):
+    """A spring with a damper between two points, as those of a `Pin`: N/m, free length in m, N s/m."""
+
+    name: str
+    first: int
+    first_point: tuple[float, float]
+    second: int
+    second_point: tuple[float, float]
+    stiffness: float
+    length: float
+    damping: float
+
+
 class SliderContact(NamedTuple):
     """A rectangular body with clearance in a straight guide."""
 
@@ -94,6 +123,13 @@ class Drive(NamedTuple):
     omega: float
 
 
+class Torque(NamedTuple):
+    """A torque of the frame on a body, linear over its angle and periodic: rows of rad in a turn and N m."""
+
+    body: int
+    table: Array  # Shape (n, 2)
+
+
 @dataclass(frozen=True)
 class System:
     """A linkage; ``gravity`` (m/s^2) acts along -y.
@@ -105,10 +141,12 @@ class System:
     pins: list[Pin]
     guides: list[Guide]
     contacts: list[SliderContact | JournalContact]
-    drive: Drive
+    drive: Drive | Torque | None
     observed: int
     gravity: float = 0.0
     load: Load | None = None
+    turned_guides: list[TurnedGuide] = field(default_factory=list)
+    springs: list[Spring] = field(default_factory=list)
 
     @property
     def sliders(self) -> list[SliderContact]:
@@ -132,13 +170,15 @@ class System:
         """Channel of each Lagrange multiplier.
 
         Exudyn writes M a + (dc/dq)^T lambda = f, with c the second body's end less the first's: the channel,
-        the constraint's force or moment on the second body, is -lambda.
+        the constraint's force or moment on the second body, is -lambda; the force of a turned guide, whose
+        first body is guided, is +lambda.
         """
         pins = [f"reaction_{pin.name}_{axis}" for pin in self.pins for axis in "xy"]
+        guides = (*self.guides, *self.turned_guides)
         return (
             *pins,
-            "crank_torque",
-            *(name for _ in self.guides for name in ("guide_force", "guide_moment")),
+            *(["crank_torque"] if isinstance(self.drive, Drive) else []),
+            *(name for _ in guides for name in ("guide_force", "guide_moment")),
         )
 
     @cached_property
@@ -148,9 +188,11 @@ class System:
 
     @cached_property
     def prescribed(self) -> list[tuple[int, float, float]]:
-        """Prescribed coordinates, first that of the drive: number, value at t = 0, rate (m, rad, s)."""
-        body = self.drive.body
-        prescribed = [(PER_BODY * body + ANGLE, self.bodies[body].position[ANGLE], self.drive.omega)]
+        """Prescribed coordinates, first that of a drive: number, value at t = 0, rate (m, rad, s)."""
+        prescribed, drive = [], self.drive
+        if isinstance(drive, Drive):
+            angle = self.bodies[drive.body].position[ANGLE]
+            prescribed.append((PER_BODY * drive.body + ANGLE, angle, drive.omega))
         for guide in self.guides:
             prescribed.append((PER_BODY * guide.body + guide.coordinate, guide.value, 0.0))
             prescribed.append((PER_BODY * guide.body + ANGLE, 0.0, 0.0))
@@ -231,21 +273,40 @@ def build(system: System, step: float) -> Model:
         )
         centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=objects[-1]))
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
-    for pin in system.pins:
+    for connector in (*system.pins, *system.springs):
         ends = []
-        for body_number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
+        for body_number, point in (
+            (connector.first, connector.first_point),
+            (connector.second, connector.second_point),
+        ):
             carrier = ground if body_number == FRAME else objects[body_number]
             ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=carrier, localPosition=[*point, 0.0])))
-        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends))
+        mbs.AddObject(_joint(connector, ends))
     fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
     for number, (coordinate, value, rate) in enumerate(system.prescribed):
         body_number, axis = divmod(coordinate, PER_BODY)
         marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[body_number], coordinate=axis))
-        is_drive = number == 0
+        is_drive = number == 0 and isinstance(system.drive, Drive)
         offset = rate if is_drive else value - system.reference[coordinate]
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
+    for guide in system.turned_guides:
+        line, angle = guide.direction, guide.direction - guide.angle
+        carrier = ground if guide.on == FRAME else objects[guide.on]
+        sides = (objects[guide.body], [0.0, 0.0, 0.0]), (carrier, [*guide.point, 0.0])
+        mbs.AddObject(
+            ObjectJointPrismatic2D(
+                markerNumbers=[
+                    mbs.AddMarker(MarkerBodyRigid(bodyNumber=number, localPosition=point))
+                    for number, point in sides
+                ],
+                axisMarker0=[math.cos(angle), math.sin(angle), 0.0],
+                normalMarker1=[-math.sin(line), math.cos(line), 0.0],
+            )
+        )
+    if isinstance(system.drive, Torque):
+        _add_torque(mbs, system.drive, nodes[system.drive.body], objects[system.drive.body])
     contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
     elements = _elements(system, contacts, current)
     for element in elements:
@@ -270,6 +331,45 @@ def build(system: System, step: float) -> Model:
         )
     mbs.Assemble()
     return Model(mbs, container, system, elements, contacts, current, workpiece)
+
+
+def _joint(connector: Pin | Spring, ends: list[Any]) -> Any:
+    """Make Exudyn's joint or spring between two markers."""
+    if isinstance(connector, Pin):
+        return ObjectJointRevolute2D(name=connector.name, markerNumbers=ends)
+    if connector.length == connector.damping == 0.0:  # has a direction where its points coincide, too
+        return ObjectConnectorCartesianSpringDamper(markerNumbers=ends, stiffness=[connector.stiffness] * 3)
+    return ObjectConnectorSpringDamper(
+        markerNumbers=ends,
+        referenceLength=connector.length,
+        stiffness=connector.stiffness,
+        damping=connector.damping,
+    )
+
+
+def _add_torque(mbs: Any, drive: Torque, node: Any, body: Any) -> None:
+    """Add the torque of a motor: as a load where it is constant, else as a force of the body's node."""
+    angles, torques = drive.table.T
+    if len(torques) == 1:
+        marker = mbs.AddMarker(MarkerBodyRigid(bodyNumber=body))
+        mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, torques[0]]))
+        return
+    torque = machine_code(periodic_table, 0.0, angles, torques)
+
+    def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
+        return 0.0, 0.0, torque(q[ANGLE], angles, torques)
+
+    mass = np.zeros((PER_BODY, PER_BODY))
+    mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=mass, forceUserFunction=user_function))
+
+
+@entry
+def periodic_table(angle: float, angles: Array, values: Array) -> float:
+    """Interpolate a table over a turn linearly at an angle; ``angles`` (rad) rise from 0 to one turn."""
+    rest = angle % angles[-1]
+    row = min(int(np.searchsorted(angles, rest, side="right")), len(angles) - 1)
+    share = (rest - angles[row - 1]) / (angles[row] - angles[row - 1])
+    return float(values[row - 1] + share * (values[row] - values[row - 1]))
 
 
 def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
