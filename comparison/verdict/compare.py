@@ -92,7 +92,8 @@ def compare(
     compared = [name for name in names if only is None or name in only]
     cycle = nan if period is None else period
     if period is None and a.finer is not None:
-        moving = [name for name in compared if is_state(known[name])] or compared
+        excited = [n for n in compared if np.ptp([aligned.a[n], aligned.b[n]]) >= known[n].floor]
+        moving = [name for name in excited if is_state(known[name])] or excited or compared
         cycle = pace(aligned.time, [side[name] for name in moving for side in (aligned.a, aligned.b)])
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")

@@ -9,6 +9,7 @@ from math import degrees
 
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
+from comparison.accuracy.uncertainty import WINDOW
 from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.scene import Scene
@@ -75,7 +76,8 @@ class LinkagePair(Pair):
 
     def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
         result = super()._compare(programs, warnings)
-        return replace(result, description=self.scene.description, ran=self.scene)
+        events: tuple[None, None] = (None, None)  # it has no contacts
+        return replace(result, description=self.scene.description, ran=self.scene, events=events)
 
 
 def moved_states(scene: Scene) -> list[str]:
@@ -110,6 +112,7 @@ def linkage_pair(
         title=scene.title,
         start=Start(states=moved_states(scene)),
         demand=Demand(until=scene.compare.until, coverage=thresholds().coverage),
+        window=WINDOW * scene.period if "speed_rpm" in scene.data["drive"] else None,
     )
     return LinkagePair(
         (sides[0], sides[1]),
