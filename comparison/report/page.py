@@ -515,7 +515,7 @@ def _gate_figure(check: Check, key: str) -> Markup:
     """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
-    distance, unit = np.abs(now - before), pretty_unit(channels()[check.name].unit)
+    distance, unit = np.abs(now - before), pretty_unit(check.data["unit"])
     wide, thin = svg.MODEL_LINES
     with svg.style():
         figure = Figure(layout="constrained")

@@ -110,8 +110,9 @@ class Scene:
 
     @property
     def period(self) -> float:
-        """Period of one cycle of a crank driven by speed, s."""
-        return 60.0 / abs(float(self.data["drive"]["speed_rpm"]))
+        """Period of one crank cycle, s; of a linkage without a speed its duration."""
+        speed = self.data["drive"].get("speed_rpm")
+        return self.duration if speed is None else 60.0 / abs(float(speed))
 
     @property
     def duration(self) -> float:

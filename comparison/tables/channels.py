@@ -52,9 +52,11 @@ class Channel:
         """
         if self.given is not None:
             return self.given
-        pin = scene is not None and scene["joints"] == {"slider": "ideal", "crank_pin": "clearance"}
+        if self.scale == "range" or scene is None:
+            return extent
+        pin = scene["joints"] == {"slider": "ideal", "crank_pin": "clearance"}
         where = "crank_pin" if pin or self.scale == "clearance of the pin" else "slider"
-        if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
+        if scene["clearance"][where] == 0:
             return extent
         rule, per, _ = self.scale.partition("/(T/100)")
         value = float(scene["clearance"][where])
@@ -85,7 +87,7 @@ def channels() -> dict[str, Channel]:
 
 
 def linkage_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
-    """Return the channels of a linkage that it requests, by name; without bodies of a scene: none."""
+    """Return the channels that a linkage requests, by name; none of a scene of the press."""
     if "body" not in scene:
         return {}
     size, rpm = largest_length(scene), abs(scene["drive"].get("speed_rpm", 0.0))
@@ -96,8 +98,9 @@ def linkage_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
         for name in names if kind in kinds else ():
             for quantity, keys in kinds[kind].items():
                 own = {"name": f"{name}.{quantity}", "label": f"{name} {quantity}".replace("_", " ")}
-                rate = {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
-                known.append(Channel(**keys | own | rate, given=scales.get(keys.get("scale", "")) or None))
+                own |= {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
+                given = scales.get(keys.get("scale", "")) or None
+                known.append(Channel(**keys | own | {"scale": "range"}, given=given))
     energies = channels() | {name: Channel(name, **keys) for name, keys in kinds["energy"].items()}
     parts = ("kinetic", "gravity", "drive", "spring", "damping", *(["load"] * ("load" in scene)), "residual")
     known += [energies[f"energy_{part}"] for part in parts]

@@ -7,10 +7,10 @@ from comparison.scene.loading import new_scene, shipped_linkages
 
 
 def test_the_complete_mapping_has_points_and_defaults() -> None:
-    scene = load_scene("four-bar", {"body.rod.length": 0.4})
-    assert scene.data["body"]["rod"]["points"]["end"] == [0.4, 0.0]
+    scene = load_scene("four-bar", {"body.coupler.length": 0.4})
+    assert scene.data["body"]["coupler"]["points"]["end"] == [0.4, 0.0]
     assert scene.data["solver"]["reference"]["formulation"] == "multiplier"
-    assert scene.name == "four-bar+body.rod.length=0.4"
+    assert scene.name == "four-bar+body.coupler.length=0.4"
     assert scene.duration == 1.0
 
 
@@ -44,17 +44,25 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("body.rod.lenght", 1.0, "is not a known key; did you mean body.rod.length?"),
-        ("body.rod.mass", -1, "= -1 kg must be > 0"),
-        ("body.rod.centroid", "x", "must be a number or [x, y]"),
+        ("body.coupler.lenght", 1.0, "is not a known key; did you mean body.coupler.length?"),
+        ("body.coupler.mass", -1, "= -1 kg must be > 0"),
+        ("body.coupler.centroid", "x", "must be a number or [x, y]"),
         ("body.a b.mass", 1.0, "must be letters, digits, _ and - only"),
-        ("body.rod.points.centroid", [0.0, 0.0], "is body.centroid already"),
-        ("pin.A.joins", ["crank.ende", "rod.start"], "names no point 'crank.ende'; did you mean crank.end?"),
+        ("body.coupler.points.centroid", [0.0, 0.0], "is body.centroid already"),
+        (
+            "pin.A.joins",
+            ["crank.ende", "coupler.start"],
+            "names no point 'crank.ende'; did you mean crank.end?",
+        ),
         ("pin.A.joins", ["crank.end", "crank.start"], "joins a body to itself"),
         ("pin.A.point", [1.0, 0.0], "is for a joint with the frame alone"),
-        ("guide.G", {"body": "rod", "on": "rod"}, "must be another body"),
-        ("guide.G", {"body": "rodd"}, "is no body; did you mean rod?"),
-        ("spring.A", {"joins": ["frame", "rod.end"], "stiffness": 1.0, "length": 0.0}, "something else too"),
+        ("guide.G", {"body": "coupler", "on": "coupler"}, "must be another body"),
+        ("guide.G", {"body": "couplr"}, "is no body; did you mean coupler?"),
+        (
+            "spring.A",
+            {"joins": ["frame", "coupler.end"], "stiffness": 1.0, "length": 0.0},
+            "something else too",
+        ),
         ("pim.A.joins", [], "did you mean pin?"),
         ("drive.torque", 1.0, "must have one of speed_rpm, torque, torque_table, free"),
         ("drive.speed_rpm", 0.0, "must not be zero"),
@@ -62,7 +70,7 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("output.duration", 1.0, "is for a linkage without drive.speed_rpm"),
         ("output.groups", ["corners"], "must be 'accelerations', 'joints' or 'energy'"),
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
-        ("load", {"body": "rod", "table": [[0.0, 1.0]]}, "must begin with [0, 0]"),
+        ("load", {"body": "coupler", "table": [[0.0, 1.0]]}, "must begin with [0, 0]"),
         ("contact.law", "x", "contact is for the press: a scene with [body] has none"),
     ],
 )
@@ -75,4 +83,4 @@ def test_a_mistake_is_one_line(key, value, message) -> None:
 
 def test_a_body_does_not_make_a_linkage_of_the_press() -> None:
     with pytest.raises(SceneError, match="body is not a known key"):
-        load_scene("ideal", {"body.rod.mass": 1.0})
+        load_scene("ideal", {"body.coupler.mass": 1.0})
