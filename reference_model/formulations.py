@@ -11,7 +11,7 @@ from typing import Any
 import numba.extending
 import numpy as np
 
-from reference_model import chain, minimal, multiplier, planar
+from reference_model import chain, minimal, multiplier
 from reference_model.chain import Chain
 from reference_model.compiled import ONLY_FROM_KERNELS
 from reference_model.linkage import (
@@ -29,7 +29,7 @@ from reference_model.parameters import Parameters
 from reference_model.state import WORKS, Nodes, Records, contact_list
 
 Model = Minimal | Chain | Linkage
-_MODULES: dict[type, Any] = {Minimal: minimal, Chain: chain, Linkage: multiplier, planar.Planar: planar}
+_MODULES: dict[type, Any] = {Minimal: minimal, Chain: chain, Linkage: multiplier}
 
 
 def _overload(stub: Callable[..., Any]) -> None:

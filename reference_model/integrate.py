@@ -96,7 +96,8 @@ def attempt(
         if again == 0:
             factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
             next_h = min(settings.largest, h * factor)
-        to_kink = share_to_kink(model.load, nodes.slider[0], nodes.slider[END], h)
+        start, end = nodes.slider[0], nodes.slider[END]
+        to_kink = share_to_kink(model.load, start.y, h * start.vy, end.y, h * end.vy)
         if to_kink < 1.0 and t + h * to_kink > t:
             place = NONE
             h *= to_kink

@@ -4,16 +4,18 @@ q_i = (x_i, y_i, theta_i). With Phi(q, t) = 0 the rows of Eq. 16,
 
     M q'' + Phi_q^T lambda = Q,    Phi_q q'' = gamma - 2 alpha Phi' - beta^2 Phi.
 
-`assemble` describes a planar linkage by lists: bodies, pins, ideal guides, one drive, and the body whose four
-corners are in a guide with clearance. A pin between bodies i and j gives the rows
+`assemble` describes a planar linkage by lists: bodies, pins, ideal guides, springs, one drive, and the body
+whose four corners are in a guide with clearance. A pin between bodies i and j gives the rows
 r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (in the fixed frame, j = -1, b is a
-point), a guide x_i - line = 0 and theta_i = 0, the drive theta_i - omega t - theta0 = 0. `press` lists the
-press with its rows in the paper's order. Rows 7-13 are corrected: as printed the rods would not close.
+point), a guide R_j n . (r_i - r_j) - c = 0 and theta_i - theta_j - angle = 0, a drive by a speed
+theta_i - omega t - theta0 = 0. A spring has the rows of a pin, which are no constraints but its length.
+`press` lists the press with its rows in the paper's order. Rows 7-13 are corrected: as printed the rods would
+not close.
 """
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,56 +42,63 @@ class Linkage(NamedTuple):
     weights: Array
     """The bodies' weights as generalized forces, shape (3 n,)."""
     joined: NDArray[np.int64]
-    """Bodies i, j of each pin, shape (pins, 2)."""
+    """Bodies i, j of each pin, then of each spring, shape (pins + springs, 2)."""
     arms: Array
-    """a and b of each pin, shape (pins, 4), m."""
+    """a and b of each pin, then of each spring, shape (pins + springs, 4), m."""
     guided: NDArray[np.int64]
-    """Bodies on an ideal guide, shape (guides,)."""
+    """Bodies i, j of each ideal guide, shape (guides, 2)."""
     lines: Array
-    """x of each ideal guide, m."""
+    """n in the frame of j, c (m), angle (rad) of each ideal guide, shape (guides, 4)."""
+    springs: Array
+    """Stiffness (N/m), free length (m), damping (N s/m) of each spring, shape (springs, 3)."""
     driven: int
     """Number of the driven body."""
     slider: int
-    """Number of the slider."""
+    """Number of the slider: the body with contacts or load."""
     contacts: Records
     """Contacts of the slider's corners; none if it is on an ideal guide."""
     load: Load
     """Load of the workpiece below the slider."""
+    torque: Load
+    """Torque (N m) on a body that no speed drives: that of a load at the depth theta, from 0 to 2 pi rad."""
     omega: float
-    """Rate of the driven body, rad/s."""
+    """Rate of the driven body, rad/s; 0: no speed drives it."""
     theta0: float
     """Angle of the driven body at t = 0, rad."""
     alpha: float
     """Baumgarte's alpha and beta, 1/s."""
     beta: float
     phi: Array
-    """Work array: Phi, shape (rows,); so are Phi', gamma and lambda."""
+    """Work array: Phi, and the vector of each spring, shape (rows + 2 springs,); so are Phi' and gamma."""
     rate: Array
     gamma: Array
     lambdas: Array
+    """Work array: lambda, shape (rows,)."""
+    pulls: Array
+    """Work array: tension (N) and length (m) of each spring, shape (springs, 2)."""
     applied: Array
     """Work array: Q, shape (3 n,)."""
     jacobian: Array
-    """Work array: Phi_q, shape (rows, 3 n)."""
+    """Work array: Phi_q, shape (rows + 2 springs, 3 n)."""
     matrix: Array
     """Work array: Phi_q M^-1 Phi_q^T, shape (rows, rows)."""
 
     @property
     def rows(self) -> int:
-        """Number of constraints: pins, guides, drive."""
-        return self.phi.size
+        """Number of constraints: pins, drive, guides."""
+        return self.lambdas.size
 
 
 def assemble(
     bodies: Sequence[tuple[float, float]],
     pins: Sequence[tuple[int, Point, int, Point]],
-    guides: Sequence[tuple[int, float]],
+    guides: Sequence[tuple[int, int, Sequence[float]]],
     drive: tuple[int, float, float],
     slider: tuple[int, Records],
     *,
     gravity: float = 0.0,
     baumgarte: tuple[float, float] = (0.0, 0.0),
-    load: Load = NO_LOAD,
+    springs: Sequence[tuple[float, float, float]] = (),
 ) -> Linkage:
     """Describe a planar linkage.
 
@@ -98,25 +107,28 @@ def assemble(
     bodies
         Mass (kg) and inertia about the centroid (kg m^2) of each body.
     pins
-        Body i, its point (m, from the centroid, in its own frame), body j or FRAME, its point.
+        Body i, its point (m, from the centroid, in its own frame), body j or FRAME, its point; the ends of
+        springs follow.
     guides
-        Body that stays upright on a vertical line, and the x of that line, m.
+        Body i, body j or FRAME, and the guide's `lines`.
     drive
-        Body whose angle grows uniformly, its rate (rad/s), its angle at t = 0 (rad).
+        Body whose angle grows uniformly, its rate (rad/s; 0: it does not), its angle at t = 0 (rad).
     slider
         Number of the slider, and the contacts of its corners; none without clearance.
     gravity
         Acceleration of gravity along -y, m/s^2.
     baumgarte
         alpha and beta, 1/s.
-    load
-        Load of the workpiece below the slider.
+    springs
+        `springs` of the last pins.
 
     Returns
     -------
     Linkage
+        Without load and torque.
     """
-    size, rows = 3 * len(bodies), 2 * len(pins) + 1 + 2 * len(guides)
+    size, every = 3 * len(bodies), 2 * len(pins) + (drive[1] != 0.0) + 2 * len(guides)
+    rows = every - 2 * len(springs)
     weights = np.zeros(size)
     weights[1::3] = [-gravity * mass for mass, _ in bodies]
     return Linkage(
@@ -124,22 +136,25 @@ def assemble(
         weights=weights,
         joined=np.array([(i, j) for i, _, j, _ in pins], dtype=np.int64).reshape(-1, 2),
         arms=np.array([(*a, *b) for _, a, _, b in pins], dtype=np.float64).reshape(-1, 4),
-        guided=np.array([body for body, _ in guides], dtype=np.int64),
-        lines=np.array([line for _, line in guides], dtype=np.float64),
+        guided=np.array([(i, j) for i, j, _ in guides], dtype=np.int64).reshape(-1, 2),
+        lines=np.array([line for _, _, line in guides], dtype=np.float64).reshape(-1, 4),
+        springs=np.array(springs, dtype=np.float64).reshape(-1, 3),
         driven=drive[0],
         slider=slider[0],
         contacts=slider[1],
-        load=load,
+        load=NO_LOAD,
+        torque=NO_LOAD,
         omega=drive[1],
         theta0=drive[2],
         alpha=baumgarte[0],
         beta=baumgarte[1],
-        phi=np.empty(rows),
-        rate=np.empty(rows),
-        gamma=np.empty(rows),
+        phi=np.empty(every),
+        rate=np.empty(every),
+        gamma=np.empty(every),
         lambdas=np.empty(rows),
+        pulls=np.empty((len(springs), 2)),
         applied=np.empty(size),
-        jacobian=np.empty((rows, size)),
+        jacobian=np.empty((every, size)),
         matrix=np.empty((rows, rows)),
     )
 
@@ -159,20 +174,19 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
             (3, (-m.Ls4, 0.0), 2, (m.L3 - m.Ls3, 0.0)),
             (4, (0.0, 0.0), 3, (m.L4 - m.Ls4, 0.0)),
         ],
-        guides=[] if contacts.size else [(4, m.line_x)],
+        guides=[] if contacts.size else [(4, FRAME, (1.0, 0.0, m.line_x, 0.0))],
         drive=(0, m.omega, m.theta0),
         slider=(4, contacts),
         gravity=m.gravity,
         baumgarte=baumgarte,
-        load=load,
-    )
+    )._replace(load=load)
 
 
 @inlined
-def add_pin_end(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
-    """Add one end (0 or 1) of a pin to the pin's rows of Phi, Phi_q and gamma."""
+def add_pin_end(model: Linkage, pin: int, row: int, end: int, q: Array, v: Array) -> None:
+    """Add one end (0 or 1) of a pin or spring to Phi, Phi_q and gamma from a row on."""
     body, ax, ay = model.joined[pin, end], model.arms[pin, 2 * end], model.arms[pin, 2 * end + 1]
-    row, sign = 2 * pin, 1.0 - 2.0 * end
+    sign = 1.0 - 2.0 * end
     if body == FRAME:
         model.phi[row] -= ax
         model.phi[row + 1] -= ay
@@ -188,6 +202,24 @@ def add_pin_end(model: Linkage, pin: int, end: int, q: Array, v: Array) -> None:
     model.gamma[row + 1] += ry * v[turn] * v[turn]
 
 
+@inlined
+def add_guide(model: Linkage, guide: int, row: int, q: Array, v: Array) -> None:
+    """Write the two rows of a guide in Phi, Phi_q and gamma."""
+    nx, ny, turn = model.lines[guide, 0], model.lines[guide, 1], -model.lines[guide, 3]
+    x, on = 3 * model.guided[guide, 0], 3 * model.guided[guide, 1]
+    ex, ey, turn = q[x], q[x + 1], turn + q[x + 2]
+    if on >= 0:
+        c, s, spin = math.cos(q[on + 2]), math.sin(q[on + 2]), v[on + 2]
+        nx, ny = c * nx - s * ny, s * nx + c * ny
+        ex, ey, turn = ex - q[on], ey - q[on + 1], turn - q[on + 2]
+        slip = nx * (v[x + 1] - v[on + 1]) - ny * (v[x] - v[on])
+        model.gamma[row] = spin * (spin * (nx * ex + ny * ey) - 2.0 * slip)
+        model.jacobian[row, on], model.jacobian[row, on + 1] = -nx, -ny
+        model.jacobian[row, on + 2], model.jacobian[row + 1, on + 2] = nx * ey - ny * ex, -1.0
+    model.phi[row], model.phi[row + 1] = nx * ex + ny * ey - model.lines[guide, 2], turn
+    model.jacobian[row, x], model.jacobian[row, x + 1], model.jacobian[row + 1, x + 2] = nx, ny, 1.0
+
+
 @inner
 def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
     """Write Phi of Eq. 16, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q.
@@ -199,22 +231,25 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
         phi[i] = gamma[i] = 0.0
         for k in range(q.size):
             jacobian[i, k] = 0.0
+    pins, rows = model.joined.shape[0] - model.springs.shape[0], model.lambdas.size
     for pin in range(model.joined.shape[0]):
-        add_pin_end(model, pin, 0, q, v)
-        add_pin_end(model, pin, 1, q, v)
-    row = 2 * model.joined.shape[0]
-    phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
-    jacobian[row, 3 * model.driven + 2] = 1.0
-    for guide in range(model.guided.size):
-        x, at = 3 * model.guided[guide], row + 1 + 2 * guide
-        phi[at], phi[at + 1] = q[x] - model.lines[guide], q[x + 2]
-        jacobian[at, x] = jacobian[at + 1, x + 2] = 1.0
+        row = 2 * pin if pin < pins else rows + 2 * (pin - pins)
+        add_pin_end(model, pin, row, 0, q, v)
+        add_pin_end(model, pin, row, 1, q, v)
+    row = 2 * pins
+    if model.omega != 0.0:
+        phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
+        jacobian[row, 3 * model.driven + 2] = 1.0
+        row += 1
+    for guide in range(model.guided.shape[0]):
+        add_guide(model, guide, row + 2 * guide, q, v)
     for i in range(phi.size):
         total = 0.0
         for k in range(q.size):
             total += jacobian[i, k] * v[k]
         rate[i] = total
-    rate[row] -= model.omega
+    if model.omega != 0.0:
+        rate[2 * pins] -= model.omega
 
 
 @inner
@@ -241,10 +276,11 @@ def solve_definite(matrix: Array, right: Array) -> None:
 
 
 @inner
-def solve_rows(model: Any, acceleration: Array) -> None:
+def solve(model: Linkage, acceleration: Array) -> None:
     """Solve M q'' + Phi_q^T lambda = Q, Phi_q q'' = -r for q'' and lambda.
 
-    Of the model's arrays `applied` holds Q (N and N m) and `lambdas` holds r, which the multipliers overwrite.
+    Of the model's arrays `applied` holds Q (N and N m), `lambdas` r, and in the end lambda: a joint exerts
+    -lambda on the first body of its pin. `acceleration` is q'', shape (3 n,).
     """
     lambdas, matrix, jacobian = model.lambdas, model.matrix, model.jacobian
     applied, mass = model.applied, model.masses
@@ -267,18 +303,21 @@ def solve_rows(model: Any, acceleration: Array) -> None:
         acceleration[k] = force / mass[k]
 
 
-@inner
-def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
-    """Solve Eqs. 19-21 in one state.
-
-    `model.applied` holds the forces Q (weights, contacts, load; N and N m). Results are `acceleration`, q'',
-    shape (3 n,), and `model.lambdas` (N and N m): a joint exerts -lambda on the first body of its pin.
-    """
-    constraints(model, t, q, v)
-    for i in range(model.lambdas.size):
-        right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
-        model.lambdas[i] = right
-    solve_rows(model, acceleration)
+@inlined
+def pull_springs(model: Linkage) -> float:
+    """Add the forces of the springs, whose rows are evaluated, to Q; return the power that they lose, W."""
+    lost = 0.0
+    for k in range(model.springs.shape[0]):
+        row, pull = model.lambdas.size + 2 * k, model.pulls[k]
+        x, y, damping = model.phi[row], model.phi[row + 1], model.springs[k, 2]
+        length = math.sqrt(x * x + y * y)
+        ux, uy = (x / length, y / length) if length > 0.0 else (0.0, 0.0)
+        rate = ux * model.rate[row] + uy * model.rate[row + 1]
+        pull[0], pull[1] = model.springs[k, 0] * (length - model.springs[k, 1]) + damping * rate, length
+        lost += damping * rate * rate
+        for i in range(model.applied.size):
+            model.applied[i] -= pull[0] * (ux * model.jacobian[row, i] + uy * model.jacobian[row + 1, i])
+    return lost
 
 
 def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:
@@ -297,7 +336,7 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
     """Write the derivatives of coordinates and rates; see `formulations.derivative`."""
     size, x, y, dy, slider = model.masses.size, 3 * model.slider, nodes.y[i], nodes.dy[i], nodes.slider[i]
     q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
-    applied, damping, friction = model.applied, 0.0, 0.0
+    applied, turn, torque, damping, friction = model.applied, 3 * model.driven + 2, 0.0, 0.0, 0.0
     for k in range(size):
         applied[k] = model.weights[k]
         dy[k] = v[k]
@@ -309,11 +348,20 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
         applied[x + 2] += M
     if q[x + 1] < model.load.surface:
         applied[x + 1] += load_force(model.load, q[x + 1])
-    solve(model, t, q, v, acceleration)
+    constraints(model, t, q, v)
+    damping += pull_springs(model)
+    if model.omega == 0.0 and model.driven != FRAME:
+        torque = load_force(model.torque, -(q[turn] % (2.0 * math.pi)))
+        applied[turn] += torque
+    for row in range(model.lambdas.size):
+        right = -model.gamma[row] + 2.0 * model.alpha * model.rate[row]
+        model.lambdas[row] = right + model.beta * model.beta * model.phi[row]
+    solve(model, acceleration)
     slider.x, slider.y, slider.angle = q[x], q[x + 1], q[x + 2]
     slider.vx, slider.vy, slider.omega = v[x], v[x + 1], v[x + 2]
     slider.ax, slider.ay, slider.alpha = acceleration[x], acceleration[x + 1], acceleration[x + 2]
-    power = -model.lambdas[2 * model.joined.shape[0]] * model.omega
+    drive = 2 * (model.joined.shape[0] - model.springs.shape[0])
+    power = torque * v[turn] if model.omega == 0.0 else -model.lambdas[drive] * model.omega
     write_tail(dy, nodes.touches[i], power, damping, friction)
 
 

@@ -1,8 +1,8 @@
-"""The run of a planar linkage: steps that are projected onto the constraints, singular positions, the result.
+"""The run of a planar linkage: projected steps, singular positions, channels.
 
-The index-1 equations are integrated by DOP853. Without the projection after each step a linkage sticks where it
-comes near a singular position; with it, a step leaps over. So the smallest singular value of the constraints'
-Jacobian is followed along the dense output, and the run ends where a minimum of it is close to zero.
+The equations of index 1 are integrated by DOP853, and each accepted state is projected onto the constraints:
+else a linkage would stick near a singular position. A step may leap over one, so the smallest singular value of
+the constraints' Jacobian is followed within steps, and the run ends where a minimum of it is close to zero.
 """
 
 import math
@@ -18,363 +18,359 @@ from reference_model.compiled import inlined, inner, kernel
 from reference_model.dop853 import (
     END,
     FIRST,
-    FIRST_DENSE,
-    LAST_DENSE,
     POINT,
+    STAGES,
     START,
     dense,
     error_norm,
     evaluate_nodes,
     free_states,
-    prepare_dense,
+)
+from reference_model.integrate import (
+    BUFFER_FULL,
+    REACHED,
+    STEP_LIMIT,
+    STEP_TOO_SMALL,
+    Settings,
+    prepare_dense_output,
+    stop_code,
 )
 from reference_model.invariants import VIOLATED, Invariant, violation
 from reference_model.linkage import Array
-from reference_model.planar import Assembly, assemble, project, stretch
+from reference_model.multiplier import Linkage, constraints, solve
+from reference_model.planar import Assembly, jacobian, read_linkage, smallest
+from reference_model.recording import PART, SAMPLE, record
 from reference_model.results import EVENT_COLUMNS, Extrema, Result, name_results
-from reference_model.state import Mode, Nodes, Records, new_nodes, records
+from reference_model.running import new_run
+from reference_model.state import Run
 from reference_model.steps import share_to_kink, step_in_workpiece
 from reference_model.workpiece import exists, load_energy
 
 SINGULAR = 1e-3
-"""Smallest singular value, relative to that of the start, below which a position is singular."""
+"""Smallest singular value, relative to that at the start, of a singular position."""
 ENERGY = 1e3
-"""Bound of the spurious energy, relative to what flows, in units of the tolerance."""
+"""Bound of the spurious energy, relative to the largest energy, in units of the tolerance."""
 STEPS_LIMIT = 2_000_000
 """Attempted steps after which a run is stopped, some minutes."""
-LARGEST_SHARE = 1.0 / 50.0
+LARGEST_STEP = 1.0 / 50.0
 """Longest step, as a share of the duration or of a cycle."""
 PARTS = 6
-"""Parts of each step at whose ends extrema and singular positions are looked for."""
-_CHUNK = 128
-FULL, REACHED, STEP_TOO_SMALL, STEP_LIMIT = range(4)
-MOTION = ("x", "y", "angle", "vx", "vy", "omega")
-ACCELERATIONS = ("ax", "ay", "alpha")
+"""Parts of a step at whose ends extrema and singular positions are looked for."""
+_STEPS = 128
+"""Steps after which the compiled integrator returns."""
 _REMEDIES = {
     STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
     STEP_LIMIT: ("work-limit", "shorten the run to less than was reached"),
 }
+MOTION = ("x", "y", "angle", "vx", "vy", "omega")
+ACCELERATIONS = ("ax", "ay", "alpha")
 
 
-class Height(NamedTuple):
-    """A motion that may meet a kink of a load."""
+class Trace(NamedTuple):
+    """What the rows of a run leave with them."""
 
-    y: float
-    vy: float
-    ay: float
-
-
-class Limits(NamedTuple):
-    """Limits of the steps of a run."""
-
-    tolerance: float
-    largest: float
-    """Longest step, s."""
-    attempts: int
-
-
-class Track(NamedTuple):
-    """State of a run, and the rows that it leaves; each row is time, state, derivative, multipliers."""
-
-    clock: Array
-    """Time and next step, s."""
-    counts: NDArray[np.int64]
-    """Steps and samples in the buffers, samples, steps, attempts, evaluations in all."""
-    nodes: Nodes
-    modes: Records
-    f: Array
-    parts: Array
-    """Rows at the ends of the parts of steps, shape (steps, PARTS + 1, columns), ..."""
+    forces: Array
+    """Multipliers, then tension (N) and length (m) of each spring, shape (n, rows + 2 springs)."""
     jacobians: Array
-    """... and Jacobians, shape (steps, PARTS + 1, rows, 3 n)."""
-    samples: Array
-    """Rows of samples."""
-    times: Array
-    """Times of all samples, s, and infinity."""
-
-
-@inner
-def observe(model: Any, track: Track, t: float, share: float, accuracy: float, row: Array) -> bool:
-    """Write the row of the state at `t` (s), a share of the step; return whether it meets the constraints."""
-    nodes = track.nodes
-    size = nodes.y.shape[1]
-    dense(share, size, nodes.y, track.f)
-    there = project(model, t, nodes.y[POINT], accuracy)
-    evaluate_nodes(model, t, 0.0, POINT, POINT, track.modes, nodes)
-    track.counts[5] += 1
-    row[0] = t
-    for k in range(size):
-        row[1 + k], row[1 + size + k] = nodes.y[POINT, k], nodes.dy[POINT, k]
-    for k in range(model.lambdas.size):
-        row[1 + 2 * size + k] = model.lambdas[k]
-    return there
+    """Of the constraints, shape (n, rows, 3 n)."""
+    accuracy: float
+    """Largest sum of all |Phi| in a row, m and rad."""
 
 
 @inlined
-def share_to_any_kink(model: Any, nodes: Nodes, h: float) -> float:
-    """Return the share of a step of `h` (s) before the first kink of load or torque; 1: there is none."""
-    y, size = nodes.y, model.masses.size
-    at, turn = model.loaded, model.driven
-    angle = -(y[START, turn] % (2.0 * math.pi))
-    beyond = angle - (y[END, turn] - y[START, turn])
-    of_load = share_to_kink(
-        model.load,
-        Height(y[START, at], y[START, size + at], 0.0),
-        Height(y[END, at], y[END, size + at], 0.0),
-        h,
-    )
-    of_torque = share_to_kink(
-        model.table, Height(angle, -y[START, size + turn], 0.0), Height(beyond, -y[END, size + turn], 0.0), h
-    )
-    return min(of_load, of_torque)
+def correct(model: Linkage, errors: Array, values: Array, change: Array) -> None:
+    """Change coordinates or rates, by least M, to remove their errors in the rows of Phi or Phi'."""
+    for k in range(values.size):
+        model.applied[k] = 0.0
+    for row in range(model.lambdas.size):
+        model.lambdas[row] = errors[row]
+    solve(model, change)
+    for k in range(values.size):
+        values[k] += change[k]
+
+
+@inner
+def project(model: Linkage, t: float, y: Array, change: Array, accuracy: float) -> bool:
+    """Move a state at `t` (s) to |Phi| <= `accuracy` (m, rad) and Phi' = 0; return whether it went there."""
+    size, drift = model.masses.size, math.inf
+    q, v = y[:size], y[size : 2 * size]
+    constraints(model, t, q, v)
+    for _ in range(6):
+        correct(model, model.phi, q, change[:size])
+        constraints(model, t, q, v)
+        drift = 0.0
+        for row in range(model.lambdas.size):
+            drift += abs(model.phi[row])
+        if drift <= accuracy:
+            break
+    correct(model, model.rate, v, change[:size])
+    return drift <= accuracy
+
+
+@inner
+def observe(model: Linkage, run: Run, t: float, share: float, purpose: int, trace: Trace) -> None:
+    """Record the state at `t` (s), a share of the step, with multipliers, springs and Jacobian."""
+    nodes, n, size = run.nodes, run.counters[0].recorded, model.lambdas.size
+    dense(share, nodes.y.shape[1], nodes.y, run.f)
+    project(model, t, nodes.y[POINT], nodes.dy[POINT], trace.accuracy)
+    evaluate_nodes(model, t, 0.0, POINT, POINT, run.modes, nodes)
+    run.counters[0].evaluations += 1
+    record(model.contacts, run, POINT, t, purpose)
+    for i in range(size):
+        trace.forces[n, i] = model.lambdas[i]
+        for k in range(model.masses.size):
+            trace.jacobians[n, i, k] = model.jacobian[i, k]
+    for k in range(model.pulls.shape[0]):
+        for i in range(2):
+            trace.forces[n, size + 2 * k + i] = model.pulls[k, i]
 
 
 @kernel
-def advance(model: Any, track: Track, limits: Limits) -> int:
-    """Integrate to the last sample or until a buffer is full; return FULL, REACHED, STEP_TOO_SMALL, STEP_LIMIT."""
-    nodes, counts, clock, modes = track.nodes, track.counts, track.clock, track.modes
-    y, dy, at, size = nodes.y, nodes.dy, model.loaded, model.masses.size
-    t_end, accuracy = track.times[track.times.size - 2], max(1e-3 * limits.tolerance, 1e-12)
-    counts[0] = counts[1] = 0
-    t, h, planned = clock[0], clock[1], 0.0
-    if counts[4] == 0:
-        evaluate_nodes(model, t, 0.0, START, START, modes, nodes)
+def advance(model: Linkage, run: Run, settings: Settings, t_end: float, trace: Trace) -> int:
+    """Integrate to `t_end` (s), or until a buffer is full; return a code as `integrate.advance` does."""
+    nodes, clock, counters, y, dy = run.nodes, run.clock[0], run.counters[0], run.nodes.y, run.nodes.dy
+    t, h, planned, status, turn = clock.time, clock.step, 0.0, REACHED, 3 * model.driven + 2
+    if not counters.started:
+        evaluate_nodes(model, t, 0.0, START, START, run.modes, nodes)
+        counters.started = True
     while t < t_end:
-        due = np.searchsorted(track.times, t + min(limits.largest, t_end - t)) - counts[2] + 1
-        if counts[0] == track.parts.shape[0] or counts[1] + due > track.samples.shape[0]:
-            clock[0], clock[1] = t, h
-            return FULL
-        if counts[4] >= limits.attempts:
-            return STEP_LIMIT
-        h = step_in_workpiece(model.load, Height(y[0, at], y[0, size + at], dy[0, size + at]), h)
-        h = min(h, limits.largest)
-        final = h >= t_end - t
-        h = t_end - t if final else h
-        counts[4] += 1
-        evaluate_nodes(model, t, h, FIRST, END, modes, nodes)
-        error, there, part = error_norm(h, dy, free_states(nodes), limits.tolerance), False, counts[0]
+        status = stop_code(run, settings, 0)
+        if status != REACHED:
+            break
+        h = step_in_workpiece(model.load, nodes.slider[0], min(h, settings.largest))
+        end = t + h if h < t_end - t else t_end
+        h = min(h, t_end - t)
+        evaluate_nodes(model, t, h, FIRST, END, run.modes, nodes)
+        counters.evaluations += STAGES
+        error, there = error_norm(h, dy, free_states(nodes), settings.tolerance), False
         if error <= 1.0:
-            share = share_to_any_kink(model, nodes, h)
+            first, last, angle = nodes.slider[0], nodes.slider[END], y[START, turn] % (2.0 * math.pi)
+            share = min(
+                share_to_kink(model.load, first.y, h * first.vy, last.y, h * last.vy),
+                share_to_kink(
+                    model.torque,
+                    -angle,
+                    -h * dy[START, turn],
+                    y[START, turn] - y[END, turn] - angle,
+                    -h * dy[END, turn],
+                ),
+            )
             if share < 1.0 and t + share * h > t:
-                planned, h = max(planned, h), h * share
+                h, planned = share * h, max(planned, h)
                 continue
-            evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, modes, nodes)
-            prepare_dense(h, y, dy, track.f)
-            end = t_end if final else t + h
-            there = observe(model, track, end, 1.0, accuracy, track.parts[part, PARTS])
+            prepare_dense_output(model, t, h, run)
+            dense(1.0, y.shape[1], y, run.f)
+            there = project(model, end, y[POINT], dy[POINT], trace.accuracy)
+        factor = math.pow(error, -0.125) if 0.0 < error < math.inf else 4.0 if there else 0.0
         if not there:
-            h *= max(0.2, 0.9 * math.pow(error, -0.125)) if 1.0 < error < math.inf else 0.2
-            planned = 0.0
+            counters.rejected += 1
+            h, planned = h * min(0.5, max(0.2, 0.9 * factor)), 0.0
             if t + 0.1 * h == t:
-                return STEP_TOO_SMALL
+                status = STEP_TOO_SMALL
+                break
             continue
-        track.jacobians[part, PARTS] = model.jacobian
+        counters.steps += 1
+        while run.instants[0, counters.instant] <= end:
+            now = run.instants[0, counters.instant]
+            observe(model, run, now, min(1.0, (now - t) / h), SAMPLE, trace)
+            counters.instant += 1
+        for k in range(PARTS + 1):
+            observe(model, run, t + (end - t) * k / PARTS, k / PARTS, PART, trace)
         for k in range(y.shape[1]):
-            y[END, k], dy[END, k] = y[POINT, k], dy[POINT, k]
-        for k in range(PARTS):
-            observe(model, track, t + k * h / PARTS, k / PARTS, accuracy, track.parts[part, k])
-            track.jacobians[part, k] = model.jacobian
-        while track.times[counts[2]] <= end:
-            now = track.times[counts[2]]
-            observe(model, track, now, min(1.0, (now - t) / h), accuracy, track.samples[counts[1]])
-            counts[1] += 1
-            counts[2] += 1
-        for k in range(y.shape[1]):
-            y[START, k], dy[START, k] = y[END, k], dy[END, k]
-        counts[0] += 1
-        counts[3] += 1
-        t = end
-        h *= min(3.0, 0.9 * math.pow(error, -0.125)) if error > 0.0 else 3.0
-        h, planned = max(h, planned), 0.0
-    clock[0], clock[1] = t, h
-    return REACHED
+            y[START, k], dy[START, k] = y[POINT, k], dy[POINT, k]
+        nodes.slider[0] = nodes.slider[POINT]
+        t, h, planned = end, max(h * min(3.0, 0.9 * factor), planned), 0.0
+    clock.time, clock.step = t, h
+    return status
 
 
-def singular_time(assembly: Assembly, parts: Array, jacobians: Array, last: bool) -> float:
-    """Return the first time (s) at which the singular value has a minimum close to zero; infinite if none.
+def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array, *, last: bool) -> float:
+    """Return the first time (s) at which the smallest singular value has a minimum near zero, or infinity.
 
-    `last` says whether the run ends with these steps.
+    Times (steps, PARTS + 1), states and Jacobians are those of whole steps, the last ones of the run or not.
     """
-    sigma = assembly.sigmas(jacobians) / assembly.sigma
     size = assembly.model.masses.size
+    sigma = smallest(jacobians * assembly.units) / assembly.sigma
     around = np.pad(sigma, ((0, 0), (1, 1)), constant_values=np.inf)
     lowest = (sigma <= around[:, :-2]) & (sigma <= around[:, 2:])
-    steepest = np.abs(np.diff(sigma)).max(axis=1, initial=0.0)
-    for step, k in np.argwhere(lowest & (sigma - steepest[:, None] < SINGULAR)).tolist():
+    change = np.abs(np.diff(sigma)).max(axis=1, initial=0.0, keepdims=True)
+    for step, k in np.argwhere(lowest & (sigma - change < SINGULAR)).tolist():
         # Imported only where it is used: it takes longer than a short run.
         from scipy.interpolate import CubicHermiteSpline
         from scipy.optimize import minimize_scalar
 
-        near = parts[step, max(k - 1, 0) : k + 2]
-        path = CubicHermiteSpline(near[:, 0], near[:, 1 : 1 + size], near[:, 1 + size : 1 + 2 * size])
-        ends = near[0, 0], near[-1, 0]
+        near = slice(max(k - 1, 0), k + 2)
+        t, q, v = times[step, near], y[step, near, :size], y[step, near, size : 2 * size]
+        path = CubicHermiteSpline(t, q, v)
+
         lower = minimize_scalar(
-            lambda t, path=path: float(assembly.sigmas(assembly.jacobian_at(path(t)))),
-            bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])},
-        )  # fmt: skip
-        inside = lower.fun / assembly.sigma < sigma[step, k]
+            lambda at, path=path: (
+                smallest(jacobian(assembly.model, path(at)) * assembly.units) / assembly.sigma
+            ),
+            bounds=(t[0], t[-1]),
+            method="bounded",
+            options={"xatol": 1e-9 * (t[-1] - t[0])},
+        )
+        inside = lower.fun < sigma[step, k]
         # At the end of a step it may fall further in the next one.
-        if min(lower.fun / assembly.sigma, sigma[step, k]) < SINGULAR and (
-            inside or k < PARTS or (last and step == len(parts) - 1)
-        ):
-            return float(lower.x) if inside else float(parts[step, k, 0])
+        known = inside or k < PARTS or (last and step == len(times) - 1)
+        if known and min(lower.fun, sigma[step, k]) < SINGULAR:
+            return float(lower.x if inside else times[step, k])
     return math.inf
 
 
-def channels(assembly: Assembly, rows: Array) -> dict[str, Array]:
-    """Return all channels of rows, shape (n, columns); of gravity and residual the change is what counts."""
-    model, names, size, rows = assembly.model, assembly.names, assembly.model.masses.size, rows.T
-    q, v, works, a = (
-        rows[1 : 1 + size],
-        rows[1 + size :][:size],
-        rows[1 + 2 * size :],
-        rows[4 + 3 * size :][:size],
+def channels(
+    scene: Mapping[str, Any], model: Linkage, states: tuple[Array, Array, Array]
+) -> dict[str, Array]:
+    """Return all channels of states, derivatives and forces, shape (n, columns) each.
+
+    Of gravity and residual only the change counts.
+    """
+    y, dy, forces = (each.T for each in states)
+    size, count, pins = model.masses.size, y.shape[1], 2 * len(scene.get("pin", {}))
+    q, v, (drive, lost, _) = y[:size], y[size : 2 * size], y[2 * size :]
+    motion = np.concatenate(
+        [each.reshape(size // 3, 3, count) for each in (q, v, dy[size : 2 * size])], axis=1
     )
-    bodies = np.stack([q, v, a]).reshape(3, -1, 3, rows.shape[1])[:, :-1]
-    labels = [f"{body}.{word}" for body in names["body"] for word in MOTION + ACCELERATIONS]
-    motion = bodies.swapaxes(0, 1).reshape(len(labels), -1)
-    labels += [f"{pin}.reaction_{axis}" for pin in names["pin"] for axis in "xy"]
-    labels += [f"{guide}.{what}" for guide in names["guide"] for what in ("force", "moment")]
-    labels += ["drive.torque"] * (model.omega != 0.0)
-    out = dict(zip(labels, [*motion, *-rows[7 + 4 * size :]], strict=True))
-    stored, load = np.zeros(rows.shape[1]), load_energy(model.load, q[model.loaded])
-    for k, name in enumerate(names["spring"]):
-        stiffness, free, damping = model.springs[k]
-        _, _, length, rate = stretch(model, k, q, v)
-        out[f"{name}.force"] = stiffness * (length - free) + damping * rate
-        stored += 0.5 * stiffness * (length - free) ** 2
-    kinetic, gravity, drive, lost = (
-        0.5 * model.masses[:-3] @ v[:-3] ** 2,
-        model.weights @ q,
-        works[0],
-        works[1],
-    )
-    out |= {
-        "energy_kinetic": kinetic,
-        "energy_gravity": gravity,
-        "energy_drive": drive,
-        "energy_spring": stored,
+    lambdas, pulls = -forces[: model.rows], forces[model.rows :].reshape(len(model.springs), 2, count)
+    labels = [f"{body}.{word}" for body in scene["body"] for word in MOTION + ACCELERATIONS]
+    labels += [f"{pin}.reaction_{axis}" for pin in scene.get("pin", {}) for axis in "xy"]
+    labels += [f"{guide}.{what}" for guide in scene.get("guide", {}) for what in ("force", "moment")]
+    labels += ["drive.torque"] * (model.omega != 0.0) + [
+        f"{spring}.force" for spring in scene.get("spring", {})
+    ]
+    guides = pins + (model.omega != 0.0)
+    rows = [
+        *motion.reshape(3 * size, count),
+        *lambdas[:pins],
+        *lambdas[guides:],
+        *lambdas[pins:guides],
+        *pulls[:, 0],
+    ]
+    stretch, load = pulls[:, 1] - model.springs[:, 1:2], load_energy(model.load, q[3 * model.slider + 1])
+    energies = {
+        "kinetic": 0.5 * model.masses @ v**2,
+        "gravity": model.weights @ q,
+        "drive": drive,
+        "spring": 0.5 * model.springs[:, 0] @ stretch**2,
+        "damping": lost,
+        "load": load,
     }
-    out |= {"energy_damping": lost} | ({"energy_load": load} if exists(model.load) else {})
-    return out | {"energy_residual": drive + gravity - lost - kinetic - stored - load}
+    signs = np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+    energies["residual"] = signs @ np.stack([*energies.values()])
+    return dict(zip(labels, rows, strict=True)) | {f"energy_{name}": row for name, row in energies.items()}
 
 
 class Observation:
-    """Samples, extrema and the balance of energies, from the rows of a run.
-
-    `first` is the row at t = 0, `cycles` the number of begun cycles and their period (s).
-    """
+    """Samples, extrema and the balance of energies of a run with a number of cycles of a period (s)."""
 
     def __init__(
-        self, assembly: Assembly, groups: list[str], cycles: tuple[int, float], first: Array
+        self, scene: Mapping[str, Any], model: Linkage, run: Run, cycles: int, period: float
     ) -> None:
-        self._assembly, self._first = assembly, channels(assembly, first[None])
-        words = {name: name.rpartition(".")[2] for name in self._first}
-        group = {name: "" if word in MOTION else "accelerations" if word in ACCELERATIONS
-                 else "joints" if "." in name else "energy" for name, word in words.items()}  # fmt: skip
-        self.names = [name for name in words if group[name] in ("", *groups)]
-        self._energies = [name for name in words if group[name] == "energy"]
-        self.extrema, self.times, self.values = Extrema(len(self.names), *cycles), [], []
+        self._scene, self._model = scene, model
+        self._first: dict[str, Array] = {}
+        none = np.empty((0, run.f.shape[1]))
+        words = channels(scene, model, (none, none, np.empty((0, model.rows + model.pulls.size))))
+        groups = {name: _group(name) for name in words if name != "energy_load" or exists(model.load)}
+        self.names = [name for name, group in groups.items() if group in ("", *scene["output"]["groups"])]
+        self.extrema = Extrema(len(self.names), cycles, period)
+        self.samples = [np.empty((1 + len(self.names), 0))]
+        """Time and channels, shape (1 + names, n) each."""
         self._flow, self._residual, self._time = 0.0, 0.0, 0.0
 
-    def take(self, parts: Array, samples: Array, end: float) -> None:
-        """Add the rows of steps and of samples until the time `end` (s)."""
-        rows, whole = parts.reshape(-1, parts.shape[2]), parts[parts[:, -1, 0] <= end]
-        rows, samples = rows[rows[:, 0] <= end], samples[samples[:, 0] <= end]
-        values, times = self._channels(rows), rows[:, 0].copy()
+    def take(self, times: Array, sampled: NDArray[np.bool_], states: tuple[Array, Array, Array]) -> None:
+        """Add rows, of samples and of the parts of steps."""
+        every = channels(self._scene, self._model, states)
+        self._first = self._first or {name: every[name][:1] for name in ("energy_gravity", "energy_residual")}
+        for name, first in self._first.items():
+            every[name] = every[name] - first
+        *flows, residual = (np.abs(row) for name, row in every.items() if _group(name) == "energy")
+        self._flow = max(self._flow, float(np.max(flows)))
+        if not residual.max() <= self._residual:
+            self._residual, self._time = float(residual.max()), float(times[residual.argmax()])
+        values = np.stack([every[name] for name in self.names])
+        self.samples.append(np.vstack([times, values])[:, sampled])
+        times, values = times[~sampled], values[:, ~sampled]
+        whole = times.size - times.size % (PARTS + 1)
         self.extrema.widen(times, values)
         for i, name in enumerate(self.names):
             if name.endswith(".x"):
                 self.extrema.turn(times, values[i : i + 6], i)
             elif not name.endswith((".y", ".angle")):
-                steps = values[i, : whole[..., 0].size].reshape(whole.shape[:2])
-                self.extrema.widen_between(i, whole[..., 0], steps)
-        self.times.append(samples[:, 0].copy())
-        self.values.append(self._channels(samples))
+                each = (row[:whole].reshape(-1, PARTS + 1) for row in (times, values[i]))
+                self.extrema.widen_between(i, *each)
 
-    def _channels(self, rows: Array) -> Array:
-        every = channels(self._assembly, rows)
-        for name in ("energy_gravity", "energy_residual"):
-            every[name] = every[name] - self._first[name]
-        if len(rows):
-            *flows, residual = (np.abs(every[name]) for name in self._energies)
-            self._flow = max(self._flow, np.max(flows))
-            if not residual.max() <= self._residual:
-                self._residual, self._time = float(residual.max()), float(rows[residual.argmax(), 0])
-        return np.stack([every[name] for name in self.names])
-
-    def imbalance(self, bound: float) -> Invariant:
-        """Return the largest spurious energy, relative to the largest energy that flows."""
+    def energy(self, bound: float) -> Invariant:
+        """Return the largest spurious energy, relative to the largest energy."""
         share = self._residual / self._flow if self._residual != 0.0 else 0.0
         return Invariant(share, bound, "1", self._time)
 
 
-def _track(assembly: Assembly, times: Array, largest: float) -> Track:
-    """Return a run at t = 0 with samples at the times (s) and steps up to the largest (s)."""
-    nodes, (rows, columns) = new_nodes(assembly.start, 0), assembly.model.jacobian.shape
-    size = nodes.y.shape[1]
-    width = 1 + 2 * size + rows
-    return Track(
-        clock=np.array([0.0, 1e-3 * largest]),
-        counts=np.zeros(6, np.int64),
-        nodes=nodes,
-        modes=records(Mode, 0),
-        f=np.zeros((7, size)),
-        parts=np.zeros((_CHUNK, PARTS + 1, width)),
-        jacobians=np.empty((_CHUNK, PARTS + 1, rows, columns)),
-        samples=np.empty((np.searchsorted(times, largest) + 1000, width)),
-        times=np.append(times, np.inf),
-    )
+def _group(name: str) -> str:
+    """Return the group of a channel; empty: it is always there."""
+    word = name.rpartition(".")[2]
+    if word in MOTION:
+        return ""
+    return "accelerations" if word in ACCELERATIONS else "joints" if "." in name else "energy"
 
 
 def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> Result:
-    """Simulate the scene of a linkage; raise as `planar.assemble`."""
-    assembly, output, solver = assemble(scene), scene["output"], scene["solver"]["reference"]
-    tolerance, cycles, omega = float(solver["tolerance"]), 1.0, abs(assembly.model.omega)
-    if omega:
-        period, cycles = 2.0 * math.pi / omega, float(scene["drive"]["cycles"])
-        count, interval = round(cycles * output["samples_per_cycle"]), period / output["samples_per_cycle"]
+    """Simulate a linkage's scene; raise as `read_linkage`."""
+    assembly, output, cycles = read_linkage(scene), scene["output"], 1.0
+    model, tolerance = assembly.model, float(scene["solver"]["reference"]["tolerance"])
+    if model.omega != 0.0:
+        period, cycles = 2.0 * math.pi / abs(model.omega), float(scene["drive"]["cycles"])
+        interval = period / output["samples_per_cycle"]
     else:
-        count, period = output["samples"], float(output["duration"])
-        interval = period / count
-    times = np.arange(count + 1, dtype=np.float64) * interval
-    limits = Limits(tolerance, LARGEST_SHARE * min(period, float(times[-1])), STEPS_LIMIT)
-    track = _track(assembly, times, limits.largest)
-    start = np.zeros(track.samples.shape[1])
-    start[1 : 1 + track.nodes.y.shape[1]] = track.nodes.y[0]
-    seen = Observation(assembly, output["groups"], (max(1, math.ceil(cycles - 1e-9)), period), start)
-    end, code, reported = math.inf, FULL, 0.0
-    while code == FULL and end == math.inf:
-        code = int(advance(assembly.model, track, limits))
-        steps, samples = track.counts[:2]
-        parts = track.parts[:steps]
-        end = singular_time(assembly, parts, track.jacobians[:steps], code != FULL)
-        seen.take(parts, track.samples[:samples], end)
-        if progress is not None and track.clock[0] - reported > 0.02 * times[-1]:
-            reported = float(track.clock[0])
-            progress(reported / times[-1])
+        period = float(output["duration"])
+        interval = period / output["samples"]
+    times = np.arange(round(cycles * period / interval) + 1, dtype=np.float64) * interval
+    t_end, largest = float(times[-1]), LARGEST_STEP * min(period, float(times[-1]))
+    room = PARTS + 2 + math.ceil(largest / interval)
+    instants = np.stack([np.append(times, np.inf), np.zeros(times.size + 1)])
+    capacity = _STEPS * (PARTS + 1) + 4 * room
+    state = new_run(assembly.start, 0, 1e-3 * largest, instants, capacity)
+    trace = Trace(
+        np.empty((capacity, model.rows + model.pulls.size)),
+        np.empty((capacity, *assembly.units.shape)),
+        # The angle of a drive is rounded.
+        max(1e-3 * tolerance, 1e-12) + 1e-15 * abs(model.omega) * t_end,
+    )
+    observation = Observation(scene, model, state, max(1, math.ceil(cycles - 1e-9)), period)
+    code, end, reported, counters = BUFFER_FULL, math.inf, 0.0, state.counters[0]
+    while code == BUFFER_FULL and end == math.inf:
+        code = advance(model, state, Settings(tolerance, largest, room, STEPS_LIMIT), t_end, trace)
+        recorded, now = slice(int(counters["recorded"])), float(state.clock["time"][0])
+        counters["recorded"] = 0
+        at, purposes = state.rows.times[recorded], state.rows.purposes[recorded]
+        y, dy, forces = state.rows.y[recorded], state.rows.dy[recorded], trace.forces[recorded]
+        steps = np.flatnonzero(purposes == PART).reshape(-1, PARTS + 1)
+        end = singular_time(assembly, at[steps], y[steps], trace.jacobians[steps], last=code != BUFFER_FULL)
+        kept = at <= end
+        if at.size:
+            observation.take(at[kept], (purposes == SAMPLE)[kept], (y[kept], dy[kept], forces[kept]))
+        if progress is not None and now - reported > 0.02 * t_end:
+            reported = now
+            progress(now / t_end)
     compiled.seal()
-    energy = seen.imbalance(ENERGY * tolerance)
+    energy = observation.energy(ENERGY * tolerance)
     status, remedy = _REMEDIES.get(code, ("success", ""))
     if end < math.inf:
-        status = "singular"
-        remedy = f"singular position at t = {end:.6g} s: the linkage loses its rank; end before it, or start elsewhere"
+        place = f"singular position at t = {end:.6g} s"
+        status, remedy = "singular", f"{place}: the linkage loses its rank; end before it, or start elsewhere"
     elif status == "success" and (message := violation({"energy": energy})):
         status, remedy = VIOLATED, message
-    accepted, attempts, others = track.counts[3:].tolist()
-    rows, columns = (units.size for units in assembly.units)
+    sampled, *values = np.concatenate(observation.samples, axis=1)
     events = {"corner": np.empty(0, dtype=str)} | {name: np.empty(0) for name in EVENT_COLUMNS}
-    result = name_results(
-        seen.names, np.concatenate(seen.times), np.concatenate(seen.values, 1), events, seen.extrema
-    )
+    result = name_results(observation.names, sampled, np.array(values), events, observation.extrema)
     provenance = {
-        "formulation": f"multiplier ({columns} coordinates, {rows} multipliers)",
-        "integrator": "DOP853 with projection onto the constraints",
-        "settings": {"tolerance": tolerance, "largest_step_s": limits.largest},
+        "formulation": assembly.formulation,
+        "integrator": "DOP853 with projection",
+        "settings": {"tolerance": tolerance, "largest_step_s": largest},
         "counters": {
-            "steps": accepted,
-            "rejected": attempts - accepted,
-            "rhs": 12 * attempts + 3 * accepted + others,
+            "steps": int(counters["steps"]),
+            "rejected": int(counters["rejected"]),
+            "rhs": int(counters["evaluations"]),
         },
         "invariants": {"energy": energy._asdict()},
     }

@@ -84,8 +84,8 @@ def _press(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -
 def check(scene: Mapping[str, Any]) -> dict[str, float]:
     """Raise the `ValueError` with which `simulate` refuses a scene; else return the forces of its workpiece.
 
-    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle; none
-    of a linkage of bodies and pins.
+    These are ``load_at_start`` (N) and ``largest_load`` (N), the largest on an ideal slider over a cycle; of
+    the press alone.
     """
     if "body" in scene:
         plan(scene)

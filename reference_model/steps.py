@@ -89,15 +89,14 @@ def _height(share: float, y0: float, d0: float, y1: float, d1: float) -> float:
 
 
 @inlined
-def share_to_kink(load: Load, start: Motion, end: Motion, h: float) -> float:
-    """Return the share of a step of `h` (s) at which the slider has first passed a kink of its load; 1: none.
+def share_to_kink(load: Load, y0: float, d0: float, y1: float, d1: float) -> float:
+    """Return the share of a step at which the slider has first passed a kink of its load; 1: none.
 
     A kink of a table is passed by `BEYOND`: the force may be so steep that it jumps there, and the next step
-    begins behind it. `start` and `end` are the slider's motion at both ends.
+    begins behind it. Heights (m) and slopes (m a step) are those of `_height`.
     """
     if load.surface == -math.inf:
         return 1.0
-    y0, d0, y1, d1 = start.y, h * start.vy, end.y, h * end.vy
     turn = d0 / (d0 - d1) if d0 * d1 < 0.0 else 1.0
     lo = 0.0
     for hi in (turn, 1.0):
