@@ -10,7 +10,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equation
 | Eqs. 1-6; Figs. 7, 8 | corners and walls; crank pin A; impact speeds and times | `clearances` |
 | Eqs. 7-13 | the laws of a side of the slider, modified Coulomb friction | `laws` |
 | - | load of a workpiece, its forces in a turn of the crank | `workpiece` |
-| Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
+| Eqs. 14-21 | bodies with joints, from lists, implicit; also any linkage of a scene | `five_bodies` |
 | Eqs. 14-21, reduced | coordinates that the drive leaves free, explicit | `tree` |
 | - | channels, extrema by cycle, contacts and their pulses | `tables` |
 | - | call of Exudyn's solver, results before they are judged | `run` |

@@ -198,9 +198,16 @@ def judge_run(
     switches = parameters.guide is not None and parameters.guide.number == SWITCHING
     if parameters.integration.energy and not switches:
         worst["energy"] = _energy(columns, extrema)
+    return judge(worst, _bounds(parameters, watch, events, settings))
+
+
+def judge(
+    worst: Mapping[str, tuple[float, float, str]], bounds: Mapping[str, float]
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Compare violations (value, time in s, place) with their bounds; return what :func:`judge_run` does."""
     invariants: dict[str, dict[str, Any]] = {}
     largest, broken = 1.0, ""
-    for name, limit in _bounds(parameters, watch, events, settings).items():
+    for name, limit in bounds.items():
         if name not in worst:
             continue
         (value, time, place), (unit, sentence) = worst[name], _VIOLATIONS[name]

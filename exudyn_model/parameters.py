@@ -268,6 +268,7 @@ def _journal(scene: Mapping[str, Any]) -> Law:
 
 
 def read_load(scene: Mapping[str, Any]) -> Load | None:
+    """Return the workpiece of a scene; None without one."""
     load = scene["load"]
     rows = tuple((float(depth), float(force)) for depth, force in load["table"])
     if rows:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.clearances import CORNERS
 from exudyn_model.five_bodies.linkage_recording import BODIES_AND_JOINTS, run_linkage
-from exudyn_model.five_bodies.linkage_scene import Linkage, load_at_start, read_linkage
+from exudyn_model.five_bodies.linkage_scene import read_linkage
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import judge_run
 from exudyn_model.kernels import seal
@@ -58,8 +58,8 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; all of it JSON.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, for a run that reached
-        its end, "invariant-violated": see ``invariants``.
+        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", "singular" (in a singular
+        position of a linkage), or, for a run that reached its end, "invariant-violated": see ``invariants``.
     remedy : str
         Advice after a failure, else empty.
     """
@@ -96,7 +96,10 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     started = time.perf_counter()
     try:
         if "body" in scene:
-            return _simulate_linkage(read_linkage(scene), progress, started)
+            linkage = read_linkage(scene)
+            run, judged = run_linkage(linkage, progress)
+            interval, settings = linkage.settings.sample_interval, {"method": linkage.settings.method}
+            return _result(run, run.recorder.channels, settings, interval, judged, started)
         parameters, _ = _read_and_check(scene)
         integration = parameters.integration
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -110,14 +113,6 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
     return _result(run, channels, asdict(integration), parameters.sample_interval, judged, started)
-
-
-def _simulate_linkage(linkage: Linkage, progress: Callable[[float], None] | None, started: float) -> Result:
-    load_at_start(linkage)
-    run = run_linkage(linkage, progress)
-    judged = run.recorder.invariants()
-    settings = linkage.requested | {"groups": linkage.groups}
-    return _result(run, run.recorder.channels, settings, linkage.settings.sample_interval, judged, started)
 
 
 def _result(
@@ -177,7 +172,7 @@ def check(scene: Mapping[str, Any]) -> dict[str, float]:
     ``load_at_start`` (N), and ``largest_load`` (N) on an ideal slider over a turn of the crank.
     """
     if "body" in scene:
-        return load_at_start(read_linkage(scene))
+        return read_linkage(scene).forces
     return dict(zip(("load_at_start", "largest_load"), _read_and_check(scene)[1], strict=True))
 
 

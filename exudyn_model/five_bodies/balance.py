@@ -21,14 +21,7 @@ Array = NDArray[np.float64]
 
 
 class Motion:
-    """Motion of a linkage in many states.
-
-    Parameters
-    ----------
-    system : System
-    q, v : ndarray, shape (3 bodies, n)
-        Coordinates and their rates.
-    """
+    """Motion of a linkage in n states, from coordinates and their rates, shape (3 bodies, n)."""
 
     def __init__(self, system: System, q: Array, v: Array) -> None:
         self.reference, self.q, self.v = system.reference, q, v
@@ -71,17 +64,14 @@ class Constraints:
         ``System.multipliers``.
     products : list
         Required product of each row with the accelerations, m/s^2 or rad/s^2.
-    gaps : ndarray, shape (rows, n)
-        Violations, m or rad.
-    position, velocity : ndarray, shape (n,)
-        Largest violation of a constraint (m, rad), and of its rate (m/s, rad/s).
+    gaps, rates : ndarray, shape (rows, n)
+        Violations of the constraints (m, rad), and of their rates (m/s, rad/s).
     """
 
     rows: list[dict[int, Any]]
     products: list[Any]
     gaps: Array
-    position: Array
-    velocity: Array
+    rates: Array
 
 
 def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints:
@@ -130,9 +120,7 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
         gaps += own_gaps
         rates += own_rates
     shape = len(rows), len(times)
-    all_gaps = np.abs(np.reshape(gaps, shape)).max(axis=0, initial=0.0)
-    all_rates = np.abs(np.reshape(rates, shape)).max(axis=0, initial=0.0)
-    return Constraints(rows, products, np.reshape(gaps, shape), all_gaps, all_rates)
+    return Constraints(rows, products, np.reshape(gaps, shape), np.reshape(rates, shape))
 
 
 def _turned_guide(guide: TurnedGuide, motion: Motion) -> tuple[Any, ...]:
@@ -185,27 +173,27 @@ def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Ar
     stored, damped, driven = np.zeros((3, count))
     tensions = np.zeros((len(system.springs), count))
     for spring, tension in zip(system.springs, tensions, strict=True):
-        ends = [
-            (body, motion.point(body, point))
-            for body, point in ((spring.first, spring.first_point), (spring.second, spring.second_point))
+        ends = spring.first, spring.second
+        points = [
+            motion.point(*end) for end in zip(ends, (spring.first_point, spring.second_point), strict=True)
         ]
-        x, y, vx, vy = (ends[1][1][k] - ends[0][1][k] for k in range(4))
+        x, y, vx, vy = (
+            second - first for first, second in zip(*(point[:4] for point in points), strict=True)
+        )
         length = np.hypot(x, y)
         with np.errstate(divide="ignore", invalid="ignore"):
             ux, uy = (np.where(length > 0.0, part / length, 0.0) for part in (x, y))
-        rate = ux * vx + uy * vy
-        tension += spring.stiffness * (length - spring.length) + spring.damping * rate
-        stored += 0.5 * spring.stiffness * (length - spring.length) ** 2
+        rate, extension = ux * vx + uy * vy, length - spring.length
+        tension += spring.stiffness * extension + spring.damping * rate
+        stored += 0.5 * spring.stiffness * extension**2
         damped += spring.damping * rate**2
-        for sign, (body, (*_, arm_x, arm_y)) in zip((1.0, -1.0), ends, strict=True):
+        for sign, body, (*_, arm_x, arm_y) in zip((1.0, -1.0), ends, points, strict=True):
             if body != FRAME:
-                first = PER_BODY * body
-                force[first] += sign * tension * ux
-                force[first + 1] += sign * tension * uy
-                force[first + ANGLE] += sign * tension * (arm_x * uy - arm_y * ux)
+                own = PER_BODY * body
+                force[own : own + PER_BODY] += sign * tension * np.array([ux, uy, arm_x * uy - arm_y * ux])
     if isinstance(system.drive, Torque):
         angle = PER_BODY * system.drive.body + ANGLE
-        torque = np.interp(q[angle], *system.drive.table.T, period=2.0 * math.pi)
+        torque = np.interp(q[angle] % (2.0 * math.pi), *system.drive.table.T)
         force[angle] += torque
         driven += torque * v[angle]
     return force, tensions, stored, damped, driven
@@ -248,7 +236,7 @@ def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Ar
     for row, multiplier in zip(joints.rows, right, strict=True):
         for k, coefficient in row.items():
             result[k] -= coefficient / masses[k] * multiplier
-    return result, np.array(right)
+    return result, np.reshape(right, (len(right), force.shape[1]))
 
 
 def correct_start(system: System, q: Array, v: Array, acceleration: Array, multipliers: Array) -> None:

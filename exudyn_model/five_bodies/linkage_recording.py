@@ -1,6 +1,13 @@
-"""Run of a linkage that a scene states: its channels, its singular positions, its energy."""
+"""Run of a linkage that a scene states body by body: its channels, its energy, its singular positions.
+
+A run ends where the least singular value of the constraints' Jacobian, with lengths in units of the linkage's
+size, has a minimum below ``SINGULAR`` of its value at the start. Beyond it the linkage may go on in another
+way, of which the step decides.
+"""
 
 import math
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,58 +17,50 @@ from exudyn_model.five_bodies.balance import Constraints, accelerations, applied
 from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.linkage_scene import Linkage, scaled
 from exudyn_model.five_bodies.recording import BodiesRecorder
-from exudyn_model.five_bodies.settings import Settings, StepChoice
-from exudyn_model.five_bodies.solver import run_system
-from exudyn_model.five_bodies.system import Drive, Model
-from exudyn_model.run import Report, Run, StopError
+from exudyn_model.five_bodies.settings import StepChoice
+from exudyn_model.five_bodies.solver import Solution
+from exudyn_model.five_bodies.system import Drive, Model, build
+from exudyn_model.invariants import judge
+from exudyn_model.run import Progress, Report, Run, StopError
 from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
 BODIES_AND_JOINTS = "bodies and joints"
-_MOTION = ("x", "y", "angle", "vx", "vy", "omega")
 SINGULAR = 1e-3
-"""Share of its value at the start below which the least singular value of the constraints' Jacobian ends a run."""
-# Steps ahead of a failure of Newton's method in which a singular position, of which it is then the cause, lies
-_AHEAD = 20
+# Steps ahead of a failure of Newton's method in which a singular position, if there is one, is its cause: as
+# rates grow without bound, their round-off ends it some 40 steps before
+_AHEAD = 100
 
 
 def linkage_channels(linkage: Linkage) -> tuple[str, ...]:
     """Return the channels of a linkage's groups, in the order of the results."""
     system, groups = linkage.system, linkage.groups
-    rates = ("ax", "ay", "alpha") if "accelerations" in groups else ()
-    channels = [f"{name}.{part}" for name in linkage.names for part in (*_MOTION, *rates)]
+    motion = ["x", "y", "angle", "vx", "vy", "omega"]
+    motion += ["ax", "ay", "alpha"] if "accelerations" in groups else []
+    channels = [f"{name}.{part}" for name in linkage.names for part in motion]
     if "joints" in groups:
         channels += [f"{pin.name}.reaction_{axis}" for pin in system.pins for axis in "xy"]
         channels += [f"{guide.name}.{part}" for guide in system.turned_guides for part in ("force", "moment")]
-        channels += ["drive.torque"] * isinstance(system.drive, Drive)
+        channels += ["drive.torque"] if isinstance(system.drive, Drive) else []
         channels += [f"{spring.name}.force" for spring in system.springs]
     if "energy" in groups:
-        channels += [f"energy_{part}" for part in _energies(system.load is not None)]
+        load = ["load"] if system.load is not None else []
+        names = ("kinetic", "gravity", "drive", "spring", "damping", *load, "residual")
+        channels += [f"energy_{name}" for name in names]
     return tuple(channels)
 
 
-def _energies(load: bool) -> tuple[str, ...]:
-    names = ("kinetic", "gravity", "drive", "spring", "damping")
-    return (*names, *(["load"] if load else []), "residual")
-
-
 class LinkageRecorder(BodiesRecorder):
-    """Recorder of a linkage.
+    """Recorder of a linkage; its further parameters are those of `BodiesRecorder`."""
 
-    Attributes
-    ----------
-    ending : tuple of str
-        Status and remedy of a run that ended in a singular position, else empty.
-    """
-
-    def __init__(self, linkage: Linkage, model: Model, choice: StepChoice, settings: Settings) -> None:
-        super().__init__(model, choice, settings, linkage_channels(linkage))
+    def __init__(self, linkage: Linkage, model: Model, choice: StepChoice) -> None:
+        super().__init__(model, choice, linkage.settings, linkage_channels(linkage))
         self._linkage = linkage
-        # Least singular value at the start and, while it falls, its least value below the limit, with its time
+        # Least singular value at the start, and its least value since it fell below the limit, with its time
         self._start, self._least = math.nan, (math.inf, 0.0)
-        # Largest residual with its time, sum of the energies' errors of the steps, largest energy; J, s, J, J
-        self._residual, self._error, self._scale = (0.0, 0.0), 0.0, 0.0
+        # Largest residual of the energy with its time, J, s; largest energy, and sum of the steps' errors, J
+        self._residual, self._energy, self._errors = (0.0, 0.0), 0.0, 0.0
 
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take: one."""
@@ -70,181 +69,164 @@ class LinkageRecorder(BodiesRecorder):
         self._log_state()
         return 1.0
 
+    def explain_failure(self) -> None:
+        """Find the singular position in which Newton's method has failed, if it has failed in one."""
+        step, states = self._settings.tick, self._log[self._count - 1]
+        q, v = (states[columns] for columns in self._columns[1:3])
+        pair = np.stack([q - step * v, q], axis=1)
+        before, last = self._singular_values(constraints(self._model.system, np.zeros(2), pair, pair), (0, 1))
+        self.observe()
+        # It falls in proportion to the time that is left, or to its root where rates grow without bound
+        left = last / (before - last) * step if last < before else math.inf
+        if left <= _AHEAD * step:
+            self._end(self.time + 0.5 * left)
+        self.ending = self.ending or (
+            "newton-failed",
+            "lower solver.exudyn.step, or raise solver.exudyn.tolerance",
+        )
+
+    def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
+        """Return invariants and the worst violation, as ``invariants.judge_run`` does."""
+        # A step multiplies mean forces by mean rates, the audit takes the means of the products
+        energy, (residual, time) = self._energy or 1.0, self._residual
+        bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
+        return judge({"energy": (residual / energy, time, "")}, {"energy": bound})
+
     def _observe(self) -> None:
         if self.ending:
             return
-        log = self._log[: self._count]
-        times, q, v = (log[:, columns].T for columns in (slice(0, 1), *self._columns[1:3]))
-        joints = constraints(self._model.system, times[0], q, v)
-        end = self._singular_time(times[0], q, v, joints)
+        states = self._log[: self._count].T
+        times, q, v = states[0], *(states[columns] for columns in self._columns[1:3])
+        end = self._singular_time(times, q, v)
         if end < math.inf:
             self._end(end)
-            self._count = max(1, int(np.searchsorted(times[0], end, side="right")))
+            self._count = max(1, int(np.searchsorted(times, end, side="right")))
         super()._observe()
-
-    def explain_failure(self) -> None:
-        """Find the singular position, if any, in which Newton's method has failed."""
-        log = self._log[: self._count]
-        if self._count < 2 or self.ending:
-            return
-        times, (q, v) = log[-2:, 0], (log[-2:, columns].T for columns in self._columns[1:3])
-        before, last = self._singular_values(constraints(self._model.system, times, q, v), (0, 1))
-        # It falls in proportion to the time that is left, or to its root where the rates grow without bound
-        left = last / (before - last) * (times[1] - times[0]) if last < before else math.inf
-        if left <= _AHEAD * self._settings.tick:
-            self._end(float(times[1] + 0.5 * left))
-
-    def _end(self, time: float) -> None:
-        self.ending = (
-            "singular",
-            (
-                f"singular position at t = {time:.4g} s: the linkage loses its rank; end before it, or start elsewhere"
-            ),
-        )
-
-    def _singular_values(self, joints: Constraints, states: Any) -> list[float]:
-        size, count = self._linkage.size, PER_BODY * len(self._linkage.names)
-        if not joints.rows:
-            return [1.0 for _ in states]
-        matrices = np.array([scaled(joints, state, count, size) for state in states])
-        values: list[float] = np.linalg.svd(matrices, compute_uv=False)[:, -1].tolist()
-        return values
-
-    def _singular_time(self, times: Array, q: Array, v: Array, joints: Constraints) -> float:
-        """Return the time of a singular position in the logged steps; infinite without one.
-
-        A singular value moves no more than the Jacobian does, in the Frobenius norm. States from which it
-        cannot fall below the limit are passed over; a step in which it can is searched for its least value.
-        """
-        moves = np.zeros(len(times) - 1)
-        for row in joints.rows:
-            lengths = bool(row.keys() - set(range(ANGLE, len(q), PER_BODY)))
-            for coordinate, value in row.items():
-                if np.ndim(value):
-                    unit = self._linkage.size if lengths and coordinate % PER_BODY == ANGLE else 1.0
-                    moves += (np.diff(value) / unit) ** 2
-        path = np.append(0.0, np.cumsum(np.sqrt(moves)))
-        at, last = 0, len(times) - 1
-        value = self._singular_values(joints, (0,))[0]
-        if math.isnan(self._start):
-            self._start = value
-        limit = SINGULAR * self._start
-        while at < last:
-            to = int(np.searchsorted(path, path[at] + value - limit, side="left")) - 1
-            if to > at:  # not below the limit until then
-                at = min(to, last)
-                value = self._singular_values(joints, (at,))[0]
-                continue
-            following = self._singular_values(joints, (at + 1,))[0]
-            if 0.5 * (value + following - (path[at + 1] - path[at])) < limit:
-                least, when = self._least_inside(times, q, v, at)
-                if least < min(limit, self._least[0]):
-                    self._least = least, when
-            if self._least[0] < following:  # it has passed its least value
-                return self._least[1]
-            at, value = at + 1, following
-        return math.inf
-
-    def _least_inside(self, times: Array, q: Array, v: Array, at: int) -> tuple[float, float]:
-        """Return the least singular value inside a step, along cubic Hermite polynomials, and its time."""
-        step = times[at + 1] - times[at]
-        rise = q[:, at + 1] - q[:, at]
-        leaves, arrives = step * v[:, at] - rise, rise - step * v[:, at + 1]
-        low, high = 0.0, 1.0
-        for _ in range(6):
-            s = np.linspace(low, high, 33)
-            inside = q[:, at, None] + s * rise[:, None]
-            inside += s * (1.0 - s) * ((1.0 - s) * leaves[:, None] + s * arrives[:, None])
-            joints = constraints(self._model.system, times[at] + s * step, inside, 0.0 * inside)
-            values = self._singular_values(joints, range(len(s)))
-            best = int(np.argmin(values))
-            low, high = s[max(best - 1, 0)], s[min(best + 1, len(s) - 1)]
-        return values[best], float(times[at] + s[best] * step)
 
     def _values(
         self, times: Array, q: Array, v: Array, multipliers: Array, memory: Any, loads: Any, required: Any
     ) -> Array:
         """Return all channels, shape (channels, n)."""
         del memory, loads
-        system, linkage, rows = self._model.system, self._linkage, []
+        system, groups, index2 = self._model.system, self._linkage.groups, self._settings.index2
         joints = constraints(system, times, q, v)
         self._take_drift(times, required, joints)
-        force, tensions, stored, damped, driven = applied_forces(system, q, v)
+        force, tensions, spring, damped, driven = applied_forces(system, q, v)
         load = np.zeros_like(times)
         if system.load is not None:
-            y = PER_BODY * system.observed + Y
-            push, load = workpiece_forces(q[y], self._model.workpiece)
-            force[y] += push
+            height = PER_BODY * system.observed + Y
+            push, load = workpiece_forces(q[height], self._model.workpiece)
+            force[height] += push
         acceleration, balanced = accelerations(system, joints, force)
-        reactions = -multipliers if self._settings.index2 else -balanced
-        own = 2 * len(system.pins)
-        if isinstance(system.drive, Drive):
-            driven = reactions[own] * system.drive.omega
-        energies = self._energy(times, v, q, acceleration, np.array([driven, damped]), stored, load)
-        for body in range(len(system.bodies)):
-            coordinates = slice(PER_BODY * body, PER_BODY * (body + 1))
-            rows += [*q[coordinates], *v[coordinates]]
-            rows += [*acceleration[coordinates]] if "accelerations" in linkage.groups else []
-        if "joints" in linkage.groups:
-            guides = reactions[len(reactions) - 2 * len(system.turned_guides) :]
-            guides[::2] *= -1.0
-            rows += [*reactions[:own], *guides]
-            rows += [reactions[own]] if isinstance(system.drive, Drive) else []
-            rows += [*tensions]
-        return np.array(rows + (energies if "energy" in linkage.groups else []))
+        reactions, pins = -multipliers if index2 else -balanced, 2 * len(system.pins)
+        torque = reactions[pins : pins + isinstance(system.drive, Drive)]
+        guides = reactions[pins + len(torque) :]
+        guides[::2] *= -1.0
+        for row in torque:
+            driven = row * v[system.prescribed[0][0]]
+        powers = np.array([driven, damped])
+        works, gravity, kinetic, residual = self._audit(times, q, v, powers, spring + load)
+        self._take_errors(times, v, acceleration, residual, kinetic + spring + load + works[1])
+        rows: list[Array] = []
+        motion = (q, v, acceleration) if "accelerations" in groups else (q, v)
+        for body in range(0, len(q), PER_BODY):
+            rows += [row for part in motion for row in part[body : body + PER_BODY]]
+        if "joints" in groups:
+            rows += [*reactions[:pins], *guides, *torque, *tensions]
+        if "energy" in groups:
+            pushed = [load] if system.load is not None else []
+            rows += [kinetic, gravity, works[0], spring, works[1], *pushed, residual]
+        return np.array(rows)
 
-    def _energy(
-        self, times: Array, v: Array, q: Array, acceleration: Array, powers: Array, spring: Array, load: Array
-    ) -> list[Array]:
-        """Audit the energy, as `BodiesRecorder` does; return the channels of ``_energies``, J."""
-        system = self._model.system
-        driven, damped = self._integrate(times, powers)
-        kinetic = 0.5 * system.masses @ (v * v)
-        height = system.gravity * system.masses[Y::PER_BODY] @ q[Y::PER_BODY]
-        if times[0] == 0.0:
-            self._initial = float(height[0]), float(kinetic[0] + spring[0] + load[0])
-        gravity = self._initial[0] - height
-        residual = driven + gravity - (kinetic + spring + load - self._initial[1]) - damped
-        at = int(np.argmax(np.abs(residual)))
+    def _take_errors(
+        self, times: Array, v: Array, acceleration: Array, residual: Array, energy: Array
+    ) -> None:
+        """Update what the invariants ask for."""
+        at = int(np.argmax(np.abs(residual)))  # the first that is not a number, if one is not
         if not abs(residual[at]) <= self._residual[0]:
             self._residual = abs(float(residual[at])), float(times[at])
-        force = system.masses[:, None] * np.diff(acceleration)
-        self._error += 0.25 * float(np.sum(np.diff(times) * np.abs(force * np.diff(v))))
-        self._scale = max(self._scale, float(np.max(kinetic + spring + load + damped)))
-        parts = [kinetic, gravity, driven, spring, damped]
-        return [*parts, *([load] if system.load is not None else []), residual]
+        missed = self._model.system.masses @ np.abs(np.diff(acceleration) * np.diff(v))
+        self._errors += 0.25 * float(missed @ np.diff(times))
+        self._energy = max(self._energy, float(energy.max()))
 
-    def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
-        """Return the invariants as `invariants.judge_run` does."""
-        settings, (value, time) = self._settings, self._residual
-        # The rule advances by mean forces and mean rates, the audit by their mean product
-        scale = self._scale or 1.0
-        bound = min(1e-3, 1e-9 + 10.0 * self._error / scale)
-        worst = {"energy": (value / scale, time, bound, "1")}
-        drift, rate = self.drift["position"], self.drift["velocity"]
-        del drift, rate, settings
-        invariants = {
-            name: {"value": amount, "bound": limit, "unit": unit, "time_s": when}
-            for name, (amount, when, limit, unit) in worst.items()
-        }
-        broken = ""
-        for name, (amount, when, limit, _) in worst.items():
-            if not amount <= limit:
-                broken = f"{name}: the audit is off by {amount:.3g} at {when:.9g} s, bound {limit:.3g}"
-        return invariants, broken
+    def _end(self, time: float) -> None:
+        if self.ending:
+            return
+        reason = f"singular position at t = {time:.4g} s: the linkage loses its rank"
+        self.ending = "singular", f"{reason}; end before it, or start elsewhere"
+
+    def _singular_values(self, joints: Constraints, states: Iterable[int]) -> list[float]:
+        """Return the least singular value of the scaled Jacobian in some states."""
+        count, size = PER_BODY * len(self._linkage.names), self._linkage.size
+        matrices = np.array([scaled(joints, state, count, size) for state in states])
+        if not np.isfinite(matrices).all():  # the run fails
+            return [math.inf for _ in matrices]
+        values: list[float] = np.linalg.svd(matrices, compute_uv=False).min(axis=1, initial=math.inf).tolist()
+        return values
+
+    def _singular_time(self, times: Array, q: Array, v: Array) -> float:
+        """Return the time of a singular position in the logged steps; infinite without one.
+
+        A singular value moves no more than the Jacobian does, in the Frobenius norm: states before it can be
+        below the limit are passed over, and only a step in which it can is searched for its least value.
+        """
+        joints, size = constraints(self._model.system, times, q, v), self._linkage.size
+        moves = np.zeros(len(times) - 1)
+        for row in joints.rows:
+            unit = size if any(coordinate % PER_BODY != ANGLE for coordinate in row) else 1.0
+            for coordinate, value in row.items():
+                if np.ndim(value):
+                    moves += (np.diff(value) / (unit if coordinate % PER_BODY == ANGLE else 1.0)) ** 2
+        path = np.append(0.0, np.cumsum(np.sqrt(moves)))
+        at, last, (value,) = 0, len(times) - 1, self._singular_values(joints, (0,))
+        if math.isnan(self._start):
+            self._start = value
+        limit = SINGULAR * self._start
+        while at < last:
+            following = at + 1
+            if value < math.inf:
+                following = int(np.searchsorted(path, path[at] + value - limit)) - 1
+            if following > at + 1:
+                at = min(following, last)
+                (value,) = self._singular_values(joints, (at,))
+                continue
+            (after,) = self._singular_values(joints, (at + 1,))
+            if 0.5 * (value + after - (path[at + 1] - path[at])) < limit:
+                self._least = min(self._least, self._least_inside(times, q, v, at))
+            if self._least[0] < min(after, limit):  # it rises again
+                return self._least[1]
+            at, value = at + 1, after
+        return math.inf
+
+    def _least_inside(self, times: Array, q: Array, v: Array, at: int) -> tuple[float, float]:
+        """Return the least singular value in a step, along cubic Hermite polynomials, and its time (s)."""
+        step, rise = times[at + 1] - times[at], q[:, at + 1, None] - q[:, at, None]
+        leaves, arrives = step * v[:, at, None] - rise, rise - step * v[:, at + 1, None]
+        low, high = 0.0, 1.0
+        for _ in range(3):
+            s = np.linspace(low, high, 17)
+            inside = q[:, at, None] + s * rise + s * (1.0 - s) * ((1.0 - s) * leaves + s * arrives)
+            joints = constraints(self._model.system, times[at] + s * step, inside, inside)
+            values = self._singular_values(joints, range(len(s)))
+            best = int(np.argmin(values))
+            low, high = s[max(best - 1, 0)], s[min(best + 1, len(s) - 1)]
+        return values[best], float(times[at] + s[best] * step)
 
 
-def run_linkage(linkage: Linkage, report: Report | None) -> Run:
-    """Run a linkage; ``report`` as for ``simulation.simulate``."""
-    settings = linkage.settings
-
-    def recorder_of(model: Model, choice: StepChoice, chosen: Settings) -> LinkageRecorder:
-        return LinkageRecorder(linkage, model, choice, chosen)
-
-    recorder, _, outcome = run_system(linkage.system, settings, report, recorder_of)
+def run_linkage(linkage: Linkage, report: Report | None) -> tuple[Run, tuple[dict[str, dict[str, Any]], str]]:
+    """Run a linkage; return also its judged invariants. ``report`` is that of ``simulation.simulate``."""
+    # Forces of which the start says nothing may round to more than the tolerance
+    for loosened in (1.0, 1e2, 1e4):
+        settings = replace(linkage.settings, tolerance=loosened * linkage.settings.tolerance)
+        model = build(linkage.system, settings.tick)
+        choice = StepChoice(model, settings)
+        recorder = LinkageRecorder(linkage, model, choice)
+        outcome = Solution(model, settings, choice, recorder, Progress(report, settings.duration)).run()
+        if outcome.status != "newton-failed":
+            break
     used = {
         "step_used": settings.tick,
         "steps_per_sample": settings.per_sample,
         "newton_tolerance": settings.tolerance,
     }
-    return Run(BODIES_AND_JOINTS, used, recorder, outcome, recorder.drift)
+    return Run(BODIES_AND_JOINTS, used, recorder, outcome, recorder.drift), recorder.invariants()

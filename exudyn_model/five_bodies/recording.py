@@ -200,7 +200,8 @@ class BodiesRecorder(Recorder):
 
     def _take_drift(self, times: Array, required: NDArray[Any], joints: Constraints) -> None:
         """Update the largest violation of the constraints, in the required states."""
-        for name, amounts in zip(CONSTRAINTS, (joints.position, joints.velocity), strict=True):
+        for name, violations in zip(CONSTRAINTS, (joints.gaps, joints.rates), strict=True):
+            amounts = np.abs(violations).max(axis=0, initial=0.0)
             if len(required):
                 most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
                 if not amounts[most] <= self.drift[name][0]:
@@ -219,25 +220,32 @@ class BodiesRecorder(Recorder):
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
         powers = np.array([drive, *(memory[f"{name}_power"].sum(axis=0) for name in ("damping", "friction"))])
-        works = self._integrate(times, powers)
+        energies = [memory["stored"].sum(axis=0), *load_energy]
+        works, gravity, kinetic, residual = self._audit(times, q, v, powers, sum(energies))
+        return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
+
+    def _audit(
+        self, times: Array, q: Array, v: Array, powers: Array, stored: Any
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return works of powers (the first drives) and gravity, kinetic energy, residual.
+
+        All in J, like the ``stored`` energy.
+        """
+        system = self._model.system
+        works = np.zeros_like(powers)
+        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
+        works += self._works[: len(works), None]
+        self._works = works[:, -1].copy()
         kinetic = 0.5 * system.masses @ (v * v)
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
-        energies = [memory["stored"].sum(axis=0), *load_energy]
-        stored = sum(energies)
         if times[0] == 0.0:
             self._initial = float(height[0]), float(kinetic[0] + stored[0])
         gravity = self._initial[0] - height
-        residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
-        return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
-
-    def _integrate(self, times: Array, powers: Array) -> Array:
-        """Return the works of powers (W), shape (k, n), by the trapezoidal rule since t = 0, J."""
-        works = np.zeros_like(powers)
-        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
-        works += self._works[: len(powers), None]
-        self._works = works[:, -1].copy()
-        return works
+        residual = works[0] + gravity - (kinetic + stored - self._initial[1])
+        for dissipated in works[1:]:
+            residual = residual - dissipated
+        return works, gravity, kinetic, residual
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""

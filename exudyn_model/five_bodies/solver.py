@@ -1,9 +1,8 @@
 """Solution of one run of five bodies by Exudyn's implicit integrators."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,6 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.run import Outcome, Progress, Report, Run, solve, state_vectors
 
 Array = NDArray[np.float64]
-R = TypeVar("R", bound=BodiesRecorder)
 
 
 def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
@@ -44,11 +42,8 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
 
 
 def run_system(
-    system: System,
-    settings: Settings,
-    report: Report | None = None,
-    new_recorder: Callable[[Model, StepChoice, Settings], R] = BodiesRecorder,  # type: ignore[assignment]
-) -> tuple[R, StepChoice, Outcome]:
+    system: System, settings: Settings, report: Report | None = None
+) -> tuple[BodiesRecorder, StepChoice, Outcome]:
     """Run a linkage that is given as lists; its initial positions and velocities must fit its joints.
 
     Raises
@@ -58,7 +53,7 @@ def run_system(
     """
     model = build(system, settings.tick)
     choice = StepChoice(model, settings)
-    recorder = new_recorder(model, choice, settings)
+    recorder = BodiesRecorder(model, choice, settings)
     progress = Progress(report, settings.duration)
     return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
 
@@ -93,7 +88,7 @@ class Solution:
         mbs, recorder, remedy = self.model.mbs, self.recorder, ""
         after_newton = None if self.settings.fixed else self._after_newton
         status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
-        if status == "success":
+        if status == "success" and not recorder.ending:
             self._before_step()  # record the last state, from which no step starts
         else:
             status = "newton-failed"
@@ -152,7 +147,8 @@ class Solution:
             start = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Round-off of a few operations is some 1e-16 of the lengths, which are near 1 m or longer
         size = max(1.0, *(float(np.abs(body.position[:2]).max()) for body in system.bodies))
-        if not (start.position[0] <= 1e-13 * size and start.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
+        gap, rate = (np.abs(one).max(initial=0.0) for one in (start.gaps, start.rates))
+        if not (gap <= 1e-13 * size and rate <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
         if self.settings.index2:  # other methods damp an error of the initial accelerations
             correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)

@@ -1,6 +1,7 @@
 """A planar linkage as lists, and as Exudyn's bodies, joints, drive, gravity and contacts."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -17,7 +18,6 @@ from exudyn.itemInterface import (
     MarkerNodeCoordinate,
     NodePointGround,
     NodeRigidBody2D,
-    ObjectConnectorCartesianSpringDamper,
     ObjectConnectorSpringDamper,
     ObjectGenericODE2,
     ObjectGround,
@@ -47,8 +47,8 @@ class Body(NamedTuple):
 
     mass: float
     inertia: float
-    position: tuple[float, float, float]
-    velocity: tuple[float, float, float]
+    position: Sequence[float]
+    velocity: Sequence[float]
 
 
 class Pin(NamedTuple):
@@ -273,15 +273,17 @@ def build(system: System, step: float) -> Model:
         )
         centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=objects[-1]))
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
-    for connector in (*system.pins, *system.springs):
-        ends = []
-        for body_number, point in (
-            (connector.first, connector.first_point),
-            (connector.second, connector.second_point),
-        ):
-            carrier = ground if body_number == FRAME else objects[body_number]
-            ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=carrier, localPosition=[*point, 0.0])))
-        mbs.AddObject(_joint(connector, ends))
+
+    def add_marker(kind: Any, body_number: int, point: tuple[float, float]) -> Any:
+        carrier = ground if body_number == FRAME else objects[body_number]
+        return mbs.AddMarker(kind(bodyNumber=carrier, localPosition=[*point, 0.0]))
+
+    def ends(joint: Pin | Spring) -> list[Any]:
+        points = (joint.first, joint.first_point), (joint.second, joint.second_point)
+        return [add_marker(MarkerBodyPosition, *point) for point in points]
+
+    for pin in system.pins:
+        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends(pin)))
     fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
     for number, (coordinate, value, rate) in enumerate(system.prescribed):
         body_number, axis = divmod(coordinate, PER_BODY)
@@ -292,21 +294,28 @@ def build(system: System, step: float) -> Model:
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
     for guide in system.turned_guides:
-        line, angle = guide.direction, guide.direction - guide.angle
-        carrier = ground if guide.on == FRAME else objects[guide.on]
-        sides = (objects[guide.body], [0.0, 0.0, 0.0]), (carrier, [*guide.point, 0.0])
+        line, own = guide.direction, guide.direction - guide.angle
+        sides = (guide.body, (0.0, 0.0)), (guide.on, guide.point)
         mbs.AddObject(
             ObjectJointPrismatic2D(
-                markerNumbers=[
-                    mbs.AddMarker(MarkerBodyRigid(bodyNumber=number, localPosition=point))
-                    for number, point in sides
-                ],
-                axisMarker0=[math.cos(angle), math.sin(angle), 0.0],
+                markerNumbers=[add_marker(MarkerBodyRigid, *side) for side in sides],
+                axisMarker0=[math.cos(own), math.sin(own), 0.0],
                 normalMarker1=[-math.sin(line), math.cos(line), 0.0],
             )
         )
-    if isinstance(system.drive, Torque):
-        _add_torque(mbs, system.drive, nodes[system.drive.body], objects[system.drive.body])
+    for spring in system.springs:
+        mbs.AddObject(
+            ObjectConnectorSpringDamper(
+                markerNumbers=ends(spring),
+                referenceLength=spring.length,
+                stiffness=spring.stiffness,
+                damping=spring.damping,
+            )
+        )
+    if isinstance(system.drive, Torque) and len(system.drive.table) == 1:
+        marker = add_marker(MarkerBodyRigid, system.drive.body, (0.0, 0.0))
+        torque = [0.0, 0.0, float(system.drive.table[0, 1])]
+        mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=torque))
     contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
     elements = _elements(system, contacts, current)
     for element in elements:
@@ -319,57 +328,38 @@ def build(system: System, step: float) -> Model:
                 forceUserFunction=element.force,
             )
         )
-    workpiece = workpiece_array(system.load)
+    workpiece, loads = workpiece_array(system.load), {}
     if system.load is not None:
         origin = system.reference[PER_BODY * system.observed + Y]
+        loads[system.observed] = _load_force(workpiece, float(origin))
+    for body_number, force in (*loads.items(), *_table_force(system.drive)):
         mbs.AddObject(
             ObjectGenericODE2(
-                nodeNumbers=[nodes[system.observed]],
+                nodeNumbers=[nodes[body_number]],
                 massMatrix=np.zeros((PER_BODY, PER_BODY)),
-                forceUserFunction=_load_force(workpiece, float(origin)),
+                forceUserFunction=force,
             )
         )
     mbs.Assemble()
     return Model(mbs, container, system, elements, contacts, current, workpiece)
 
 
-def _joint(connector: Pin | Spring, ends: list[Any]) -> Any:
-    """Make Exudyn's joint or spring between two markers."""
-    if isinstance(connector, Pin):
-        return ObjectJointRevolute2D(name=connector.name, markerNumbers=ends)
-    if connector.length == connector.damping == 0.0:  # has a direction where its points coincide, too
-        return ObjectConnectorCartesianSpringDamper(markerNumbers=ends, stiffness=[connector.stiffness] * 3)
-    return ObjectConnectorSpringDamper(
-        markerNumbers=ends,
-        referenceLength=connector.length,
-        stiffness=connector.stiffness,
-        damping=connector.damping,
-    )
+@entry
+def table_torque(angle: float, table: Array) -> float:
+    """Interpolate a torque (N m) linearly at an angle (rad) in a table of `Torque` over a turn."""
+    return float(np.interp(angle % (2.0 * np.pi), table[:, 0], table[:, 1]))
 
 
-def _add_torque(mbs: Any, drive: Torque, node: Any, body: Any) -> None:
-    """Add the torque of a motor: as a load where it is constant, else as a force of the body's node."""
-    angles, torques = drive.table.T
-    if len(torques) == 1:
-        marker = mbs.AddMarker(MarkerBodyRigid(bodyNumber=body))
-        mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, torques[0]]))
-        return
-    torque = machine_code(periodic_table, 0.0, angles, torques)
+def _table_force(drive: Drive | Torque | None) -> list[tuple[int, ForceUserFunction]]:
+    """Return the body and the ``forceUserFunction`` of a torque that changes over the angle, if any."""
+    if not isinstance(drive, Torque) or len(drive.table) == 1:
+        return []
+    torque = machine_code(table_torque, 0.0, drive.table)
 
     def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
-        return 0.0, 0.0, torque(q[ANGLE], angles, torques)
+        return 0.0, 0.0, torque(q[ANGLE], drive.table)
 
-    mass = np.zeros((PER_BODY, PER_BODY))
-    mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=mass, forceUserFunction=user_function))
-
-
-@entry
-def periodic_table(angle: float, angles: Array, values: Array) -> float:
-    """Interpolate a table over a turn linearly at an angle; ``angles`` (rad) rise from 0 to one turn."""
-    rest = angle % angles[-1]
-    row = min(int(np.searchsorted(angles, rest, side="right")), len(angles) - 1)
-    share = (rest - angles[row - 1]) / (angles[row] - angles[row - 1])
-    return float(values[row - 1] + share * (values[row] - values[row - 1]))
+    return [(drive.body, user_function)]
 
 
 def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
