@@ -297,8 +297,9 @@ def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
     own, known = plan_of(model, scene.data), expected(scene, model)
     if scene.is_linkage:
-        sizes, note = (own["coordinates"], own["constraints"]), f"degrees of freedom: {own['freedom']}"
-        left = (("the tight tier", "it is the press's; the standard one is for any linkage"),)
+        sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
+        beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
+        note = f"degrees of freedom{beside}: {own['freedom']}"
         return Plan(model, own["formulation"], tuple(own["bodies"]), (), *sizes, note, (), "", left, None, ())
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):

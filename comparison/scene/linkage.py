@@ -36,8 +36,8 @@ from comparison.scene.schema import (
 
 NAMED = ("body", "pin", "guide", "spring", "initial", "guess")
 """Tables that hold a table for each name, of a body in the last two."""
-SPEED_STEP, STEPS = 2e-6, 100_000
-"""Default of solver.exudyn.step, s, where a speed drives; else the steps in the duration."""
+STEPS_IN_TURN, STEPS = 50_000, 100_000
+"""Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
 DEG, N_M = Unit("deg"), Unit("N m")
 
 
@@ -266,15 +266,15 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         guide.setdefault("angle_deg", guide["direction_deg"])
     for guess in data["guess"].values():
         guess.setdefault("angle_deg", 0.0)
-    output, exudyn, step = data["output"], data["solver"]["exudyn"], SPEED_STEP
-    if "speed_rpm" in data["drive"]:
-        data["drive"].setdefault("cycles", 1.0)
-        output.setdefault("samples_per_cycle", 1000)
+    drive, output = data["drive"], data["output"]
+    if "speed_rpm" in drive:
+        drive.setdefault("cycles", 1.0)
+        span, steps, samples = 60.0 / abs(drive["speed_rpm"]), STEPS_IN_TURN, "samples_per_cycle"
     else:
-        samples = output.setdefault("samples", 1000)
-        step = output["duration"] / samples / ceil(STEPS / samples)
+        span, steps, samples = output["duration"], STEPS, "samples"
+    count = output.setdefault(samples, 1000)
     if "step" not in keys.solver.exudyn.model_fields_set:
-        exudyn["step"] = step
+        data["solver"]["exudyn"]["step"] = span / count / ceil(steps / count)
     for model, usual in (("reference", "multiplier"), ("exudyn", "full")):
         if data["solver"][model]["formulation"] == "auto":
             data["solver"][model]["formulation"] = usual
