@@ -109,6 +109,11 @@ class Scene:
         return "body" in self.data
 
     @property
+    def schema(self) -> type[SceneKeys | LinkageKeys]:
+        """The keys that it may have."""
+        return LinkageKeys if self.is_linkage else SceneKeys
+
+    @property
     def period(self) -> float:
         """Period of one crank cycle, s; of a linkage without a speed its duration."""
         speed = self.data["drive"].get("speed_rpm")
@@ -302,8 +307,7 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     if changes and isinstance(name, str) and "scene" not in changes:  # the files' texts are of the files
         derived = {"scene.name": name_with(name, changes), "scene.title": title_with(name, changes)}
         given |= derived | {"scene.description": ""} | texts
-    is_linkage = any(key.startswith("body.") for key in files)
-    schema: type[LinkageKeys | SceneKeys] = LinkageKeys if is_linkage else SceneKeys
+    schema = LinkageKeys if any(key.startswith("body.") for key in files) else SceneKeys
     try:
         keys = schema.model_validate(nested({"scene.title": name} | given))
     except ValidationError as error:
