@@ -64,10 +64,11 @@ def evaluate(model: Model, t: float, node: int, modes: Records, nodes: Nodes) ->
 
 
 @inlined
-def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
+def error_norm(h: float, k: Array, free: int, tolerance: float, rate_time: float = VELOCITY_TIME) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
-    It is that of the first `free` states, of which the second half are rates. It is infinite if the square of
+    It is that of the first `free` states, of which the second half are rates, whose error in `rate_time` (s)
+    counts. It is infinite if the square of
     a stage overflows: divided by that, any error would seem to be zero.
     """
     e5 = e3 = 0.0
@@ -76,7 +77,7 @@ def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
         for j in range(STAGES + 1):
             s5 += E5[j] * k[j, m]
             s3 += E3[j] * k[j, m]
-        weight = (1.0 if 2 * m < free else VELOCITY_TIME) / tolerance
+        weight = (1.0 if 2 * m < free else rate_time) / tolerance
         e5 += (s5 * weight) ** 2
         e3 += (s3 * weight) ** 2
     if e5 == 0.0 and e3 == 0.0:

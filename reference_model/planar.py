@@ -1,7 +1,7 @@
 """Any planar linkage of bodies, pins, guides and springs: its lists, and a start on its constraints."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from reference_model.workpiece import NO_LOAD, Load
 
 GROUPS = ("accelerations", "joints", "energy")
 _LATER = ("clearance", "contact", "friction", "joints", "reliability", "mechanism")
+_PLACE = ("x", "y", "angle_deg")
 _RANK = 1e-8
 """Smallest singular value of independent rows, relative to the largest."""
 _ASSEMBLED = 1e-12
@@ -108,37 +109,28 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
     )
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
-    return _start(model, size, number, given, scene.get("guess", {}))
+    return _start(model, size, scene)
 
 
-def _given(tables: Mapping[str, Any], number: Mapping[str, int], keys: Sequence[str]) -> dict[int, float]:
-    """Return the values of some keys by their index in q or q'; m, rad and s."""
+def _given(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]:
+    """Return the values of three keys by their index in q or q'; m, rad and s."""
     return {
-        3 * number[body] + k: math.radians(values[key]) if key == "angle_deg" else values[key]
-        for body, values in tables.items()
+        3 * [*scene["body"]].index(body) + k: math.radians(values[key]) if key == "angle_deg" else values[key]
+        for body, values in scene.get(table, {}).items()
         for k, key in enumerate(keys)
         if key in values
     }
 
 
-def _start(
-    model: Linkage,
-    size: float,
-    number: Mapping[str, int],
-    initial: Mapping[str, Any],
-    guess: Mapping[str, Any],
-) -> Assembly:
+def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
     """Close the linkage by Newton's method, and solve for the rates; raise as `read_linkage`."""
     rows, columns, turn = model.rows, model.masses.size, 3 * model.driven + 2
-    known, rates = (
-        _given(initial, number, ("x", "y", "angle_deg")),
-        _given(initial, number, ("vx", "vy", "omega")),
-    )
+    known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
     q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
     if by_speed:
         known.pop(turn, None)
         q[turn] = model.theta0
-    for k, value in (_given(guess, number, ("x", "y", "angle_deg")) | known).items():
+    for k, value in (_given(scene, "guess", *_PLACE) | known).items():
         q[k] = value
     # In units of the size and 1 rad all is of one magnitude.
     units, fixed = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns)
@@ -166,10 +158,13 @@ def _start(
     moving = np.vstack([matrix[:rows], fixed[[*rates]]])
     if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):
         raise ValueError("initial: the values given do not determine the start")
-    for k, (_, free_length, _) in enumerate(model.springs):
-        x, y = model.phi[rows + 2 * k :][:2]
-        if free_length > 0.0 and math.hypot(x, y) <= _ASSEMBLED * size:
-            raise ValueError("spring: its ends coincide at the start, where its force has no direction")
+    for name, row, own in zip(
+        scene.get("spring", {}), model.phi[rows:].reshape(-1, 2), model.springs, strict=True
+    ):
+        if own[1] > 0.0 and math.hypot(*row) <= _ASSEMBLED * size:
+            raise ValueError(
+                f"spring.{name}: its ends coincide at the start, where its force has no direction"
+            )
     if not at_rest:
         right = np.append(-model.rate[:rows] / row_units, [value / units[k] for k, value in rates.items()])
         v = units * np.linalg.solve(moving, right)

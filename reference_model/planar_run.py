@@ -1,7 +1,7 @@
 """The run of a planar linkage: projected steps, singular positions, channels.
 
-The equations of index 1 are integrated by DOP853, and each accepted state is projected onto the constraints:
-else a linkage would stick near a singular position. A step may leap over one, so the smallest singular value of
+The equations of index 1 are integrated by DOP853, and each accepted state is projected onto the constraints,
+else a linkage would stick near a singular position. A step may leap over one: the smallest singular value of
 the constraints' Jacobian is followed within steps, and the run ends where a minimum of it is close to zero.
 """
 
@@ -50,6 +50,8 @@ SINGULAR = 1e-3
 """Smallest singular value, relative to that at the start, of a singular position."""
 ENERGY = 1e3
 """Bound of the spurious energy, relative to the largest energy, in units of the tolerance."""
+RATE_TIME = 1e-2
+"""Time in which the error of a rate counts as an error of position, s."""
 STEPS_LIMIT = 2_000_000
 """Attempted steps after which a run is stopped, some minutes."""
 LARGEST_STEP = 1.0 / 50.0
@@ -112,7 +114,8 @@ def observe(model: Linkage, run: Run, t: float, share: float, purpose: int, trac
     """Record the state at `t` (s), a share of the step, with multipliers, springs and Jacobian."""
     nodes, n, size = run.nodes, run.counters[0].recorded, model.lambdas.size
     dense(share, nodes.y.shape[1], nodes.y, run.f)
-    project(model, t, nodes.y[POINT], nodes.dy[POINT], trace.accuracy)
+    if not project(model, t, nodes.y[POINT], nodes.dy[POINT], trace.accuracy):
+        dense(share, nodes.y.shape[1], nodes.y, run.f)  # a singular position has no projection
     evaluate_nodes(model, t, 0.0, POINT, POINT, run.modes, nodes)
     run.counters[0].evaluations += 1
     record(model.contacts, run, POINT, t, purpose)
@@ -142,7 +145,7 @@ def advance(model: Linkage, run: Run, settings: Settings, t_end: float, trace: T
         h = min(h, t_end - t)
         evaluate_nodes(model, t, h, FIRST, END, run.modes, nodes)
         counters.evaluations += STAGES
-        error, there = error_norm(h, dy, free_states(nodes), settings.tolerance), False
+        error, there = error_norm(h, dy, free_states(nodes), settings.tolerance, RATE_TIME), False
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], y[START, turn] % (2.0 * math.pi)
             share = min(
@@ -184,11 +187,13 @@ def advance(model: Linkage, run: Run, settings: Settings, t_end: float, trace: T
     return status
 
 
-def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array, *, last: bool) -> float:
+def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) -> float:
     """Return the first time (s) at which the smallest singular value has a minimum near zero, or infinity.
 
-    Times (steps, PARTS + 1), states and Jacobians are those of whole steps, the last ones of the run or not.
+    Times (steps, PARTS + 1), states and Jacobians are those of whole steps.
     """
+    if not assembly.model.rows:
+        return math.inf
     size = assembly.model.masses.size
     sigma = smallest(jacobians * assembly.units) / assembly.sigma
     around = np.pad(sigma, ((0, 0), (1, 1)), constant_values=np.inf)
@@ -212,8 +217,8 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array, 
             options={"xatol": 1e-9 * (t[-1] - t[0])},
         )
         inside = lower.fun < sigma[step, k]
-        # At the end of a step it may fall further in the next one.
-        known = inside or k < PARTS or (last and step == len(times) - 1)
+        # At the end of a step it may fall further in the next one; in the last it does where a drive locks.
+        known = inside or k < PARTS or step == len(times) - 1
         if known and min(lower.fun, sigma[step, k]) < SINGULAR:
             return float(lower.x if inside else times[step, k])
     return math.inf
@@ -285,7 +290,10 @@ class Observation:
         for name, first in self._first.items():
             every[name] = every[name] - first
         *flows, residual = (np.abs(row) for name, row in every.items() if _group(name) == "energy")
-        self._flow = max(self._flow, float(np.max(flows)))
+        momentum = (
+            np.abs(states[0][:, self._model.masses.size :][:, : self._model.masses.size]) @ self._model.masses
+        )
+        self._flow = max(self._flow, float(np.max(flows)) + float(momentum.max()))
         if not residual.max() <= self._residual:
             self._residual, self._time = float(residual.max()), float(times[residual.argmax()])
         values = np.stack([every[name] for name in self.names])
@@ -345,8 +353,8 @@ def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> R
         at, purposes = state.rows.times[recorded], state.rows.purposes[recorded]
         y, dy, forces = state.rows.y[recorded], state.rows.dy[recorded], trace.forces[recorded]
         steps = np.flatnonzero(purposes == PART).reshape(-1, PARTS + 1)
-        end = singular_time(assembly, at[steps], y[steps], trace.jacobians[steps], last=code != BUFFER_FULL)
-        kept = at <= end
+        end = singular_time(assembly, at[steps], y[steps], trace.jacobians[steps])
+        kept = (at <= end) & np.isfinite(dy).all(axis=1)
         if at.size:
             observation.take(at[kept], (purposes == SAMPLE)[kept], (y[kept], dy[kept], forces[kept]))
         if progress is not None and now - reported > 0.02 * t_end:

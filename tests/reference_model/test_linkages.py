@@ -109,7 +109,9 @@ def test_squeezer_ends_as_published(tolerance, bound):
     columns = success(squeezer(tolerance))
     np.testing.assert_allclose(of_the_test_set(columns, "angle")[:, 0], START, atol=1e-13, rtol=0)
     alpha = of_the_test_set(columns, "alpha")[:, 0]
-    np.testing.assert_allclose(alpha, [14222.4439199541, -10666.83293996558, 0, 0, 0, 0, 0], atol=1e-8, rtol=0)
+    np.testing.assert_allclose(
+        alpha, [14222.4439199541, -10666.83293996558, 0, 0, 0, 0, 0], atol=1e-8, rtol=0
+    )
     np.testing.assert_allclose(of_the_test_set(columns, "angle")[:, -1], END, atol=bound, rtol=0)
     np.testing.assert_allclose(of_the_test_set(columns, "omega")[:, -1], RATES, atol=1e3 * bound, rtol=0)
 
@@ -145,7 +147,7 @@ def test_double_four_bar_before_its_singular_position_is_one_rod():
     # Three rods turn about their pivots, two move along with their ends
     inertia, moment = 3.0 / 3.0 + 2.0, (3.0 * 0.5 + 2.0) * G
     exact = solve_ivp(
-        lambda t, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 0.7), [math.pi / 2, -1.0], "DOP853",
+        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 0.7), [math.pi / 2, -1.0], "DOP853",
         t_eval=columns["time"], rtol=1e-13, atol=1e-13,
     )  # fmt: skip
     np.testing.assert_allclose(columns["right.angle"], exact.y[0], atol=1e-10, rtol=0)
@@ -164,7 +166,7 @@ def test_pendulum_swings_as_the_elliptic_functions(tolerance, turned):
     )  # fmt: skip
     result = simulate(scene)
     columns, k, w = result.columns, math.sin(amplitude / 2.0), math.sqrt(2.0 * G * 0.4 / inertia)
-    sn, cn, dn, _ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
+    sn, cn, *_ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
     angle, rate = 2.0 * np.arcsin(k * sn), 2.0 * k * w * cn
     bound = 2e3 * tolerance
     at = angle - math.pi / 2.0 - math.radians(turned)
@@ -174,8 +176,12 @@ def test_pendulum_swings_as_the_elliptic_functions(tolerance, turned):
     np.testing.assert_allclose(columns["arm.x"], 0.3 + 0.4 * np.sin(angle), atol=bound, rtol=0)
     pull = 2.0 * (0.4 * rate**2 + G * np.cos(angle))
     across = 2.0 * (-w * w * 0.4 + G) * np.sin(angle)
-    force = np.array([-pull * np.sin(angle) + across * np.cos(angle), pull * np.cos(angle) + across * np.sin(angle)])
-    np.testing.assert_allclose([columns["O.reaction_x"], columns["O.reaction_y"]], force, atol=400 * bound, rtol=0)
+    force = np.array(
+        [-pull * np.sin(angle) + across * np.cos(angle), pull * np.cos(angle) + across * np.sin(angle)]
+    )
+    np.testing.assert_allclose(
+        [columns["O.reaction_x"], columns["O.reaction_y"]], force, atol=400 * bound, rtol=0
+    )
     # The largest rate and force lie between the samples
     assert abs(result.extrema["arm.omega"]["max"] - 2.0 * k * w) < 2e-6 + 10.0 * bound
     assert abs(result.extrema["arm.angle"]["max"] - at.max()) < 1e-6 + bound
@@ -217,7 +223,9 @@ def test_a_constant_torque_turns_a_rotor(gravity):
     )  # fmt: skip
     columns, alpha = success(scene), -1.5 / 0.2
     t = columns["time"]
-    np.testing.assert_allclose(columns["rotor.angle"], math.radians(10.0) + 2.0 * t + 0.5 * alpha * t**2, atol=1e-9)
+    np.testing.assert_allclose(
+        columns["rotor.angle"], math.radians(10.0) + 2.0 * t + 0.5 * alpha * t**2, atol=1e-9
+    )
     np.testing.assert_allclose(columns["rotor.alpha"], alpha, rtol=1e-9)
     np.testing.assert_allclose(columns["energy_drive"], -1.5 * (2.0 * t + 0.5 * alpha * t**2), atol=1e-8)
     assert "drive.torque" not in columns
@@ -247,3 +255,336 @@ def test_a_table_of_torque_does_the_work_under_it(omega):
     done = work(angle) - work(angle[:1])
     np.testing.assert_allclose(columns["energy_drive"], done, atol=1e-7, rtol=0)
     np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + done, atol=1e-7, rtol=0)
+
+
+# A four-bar of one coordinate: crank, coupler and rocker by circles, rates by the closed loop.
+
+LENGTHS, MASSES, GROUND = (0.1, 0.3, 0.25), (0.5, 1.2, 0.8), 0.28
+
+
+def four_bar(**tables):
+    body = {
+        name: rod(a, m) for name, a, m in zip(("crank", "coupler", "rocker"), LENGTHS, MASSES, strict=True)
+    }
+    joined = pins(
+        ((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((GROUND, 0.0), "rocker.start"),
+        ("coupler.end", "rocker.end"),
+    )  # fmt: skip
+    guess = {"coupler": {"angle_deg": 50.0}, "rocker": {"angle_deg": 110.0}}
+    return linkage(body, pin=joined, guess=guess, **tables)
+
+
+def four_bar_motion(theta):
+    """Return angles of the three bodies, and of each per radian of the crank how fast x, y, angle change."""
+    a, b, c = LENGTHS
+    x, y = a * np.cos(theta), a * np.sin(theta)
+    dx, dy = GROUND - x, -y
+    d2 = dx**2 + dy**2
+    along = (d2 + b * b - c * c) / 2.0
+    up = np.sqrt(b * b * d2 - along**2)
+    px, py = (along * dx - up * dy) / d2, (along * dy + up * dx) / d2
+    coupler, rocker = np.arctan2(py, px), np.arctan2(y + py, x + px - GROUND)
+    kb = a * np.sin(theta - rocker) / (b * np.sin(rocker - coupler))
+    kc = a * np.sin(theta - coupler) / (c * np.sin(rocker - coupler))
+    rates = [
+        (-0.5 * y, 0.5 * x, 1.0 + 0.0 * theta),
+        (-y - 0.5 * b * kb * np.sin(coupler), x + 0.5 * b * kb * np.cos(coupler), kb),
+        (-0.5 * c * kc * np.sin(rocker), 0.5 * c * kc * np.cos(rocker), kc),
+    ]
+    return np.array([theta, coupler, rocker]), np.array(rates)
+
+
+def four_bar_inertia(theta):
+    """Return inertia about the crank's angle, and the rate of the potential energy with it."""
+    rates = four_bar_motion(theta)[1]
+    inertias = [m * a * a / 12.0 for m, a in zip(MASSES, LENGTHS, strict=True)]
+    moving = [
+        m * (r[0] ** 2 + r[1] ** 2) + j * r[2] ** 2 for m, j, r in zip(MASSES, inertias, rates, strict=True)
+    ]
+    return sum(moving), G * sum(m * r[1] for m, r in zip(MASSES, rates, strict=True))
+
+
+def by_fourier(values, omega):
+    """Return the derivative by time (1/s) of samples of one cycle, the last of which is the first."""
+    n = values.size - 1
+    spectrum = np.fft.rfft(values[:-1]) * 1j * np.arange(n // 2 + 1) * abs(omega)
+    return np.append(back := np.fft.irfft(spectrum, n), back[0])
+
+
+@pytest.mark.parametrize("rpm", [60.0, -90.0])
+def test_driven_four_bar_moves_as_its_circles(rpm):
+    drive = {"body": "crank", "speed_rpm": rpm, "cycles": 2.0}
+    result = simulate(
+        four_bar(drive=drive, initial={"crank": {"angle_deg": 30.0}}, samples=512, tolerance=1e-12)
+    )
+    columns, omega = result.columns, rpm * math.pi / 30.0
+    assert result.status == "success"
+    assert columns["time"].size == 1025
+    theta = math.radians(30.0) + omega * columns["time"]
+    angles, rates = four_bar_motion(theta)
+    for body, angle, rate in zip(("crank", "coupler", "rocker"), angles, rates, strict=True):
+        np.testing.assert_allclose(columns[f"{body}.angle"], np.unwrap(angle), atol=1e-9, rtol=0)
+        for name, each in zip(("vx", "vy", "omega"), rate, strict=True):
+            np.testing.assert_allclose(columns[f"{body}.{name}"], omega * each, atol=1e-8, rtol=0)
+        for name, each in zip(("ax", "ay", "alpha"), rate, strict=True):
+            exact = by_fourier(omega * each[:513], omega)
+            np.testing.assert_allclose(columns[f"{body}.{name}"][:513], exact, atol=1e-6, rtol=0)
+            largest = result.cycle_extrema[f"{body}.{name}_max"]
+            np.testing.assert_allclose(largest, max(exact), atol=1e-3 * np.ptp(exact) + 1e-6, rtol=0)
+    inertia, slope = four_bar_inertia(theta[:513])
+    torque = 0.5 * omega * by_fourier(inertia, omega) + slope
+    np.testing.assert_allclose(columns["drive.torque"][:513], torque, atol=1e-7, rtol=0)
+    # The rocker's pin takes what the rocker's inertia and weight leave of the coupler's force
+    forces = [columns[f"P{i}.reaction_{axis}"] for axis in "xy" for i in (0, 2)]
+    total = [sum(m * (columns[f"{b}.a{axis}"] + g) for b, m in zip(("crank", "coupler", "rocker"), MASSES, strict=True))
+             for axis, g in (("x", 0.0), ("y", G))]  # fmt: skip
+    np.testing.assert_allclose([forces[0] + forces[1], forces[2] + forces[3]], total, atol=1e-9, rtol=0)
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-11])
+def test_four_bar_under_a_torque_moves_as_its_one_coordinate(tolerance):
+    start = {"crank": {"angle_deg": 40.0}, "rocker": {"omega": 2.0}}
+    columns = success(four_bar(drive={"body": "crank", "torque": 0.7}, initial=start, tolerance=tolerance))
+    t = columns["time"]
+
+    orders = np.arange(257)
+    spectrum = np.fft.rfft(four_bar_inertia(np.arange(512) * math.pi / 256.0)[0]) / 256.0 * 1j * orders
+
+    def derivative(_, y):
+        inertia, slope = four_bar_inertia(y[0])
+        steepness = (spectrum * np.exp(1j * orders * y[0])).real.sum()
+        return [y[1], (0.7 - slope - 0.5 * steepness * y[1] ** 2) / inertia]
+
+    theta = math.radians(40.0)
+    omega = 2.0 / four_bar_motion(theta)[1][2, 2]
+    exact = solve_ivp(derivative, (0.0, 1.0), [theta, omega], "DOP853", t_eval=t, rtol=1e-11, atol=1e-11).y
+    angles, rates = four_bar_motion(exact[0])
+    for body, angle, rate in zip(("crank", "coupler", "rocker"), np.unwrap(angles), rates[:, 2], strict=True):
+        np.testing.assert_allclose(columns[f"{body}.angle"], angle, atol=1e-7 + 1e3 * tolerance, rtol=0)
+        np.testing.assert_allclose(
+            columns[f"{body}.omega"], exact[1] * rate, atol=1e-6 + 1e4 * tolerance, rtol=0
+        )
+
+
+def test_quick_return_slides_along_its_rocker():
+    """A block on the crank's tip in a guide along the rocker, which turns about a pivot below."""
+    low, length, at = 0.2, 0.5, math.radians(20.0)
+    body = {
+        "crank": rod(0.08, 0.3),
+        "rocker": rod(length, 2.0, centroid=[0.3, 0.01]),
+        "block": rod(0.02, 0.4, centroid=[0.0, 0.0]),
+    }
+    columns = success(linkage(
+        body, pin=pins(((0.0, 0.0), "crank.start"), ((0.0, -low), "rocker.start"), ("crank.end", "block.centroid")),
+        guide={"G": {"body": "block", "on": "rocker", "point": [0.1, 0.0], "direction_deg": 0.0, "angle_deg": 15.0}},
+        drive={"body": "crank", "speed_rpm": 120.0, "cycles": 1.0}, samples=512, tolerance=1e-12,
+        initial={"crank": {"angle_deg": 20.0}}, guess={"rocker": {"angle_deg": 70.0}},
+    ))  # fmt: skip
+    omega = 4.0 * math.pi
+    theta = at + omega * columns["time"]
+    x, y = 0.08 * np.cos(theta), 0.08 * np.sin(theta) + low
+    angle, reach = np.arctan2(y, x), np.hypot(x, y)
+    spin = omega * 0.08 * (np.cos(theta) * x + np.sin(theta) * y) / reach**2
+    alpha = by_fourier(spin, omega)
+    np.testing.assert_allclose(columns["rocker.angle"], angle, atol=1e-10, rtol=0)
+    np.testing.assert_allclose(columns["block.angle"], angle + math.radians(15.0), atol=1e-10, rtol=0)
+    np.testing.assert_allclose(columns["block.omega"], spin, atol=1e-8, rtol=0)
+    np.testing.assert_allclose(columns["rocker.alpha"], alpha, atol=1e-6, rtol=0)
+    moment = 0.4 * 0.02**2 / 12.0 * alpha
+    arm = 0.3 * np.cos(angle) - 0.01 * np.sin(angle)
+    inertia = 2.0 * length**2 / 12.0 + 2.0 * (0.3**2 + 0.01**2)
+    # Moments on the rocker about its pivot: the block pushes back with the force at its reach
+    force = -(inertia * alpha + 2.0 * G * arm + moment) / reach
+    np.testing.assert_allclose(columns["G.moment"], moment, atol=1e-8, rtol=0)
+    np.testing.assert_allclose(columns["G.force"], force, atol=1e-6, rtol=0)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_a_mass_falls_onto_its_load_and_comes_back(exponent):
+    load = {"body": "mass", "surface": 0.0, "force": 300.0, "depth": 0.01, "exponent": exponent, "table": []}
+    scene = linkage(
+        {"mass": rod(0.1, 2.0, centroid=[0.0, 0.0])}, guide={"G": {"body": "mass", "point": [0.0, 0.0], "direction_deg": 90.0}},
+        initial={"mass": {"y": 0.05}}, load=load, duration=0.5, tolerance=1e-11, samples=500,
+    )  # fmt: skip
+    columns = success(scene)
+    y, stored = columns["mass.y"], columns["energy_load"]
+    depth = np.maximum(-y, 0.0)
+    np.testing.assert_allclose(
+        stored, 300.0 * 0.01 / (exponent + 1) * (depth / 0.01) ** (exponent + 1), atol=1e-9
+    )
+    np.testing.assert_allclose(columns["energy_kinetic"] + stored, 2.0 * G * (0.05 - y), atol=1e-8, rtol=0)
+    np.testing.assert_allclose(
+        columns["mass.ay"], 300.0 * (depth / 0.01) ** exponent / 2.0 - G, atol=1e-6, rtol=0
+    )
+    if exponent == 1.0:
+        # Two falls and the longer half of a period about where the weight rests
+        w, sag, fall = math.sqrt(300.0 / 0.01 / 2.0), 2.0 * G * 0.01 / 300.0, math.sqrt(0.1 / G)
+        inside = 2.0 * (math.pi - math.atan(math.sqrt(0.1 * G) / (sag * w))) / w
+        assert abs(columns["time"][y.argmin()] - fall - inside / 2.0) < 1e-3
+        np.testing.assert_allclose(np.interp(2 * fall + inside, columns["time"], y), 0.05, atol=1e-5)
+
+
+def test_a_body_without_joints_is_thrown():
+    start = {"x": 0.0, "y": 1.0, "angle_deg": 0.0, "vx": 2.0, "vy": 3.0, "omega": -5.0}
+    columns = success(linkage({"stone": rod(0.1)}, initial={"stone": start}))
+    t = columns["time"]
+    np.testing.assert_allclose(columns["stone.y"], 1.0 + 3.0 * t - 0.5 * G * t**2, atol=1e-12)
+    np.testing.assert_allclose([columns["stone.x"], columns["stone.angle"]], [2.0 * t, -5.0 * t], atol=1e-12)
+
+
+# Singular positions
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_a_drive_that_cannot_turn_ends_where_coupler_and_rocker_align(tolerance):
+    body = {"crank": rod(0.3), "coupler": rod(0.2), "rocker": rod(0.25)}
+    joined = pins(((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((0.28, 0.0), "rocker.start"),
+                  ("coupler.end", "rocker.end"))  # fmt: skip
+    scene = linkage(
+        body, pin=joined, drive={"body": "crank", "speed_rpm": 30.0, "cycles": 1.0}, tolerance=tolerance,
+        initial={"crank": {"angle_deg": 40.0}}, guess={"coupler": {"angle_deg": 60.0}, "rocker": {"angle_deg": 120.0}},
+    )  # fmt: skip
+    result = simulate(scene)
+    lock = (math.acos((0.3**2 + 0.28**2 - 0.45**2) / (2 * 0.3 * 0.28)) - math.radians(40.0)) / math.pi
+    assert result.status == "singular"
+    assert abs(float(result.remedy.split(" = ")[1].split(" s:")[0]) - lock) < 1e-3
+    assert 0.0 <= lock - result.columns["time"][-1] < 0.021
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_a_parallelogram_ends_where_it_is_flat(tolerance):
+    body = {"crank": rod(0.1), "coupler": rod(0.3), "rocker": rod(0.1)}
+    joined = pins(((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((0.3, 0.0), "rocker.start"),
+                  ("coupler.end", "rocker.end"))  # fmt: skip
+    scene = linkage(
+        body, pin=joined, drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0}, tolerance=tolerance,
+        initial={"crank": {"angle_deg": 36.0}}, guess={"rocker": {"angle_deg": 36.0}},
+    )  # fmt: skip
+    result = simulate(scene)
+    assert result.status == "singular"
+    assert abs(float(result.remedy.split(" = ")[1].split(" s:")[0]) - 0.4) < 1e-3
+
+
+# Invariances
+
+
+def joined_pendulums(turned=0.0, order=("upper", "lower"), swap=False):
+    """A double pendulum whose lower end a spring holds, without weight, turned with its frame."""
+    c, s = math.cos(turned), math.sin(turned)
+    body = {"upper": rod(0.4, 1.0, centroid=[0.1, 0.02]), "lower": rod(0.3, 0.5, E=[0.2, 0.1])}
+    table = {
+        "O": {"joins": ["frame", "upper.start"], "point": [0.2 * c, 0.2 * s]},
+        "A": {"joins": ["upper.end", "lower.start"]},
+    }
+    if swap:
+        table = {"A": {"joins": ["lower.start", "upper.end"]}, "O": table["O"]}
+    spring = {
+        "joins": ["frame", "lower.E"],
+        "point": [0.5 * c - 0.3 * s, 0.5 * s + 0.3 * c],
+        "stiffness": 40.0,
+        "length": 0.1,
+        "damping": 0.2,
+    }
+    start = {
+        "upper": {"angle_deg": math.degrees(turned) + 10.0, "omega": 3.0},
+        "lower": {"angle_deg": math.degrees(turned) - 70.0, "omega": -6.0},
+    }
+    return linkage(
+        {name: body[name] for name in order}, pin=table, spring={"S": spring}, initial=start, gravity=0.0, duration=2.0, tolerance=1e-12,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("turned", [1.0, -2.5])
+def test_a_turned_frame_turns_the_motion(turned):
+    upright, other, c, s = (
+        success(joined_pendulums()),
+        success(joined_pendulums(turned)),
+        math.cos(turned),
+        math.sin(turned),
+    )
+    for x, y, bound in (
+        ("lower.x", "lower.y", 1e-8),
+        ("A.reaction_x", "A.reaction_y", 1e-5),
+        ("upper.ax", "upper.ay", 1e-5),
+    ):
+        np.testing.assert_allclose(other[x], c * upright[x] - s * upright[y], atol=bound, rtol=0)
+        np.testing.assert_allclose(other[y], s * upright[x] + c * upright[y], atol=bound, rtol=0)
+    np.testing.assert_allclose(other["lower.angle"], upright["lower.angle"] + turned, atol=1e-8, rtol=0)
+    np.testing.assert_allclose(other["S.force"], upright["S.force"], atol=1e-6, rtol=0)
+    np.testing.assert_allclose(other["energy_damping"], upright["energy_damping"], atol=1e-8, rtol=0)
+    assert upright["energy_damping"][-1] > 0.1
+
+
+def test_the_order_of_bodies_and_pins_only_orders_the_columns():
+    one, other = success(joined_pendulums()), success(joined_pendulums(order=("lower", "upper"), swap=True))
+    assert [*other][1] == "lower.x"
+    for name in one:
+        sign = -1.0 if name.startswith("A.") else 1.0  # the force on the second of two bodies
+        np.testing.assert_allclose(other[name], sign * one[name], atol=1e-5, rtol=0)
+
+
+def test_columns_come_in_order_and_by_groups():
+    scene = joined_pendulums()
+    motion = [
+        f"{body}.{word}" for body in ("upper", "lower") for word in ("x", "y", "angle", "vx", "vy", "omega")
+    ]
+    energies = [f"energy_{part}" for part in ("kinetic", "gravity", "drive", "spring", "damping", "residual")]
+    pair = ["O.reaction_x", "O.reaction_y", "A.reaction_x", "A.reaction_y", "S.force"]
+    for groups, names in (([], motion), (["joints"], motion + pair), (["energy"], motion + energies)):
+        result = simulate(scene | {"output": scene["output"] | {"groups": groups}})
+        assert [*result.columns] == ["time", *names]
+        assert [*result.extrema] == names
+        assert "energy" in result.provenance["invariants"]
+    assert simulate.plan(scene) == {
+        "formulation": "multiplier (6 coordinates, 4 multipliers)", "bodies": ["upper", "lower"], "coordinates": 6,
+        "constraints": 4, "freedom": 2,
+    }  # fmt: skip
+
+
+# Refusals
+
+
+def parallelogram_with_three_cranks():
+    body = {name: rod(0.1) for name in ("a", "b", "c")} | {"top": rod(0.4, M=[0.2, 0.0])}
+    joined = [((0.0, 0.0), "a.start"), ((0.2, 0.0), "b.start"), ((0.4, 0.0), "c.start"), ("a.end", "top.start"),
+              ("b.end", "top.M"), ("c.end", "top.end")]  # fmt: skip
+    upright = {"angle_deg": 90.0}
+    return linkage(body, pin=pins(*joined), initial={"a": upright}, guess={"b": upright, "c": upright})
+
+
+def short_four_bar():
+    scene = four_bar(initial={"crank": {"angle_deg": 0.0}})
+    scene["body"]["coupler"] = rod(0.02)
+    return scene
+
+
+TURNING = {"body": "crank", "speed_rpm": 60.0, "cycles": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (parallelogram_with_three_cranks(), "pin: too many constraints: 1 of 12 rows are dependent at the start"),
+        (four_bar(), "initial: this linkage needs 1 position and 1 rate, and has 0 positions and 0 rates"),
+        (four_bar(initial={"crank": {"angle_deg": 1.0, "x": 0.05}}), "has 2 positions and 0 rates"),
+        (four_bar(initial={"crank": {"angle_deg": 1.0, "omega": 1.0}}, drive=TURNING),
+         "needs 1 position and 0 rates, and has 1 position and 1 rate"),
+        (short_four_bar(), "guess: the linkage cannot be assembled"),
+        (linkage({"rotor": rod(centroid=[0.0, 0.0])}, pin=pins(((0.0, 0.0), "rotor.start")), initial={"rotor": {"x": 0.0}}),
+         "initial: the values given do not determine the start"),
+        (linkage({"rod": rod()}, pin=pins(((0.0, 0.0), "rod.start")), initial={"rod": {"angle_deg": 0.0}},
+                 spring={"S": {"joins": ["frame", "rod.end"], "point": [1.0, 0.0], "stiffness": 1.0, "length": 0.1}}),
+         "spring.S: its ends coincide"),
+        (four_bar(clearance={}), "clearance: "),
+        (four_bar(output={"groups": ["corners"]}), "output.groups = 'corners'"),
+        (four_bar(tolerance=1e-15), "solver.reference.tolerance = 1e-15 must be at least"),
+        (four_bar(solver={"reference": {"tolerance": 1e-9, "method": "BDF"}}), "solver.reference.method = 'BDF'"),
+        (four_bar(solver={"reference": {"tolerance": 1e-9, "method": "dop853", "formulation": "minimal"}}),
+         "solver.reference.formulation = 'minimal'"),
+    ],
+)  # fmt: skip
+def test_refusals(scene, message):
+    for function in (simulate, simulate.check, simulate.plan):
+        with pytest.raises(ValueError, match=r"^[^\n]*$") as refusal:
+            function(scene)
+        assert message in str(refusal.value)
