@@ -183,7 +183,7 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
 
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
-    and a ``note`` about the equations if they need one.
+    and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference.
     """
     if "body" in scene:
         linkage = read_linkage(scene)

@@ -71,14 +71,14 @@ class LinkageRecorder(BodiesRecorder):
 
     def explain_failure(self) -> None:
         """Find the singular position in which Newton's method has failed, if it has failed in one."""
-        step, states = self._settings.tick, self._log[self._count - 1]
-        q, v = (states[columns] for columns in self._columns[1:3])
+        self.observe()
+        step, last_state = self._settings.tick, self._log[self._count - 1]
+        q, v = (last_state[columns] for columns in self._columns[1:3])
         pair = np.stack([q - step * v, q], axis=1)
         before, last = self._singular_values(constraints(self._model.system, np.zeros(2), pair, pair), (0, 1))
-        self.observe()
         # It falls in proportion to the time that is left, or to its root where rates grow without bound
         left = last / (before - last) * step if last < before else math.inf
-        if left <= _AHEAD * step:
+        if left <= _AHEAD * step and last < 0.3 * self._start:
             self._end(self.time + 0.5 * left)
         self.ending = self.ending or (
             "newton-failed",
@@ -88,9 +88,19 @@ class LinkageRecorder(BodiesRecorder):
     def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
         """Return invariants and the worst violation, as ``invariants.judge_run`` does."""
         # A step multiplies mean forces by mean rates, the audit takes the means of the products
-        energy, (residual, time) = self._energy or 1.0, self._residual
+        linkage, (residual, time) = self._linkage, self._residual
+        weight = linkage.system.gravity * math.fsum(body.mass for body in linkage.system.bodies)
+        energy = (
+            max(self._energy, 1e-6 * abs(weight) * linkage.size) or 1.0
+        )  # more than round-off, at rest too
+        value = residual / energy if math.isfinite(residual) else math.inf
         bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
-        return judge({"energy": (residual / energy, time, "")}, {"energy": bound})
+        # Index 2 leaves positions to the rule: they drift where the linkage hurries, and its angles do
+        worst = {
+            "energy": (value, time, ""),
+            "constraint-position": (*self.drift["position"], "a constraint"),
+        }
+        return judge(worst, {"energy": bound, "constraint-position": 1e-5 * linkage.size})
 
     def _observe(self) -> None:
         if self.ending:

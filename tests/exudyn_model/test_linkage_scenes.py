@@ -244,11 +244,13 @@ def test_a_spring_between_two_free_bodies_keeps_both_momenta():
     np.testing.assert_allclose(spin, 0.0, atol=1e-7)
     for axis in "xy":
         np.testing.assert_allclose(columns[f"a.v{axis}"] + 2.0 * columns[f"b.v{axis}"], 0.0, atol=1e-12)
-    gap = np.hypot(
-        columns["b.x"] - columns["a.x"] - 0.1 * np.cos(columns["a.angle"]),
-        columns["b.y"] - columns["a.y"] - 0.1 * np.sin(columns["a.angle"]),
-    )
+    arm = 0.1 * np.array([np.cos(columns["a.angle"]), np.sin(columns["a.angle"])])
+    x, y = columns["b.x"] - columns["a.x"] - arm[0], columns["b.y"] - columns["a.y"] - arm[1]
+    gap = np.hypot(x, y)
     np.testing.assert_allclose(columns["S.force"], 100.0 * (gap - 0.2), atol=1e-10)
+    np.testing.assert_allclose(columns["a.ax"], columns["S.force"] * x / gap, atol=1e-9)
+    moment = columns["S.force"] * (arm[0] * y - arm[1] * x) / gap
+    np.testing.assert_allclose(0.1 * columns["a.alpha"], moment, atol=1e-9)
     np.testing.assert_allclose(
         columns["energy_kinetic"] + columns["energy_spring"], 50 * (gap[0] - 0.2) ** 2, atol=1e-5
     )
@@ -443,6 +445,18 @@ def test_a_quick_return_turns_its_rocker_with_the_block_in_its_slot():
     assert np.abs(columns["energy_residual"]).max() < 1e-6
 
 
+def test_a_block_that_nearly_meets_its_rocker_s_pivot_is_followed_or_refused():
+    """5 mm beside it, with forces of which the start says nothing; then 1.5 mm."""
+    columns = run(quick_return(step=4e-6, base=-0.085, offset=0.0)).columns
+    crank = math.radians(10.0) - 3 * math.pi * columns["time"]
+    rocker = np.unwrap(np.arctan2(0.08 * np.sin(crank) + 0.085, 0.08 * np.cos(crank)))
+    np.testing.assert_allclose(columns["rocker.angle"], rocker, atol=2e-6)
+    assert np.abs(columns["G.force"]).max() > 5e4
+    far = simulate(quick_return(step=4e-5, base=-0.0815, offset=0.0))
+    assert far.status == "invariant-violated"
+    assert far.remedy.startswith("constraint-position: ")
+
+
 def test_turning_the_frame_and_the_order_of_bodies_change_nothing():
     plain = run(four_bar(gravity=0.0)).columns
     angle = 1.1
@@ -533,6 +547,12 @@ def solved(**keys):
     return four_bar(solver={"exudyn": keys})
 
 
+def reaching(degrees):
+    """Return a slider-crank without a drive whose crank is beyond its toggle for 90 degrees."""
+    data = slider_crank(1e-4) | {"drive": {"free": True}, "output": {"groups": [], "duration": 1.0}}
+    return data | {"initial": {"crank": {"angle_deg": degrees}}}
+
+
 NEEDS = "initial: the linkage needs 1 position and "
 FIXED = {"body": "block", "point": [0.0, 0.0], "direction_deg": 0.0, "angle_deg": 95.0}
 SHORT = {"S": {"joins": ["frame", "crank.start"], "stiffness": 1.0, "length": 0.1}}
@@ -553,6 +573,7 @@ REFUSED = {
         pinned(H={"joins": ["frame", "rocker.start"], "point": [0.9, 0.0]}),
         "body: the linkage cannot be assembled",
     ),
+    "beyond": (reaching(90.0), "body: the linkage cannot be assembled"),
     "rows": (
         pinned(Z={"joins": ["frame", "crank.start"]}),
         "body: too many constraints: 2 of 11 rows are dependent at the start",
