@@ -198,15 +198,20 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
     """
     if scene.ran is None or not scene.ran.is_linkage or not scene.channels:
         return None
-    data, offset = scene.ran.data, {"frame": 0j}
+    data = scene.ran.data
     joints = [*data["pin"].values(), *data["spring"].values()]
-    points = {"frame": [complex(*joint["point"]) for joint in joints if joint["joins"][0] == "frame"]}
-    motion, start = [np.array(points["frame"])], {"frame": [0.0, 0.0, 0.0]}
+    fixed = [complex(*joint["point"]) for joint in joints if joint["joins"][0] == "frame"]
+    outlines, motion, start = {"frame": fixed}, [np.array(fixed)], {"frame": [0.0, 0.0, 0.0]}
+    own = {
+        "frame.": 0j
+    }  # points of the bodies in their own frames, from the centroid; "BODY." is their origin
     for name, body in data["body"].items():
-        offset[name] = complex(*body["centroid"])
-        points[name] = [complex(*point) - offset[name] for point in body["points"].values()]
+        centroid = complex(*body["centroid"])
+        outlines[name] = [complex(*point) - centroid for point in body["points"].values()]
+        own |= dict(zip([f"{name}.{point}" for point in body["points"]], outlines[name], strict=True))
+        own |= {f"{name}.": -centroid, f"{name}.centroid": 0j}
         x, y, angle = (scene.channels[f"{name}.{quantity}"].a for quantity in ("x", "y", "angle"))
-        motion += [x + 1j * y + point * np.exp(1j * angle) for point in (0.0, *points[name])]
+        motion += [x + 1j * y + point * np.exp(1j * angle) for point in (0.0, *outlines[name])]
         start[name] = [float(x[0]), float(y[0]), float(angle[0])]
     every = np.concatenate(motion)
     width, height = (float(np.ptp(part)) or 1e-9 for part in (every.real, every.imag))
@@ -214,31 +219,18 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
     left, top = 20.0 - scale * float(every.real.min()), 36.0 + scale * float(every.imag.max())
     guides: dict[str, list[tuple[complex, complex]]] = {name: [] for name in start}
     for guide in data["guide"].values():
-        middle = complex(*guide["point"]) - offset[guide["on"]]
+        middle = complex(*guide["point"]) + own[f"{guide['on']}."]
         along = rect(max(width, height), radians(guide["direction_deg"]))
-        guides[guide["on"]].append(
-            ((middle - along).conjugate() * scale, (middle + along).conjugate() * scale)
-        )
+        guides[guide["on"]].append((middle - along, middle + along))
     springs = []
     for spring in data["spring"].values():
-        ends = []
-        for place in spring["joins"]:
-            body, _, point = place.partition(".")
-            at = (
-                spring["point"]
-                if not point
-                else ({"centroid": data["body"][body]["centroid"]} | data["body"][body]["points"])[point]
-            )
-            own = complex(*at) - offset[body]
-            ends.append([body, own.real, own.imag])
-        springs.append(ends)
-    places = [
-        (name, left + scale * x, top - scale * y, -degrees(angle)) for name, (x, y, angle) in start.items()
-    ]
+        ends = [(name, own.get(name, complex(*spring["point"]))) for name in spring["joins"]]
+        springs.append([[name.partition(".")[0], point.real, point.imag] for name, point in ends])
     drawing = TEMPLATES.get_template("linkage.svg.j2").render(
-        places=places,
-        outlines={name: [scale * point.conjugate() for point in own] for name, own in points.items()},
+        places=[(name, left + scale * x, top - scale * y, -degrees(t)) for name, (x, y, t) in start.items()],
+        outlines=outlines,
         guides=guides,
+        scale=scale,
         sliders={guide["body"] for guide in data["guide"].values()},
         springs=len(springs),
     )

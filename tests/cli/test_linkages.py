@@ -10,6 +10,7 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     record = json.loads(sixbar("validate", "quick-return", *few, "--out", "report", "--json").out)
     (scene,) = record["scenes"]
     assert (scene["verdict"], record["exit_code"]) == ("agree", 0)
+    assert not scene["warnings"]  # as of moved starts, of which there are none
     assert scene["channels"]["ram.x"]["scale"] == pytest.approx(0.45)  # the rocker is longest
     page = (sixbar.folder / "report/report.html").read_text("utf-8")
     for part in ('data-body="rocker"', 'class="body slider"', "moveBodies"):

@@ -24,6 +24,8 @@ def test_the_duration_of_a_free_linkage_is_stated(tmp_path) -> None:
         "[body.rod]\nlength = 1\ncentroid = 0.5\nmass = 1\ninertia = 0.1\n"
         "[pin.O]\njoins = ['frame', 'rod.start']\n[drive]\nfree = true\n[initial.rod]\nangle_deg = 0"
     )
+    with pytest.raises(SceneError, match=r"output.duration = None must be given \(s\)"):
+        load_scene(tmp_path / "pendulum.toml")
     scene = load_scene(path)
     assert scene.duration == 3.0
     assert scene.data["body"]["rod"]["points"] == {"start": [0, 0], "end": [1, 0], "P": [0, 1]}
@@ -67,6 +69,8 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("drive.torque", 1.0, "must have one of speed_rpm, torque, torque_table, free"),
         ("drive.speed_rpm", 0.0, "must not be zero"),
         ("drive", {"body": "crank", "torque_table": [[0.0, 1.0], [360.0, 2.0]]}, "with equal torques there"),
+        ("drive.torque_table", [[0.0, 1.0], [9.0, 2.0], [8.0, 2.0], [360.0, 1.0]], "must have rising angles"),
+        ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
         ("output.duration", 1.0, "is for a linkage without drive.speed_rpm"),
         ("output.groups", ["corners"], "must be 'accelerations', 'joints' or 'energy'"),
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
