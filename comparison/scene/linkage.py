@@ -16,11 +16,11 @@ from comparison.scene.schema import (
     KG,
     KGM2,
     M_S,
-    M_S2,
     MAX_SAMPLES,
     MAX_SAMPLES_PER_CYCLE,
     RAD_S,
     Compare,
+    Environment,
     Load,
     M,
     NotNegative,
@@ -148,13 +148,6 @@ class BodyLoad(Load):
     """Body that it pushes up."""
 
 
-class Gravity(Section):
-    """Gravity along -y."""
-
-    gravity: Annotated[Real, M_S2] = 0.0
-    """Gravitational acceleration g along -y (weight)."""
-
-
 class LinkageOutput(Section):
     """Recorded channel groups and sampling density."""
 
@@ -180,7 +173,7 @@ class LinkageKeys(Section):
     initial: dict[Name, Start] = Field(default={})
     guess: dict[Name, Guess] = Field(default={})
     load: BodyLoad | None = None
-    environment: Gravity = Gravity()
+    environment: Environment = Environment(gravity=0.0)
     output: LinkageOutput = LinkageOutput()
     solver: Solver = Solver()
     compare: Compare = Compare()
