@@ -11,6 +11,7 @@
 | - | load of a workpiece, steps that end at its kinks | `workpiece`, `steps` |
 | Eqs. 14-21 | coordinates and multipliers of any planar linkage, Baumgarte | `multiplier` |
 | projections of these | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
+| - | any other linkage: its scene and start; its run, singular positions | `planar`, `planar_run` |
 | - | choice and start of a formulation, one interface to the three | `formulations` |
 | - | data of a run | `state` |
 | - | steps, and the instants in them at which a mode ends | `dop853`, `margins`, `events` |

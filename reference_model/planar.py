@@ -13,7 +13,6 @@ from reference_model.state import contact_list
 from reference_model.workpiece import NO_LOAD, Load
 
 GROUPS = ("accelerations", "joints", "energy")
-_LATER = ("clearance", "contact", "friction", "joints", "reliability", "mechanism")
 _PLACE = ("x", "y", "angle_deg")
 _RANK = 1e-8
 """Smallest singular value of independent rows, relative to the largest."""
@@ -29,8 +28,12 @@ class Assembly(NamedTuple):
     """Unit of a coordinate by that of a row, the linkage's size (m) or 1 for angles, shape (rows, 3 n)."""
     start: Array
     """Coordinates and rates, shape (6 n,)."""
-    sigma: float
-    """Smallest singular value of the Jacobian, without units."""
+    smallest: float
+    """Smallest singular value of the Jacobian in these units."""
+
+    def sigma(self, jacobians: Array) -> Any:
+        """Return the smallest singular value of Jacobians (..., rows, 3 n), relative to the start's."""
+        return np.linalg.svd(jacobians * self.units, compute_uv=False)[..., -1] / self.smallest
 
     @property
     def formulation(self) -> str:
@@ -45,11 +48,6 @@ def jacobian(model: Linkage, q: Array) -> Array:
     return model.jacobian[: model.rows]
 
 
-def smallest(jacobians: Array) -> Any:
-    """Return the smallest singular value of each Jacobian (..., rows, columns); infinite without rows."""
-    return np.linalg.svd(jacobians, compute_uv=False).min(axis=-1, initial=np.inf)
-
-
 def read_linkage(scene: Mapping[str, Any]) -> Assembly:
     """Read a linkage's scene and assemble it.
 
@@ -60,9 +58,6 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         of `comparison.scene` forbid are not looked for.
     """
     solver, bodies, drive = scene["solver"]["reference"], scene["body"], scene.get("drive", {})
-    for table in _LATER:
-        if table in scene:
-            raise ValueError(f"{table}: a scene with the table body is simulated without; leave it out")
     require_known(
         ("solver.reference.formulation", solver.get("formulation", "auto"), ("auto", "multiplier")),
         ("solver.reference.method", solver["method"], ("dop853",)),
@@ -87,7 +82,8 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         guides.append((number[guide["body"]], number[on], (*n, offset, angle)))
     given, driven = scene.get("initial", {}), drive.get("body", "frame")
     theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
-    torques = np.reshape(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)], (-1, 2)).T
+    degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
+    surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks
     model = assemble(
         bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
         pins=pins,
@@ -98,14 +94,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         springs=[(each["stiffness"], each["length"], each.get("damping", 0.0)) for each in springs.values()],
     )._replace(
         load=read_load(load) if load else NO_LOAD,
-        torque=Load(
-            0.0 if len(torques[0]) > 1 else -math.inf,
-            torques[1, 0],
-            1.0,
-            0.0,
-            np.radians(torques[0]),
-            torques[1] - torques[1, 0],
-        ),
+        torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
     )
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
@@ -128,8 +117,7 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
     known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
     q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
     if by_speed:
-        known.pop(turn, None)
-        q[turn] = model.theta0
+        known[turn] = model.theta0
     for k, value in (_given(scene, "guess", *_PLACE) | known).items():
         q[k] = value
     # In units of the size and 1 rad all is of one magnitude.
@@ -149,30 +137,30 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
     if dependent and (assembled or free < 0):
         raise ValueError(f"pin: too many constraints: {dependent} of {rows} rows are dependent at the start")
     at_rest = not by_speed and not rates
-    if len(known) != free or not (at_rest or len(rates) == free):
-        needs, has = (f"{n + by_speed} position{'s' * (n + by_speed != 1)} and {m} rate{'s' * (m != 1)}"
-                      for n, m in ((free, free), (len(known), len(rates))))  # fmt: skip
+    if len(known) != free + by_speed or not (at_rest or len(rates) == free):
+        needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
+                      for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip
         raise ValueError(f"initial: this linkage needs {needs}, and has {has}")
     if not assembled:
         raise ValueError(f"guess: the linkage cannot be assembled: joints stay {wrong:.1g} of its size apart")
     moving = np.vstack([matrix[:rows], fixed[[*rates]]])
     if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):
         raise ValueError("initial: the values given do not determine the start")
-    for name, row, own in zip(
-        scene.get("spring", {}), model.phi[rows:].reshape(-1, 2), model.springs, strict=True
-    ):
-        if own[1] > 0.0 and math.hypot(*row) <= _ASSEMBLED * size:
-            raise ValueError(
-                f"spring.{name}: its ends coincide at the start, where its force has no direction"
-            )
+    for k, name in enumerate(scene.get("spring", {})):
+        if model.springs[k, 1] > 0.0 and math.hypot(*model.phi[rows + 2 * k :][:2]) <= _ASSEMBLED * size:
+            raise ValueError(f"spring.{name}: its ends coincide at the start: the force has no direction")
     if not at_rest:
         right = np.append(-model.rate[:rows] / row_units, [value / units[k] for k, value in rates.items()])
         v = units * np.linalg.solve(moving, right)
-    return Assembly(model, ratio, np.concatenate([q, v]), float(smallest(matrix[:rows])))
+    return Assembly(model, ratio, np.concatenate([q, v]), _singular(matrix[:rows]).min(initial=np.inf))
+
+
+def _singular(matrix: Array) -> Array:
+    return np.asarray(np.linalg.svd(matrix, compute_uv=False))
 
 
 def _rank(matrix: Array) -> int:
-    values = np.linalg.svd(matrix, compute_uv=False)
+    values = _singular(matrix)
     return int((values > _RANK * values.max(initial=0.0)).sum())
 
 

@@ -53,23 +53,52 @@ def success(scene):
     return result.columns
 
 
-# Andrews' squeezer: the numbers of the Test Set for IVP Solvers, release 2.4, problem Andrews' squeezing system.
+# Andrews' squeezer: the numbers of the Test Set for IVP Solvers, Bari.
 
-START = (-0.0617138900142764496358948458001, 0.0, 0.455279819163070380255912382449,
-         0.222668390165885884674473185609, 0.487364979543842550225598953530,
-         -0.222668390165885884674473185609, 1.23054744454982119249735015568)  # fmt: skip
-END = (15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
-       0.5347301163226948, 1.048080741042263)  # fmt: skip
-RATES = (1139.920302151208, -1424.379294994111, 11.03291221937134, 19.29337464421385, 0.5735699284790808,
-         -19.29337464421385, 0.3231791658026955)  # fmt: skip
+START = (
+    -0.0617138900142764496358948458001,
+    0.0,
+    0.455279819163070380255912382449,
+    0.222668390165885884674473185609,
+    0.487364979543842550225598953530,
+    -0.222668390165885884674473185609,
+    1.23054744454982119249735015568,
+)
+END = (
+    15.81077119629904,
+    -15.75637105984298,
+    0.04082224013073101,
+    -0.5347301163226948,
+    0.5244099658805304,
+    0.5347301163226948,
+    1.048080741042263,
+)
+RATES = (
+    1139.920302151208,
+    -1424.379294994111,
+    11.03291221937134,
+    19.29337464421385,
+    0.5735699284790808,
+    -19.29337464421385,
+    0.3231791658026955,
+)
 
 
 def squeezer(tolerance):
     """Seven bodies of 0.01 to 0.07 kg; only K1, K3, K5, K7 carry angles of their own in the test set."""
     d, da, e, ea, rr, ra, ss, sa, sb = 0.028, 0.0115, 0.02, 0.01421, 0.007, 0.00092, 0.035, 0.01874, 0.01043
     sc, sd, ta, tb, u, ua, ub, zf, zt, fa = (
-        0.018, 0.02, 0.02308, 0.00916, 0.04, 0.01228, 0.00449, 0.02, 0.04, 0.01421
-    )  # fmt: skip
+        0.018,
+        0.02,
+        0.02308,
+        0.00916,
+        0.04,
+        0.01228,
+        0.00449,
+        0.02,
+        0.04,
+        0.01421,
+    )
     beta, theta, gamma, phi, delta, omega, epsilon = START
     a, b, c = (-0.06934, -0.00227), (-0.03635, 0.03273), (0.014, 0.072)
     rows = [
@@ -86,16 +115,30 @@ def squeezer(tolerance):
         for i, (mass, inertia, points, centroid, _) in enumerate(rows, start=1)
     }
     joined = pins(
-        ((0.0, 0.0), "K1.O"), ("K1.E", "K2.E"), (b, "K3.B"), ("K2.F", "K3.F"), (a, "K5.A"), ("K5.H", "K4.H"),
-        ("K2.F", "K4.F"), (a, "K7.A"), ("K7.G", "K6.G"), ("K2.F", "K6.F"),
-    )  # fmt: skip
+        ((0.0, 0.0), "K1.O"),
+        ("K1.E", "K2.E"),
+        (b, "K3.B"),
+        ("K2.F", "K3.F"),
+        (a, "K5.A"),
+        ("K5.H", "K4.H"),
+        ("K2.F", "K4.F"),
+        (a, "K7.A"),
+        ("K7.G", "K6.G"),
+        ("K2.F", "K6.F"),
+    )
     spring = {"joins": ["frame", "K3.D"], "point": c, "stiffness": 4530.0, "length": 0.07785, "damping": 0.0}
     return linkage(
-        body, pin=joined, spring={"S": spring}, drive={"body": "K1", "torque": 0.033}, gravity=0.0,
-        initial={"K1": {"angle_deg": math.degrees(beta)}}, duration=0.03, tolerance=tolerance,
+        body,
+        pin=joined,
+        spring={"S": spring},
+        drive={"body": "K1", "torque": 0.033},
+        gravity=0.0,
+        initial={"K1": {"angle_deg": math.degrees(beta)}},
+        duration=0.03,
+        tolerance=tolerance,
         # To a tenth of a degree
         guess={f"K{i}": {"angle_deg": round(math.degrees(row[4]), 1)} for i, row in enumerate(rows, start=1)},
-    )  # fmt: skip
+    )
 
 
 def of_the_test_set(columns, what):
@@ -120,15 +163,24 @@ def double_four_bar(tolerance, duration=10.0):
     """IFToMM's A02: five rods of 1 m, the tip of the first starts at 1 m/s."""
     names = ("left", "top1", "middle", "top2", "right")
     joined = pins(
-        ((0.0, 0.0), "left.start"), ("left.end", "top1.start"), ((1.0, 0.0), "middle.start"),
-        ("top1.end", "middle.end"), ("middle.end", "top2.start"), ((2.0, 0.0), "right.start"),
+        ((0.0, 0.0), "left.start"),
+        ("left.end", "top1.start"),
+        ((1.0, 0.0), "middle.start"),
+        ("top1.end", "middle.end"),
+        ("middle.end", "top2.start"),
+        ((2.0, 0.0), "right.start"),
         ("top2.end", "right.end"),
-    )  # fmt: skip
+    )
     upright = {"angle_deg": 90.0}
     return linkage(
-        {name: rod() for name in names}, pin=joined, initial={"left": {"angle_deg": 90.0, "omega": -1.0}},
-        guess={"middle": upright, "right": upright}, duration=duration, tolerance=tolerance, groups=["energy"],
-    )  # fmt: skip
+        {name: rod() for name in names},
+        pin=joined,
+        initial={"left": {"angle_deg": 90.0, "omega": -1.0}},
+        guess={"middle": upright, "right": upright},
+        duration=duration,
+        tolerance=tolerance,
+        groups=["energy"],
+    )
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12])
@@ -147,9 +199,14 @@ def test_double_four_bar_before_its_singular_position_is_one_rod():
     # Three rods turn about their pivots, two move along with their ends
     inertia, moment = 3.0 / 3.0 + 2.0, (3.0 * 0.5 + 2.0) * G
     exact = solve_ivp(
-        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia], (0.0, 0.7), [math.pi / 2, -1.0], "DOP853",
-        t_eval=columns["time"], rtol=1e-13, atol=1e-13,
-    )  # fmt: skip
+        lambda _, y: [y[1], -moment * math.cos(y[0]) / inertia],
+        (0.0, 0.7),
+        [math.pi / 2, -1.0],
+        "DOP853",
+        t_eval=columns["time"],
+        rtol=1e-13,
+        atol=1e-13,
+    )
     np.testing.assert_allclose(columns["right.angle"], exact.y[0], atol=1e-10, rtol=0)
 
 
@@ -161,9 +218,13 @@ def test_pendulum_swings_as_the_elliptic_functions(tolerance, turned):
     body = {"arm": rod(mass=2.0, inertia=0.1, centroid=[c, s])}
     amplitude, inertia = 2.0, 0.1 + 2.0 * 0.4**2
     scene = linkage(
-        body, pin={"O": {"joins": ["frame", "arm.start"], "point": [0.3, -0.2]}}, tolerance=tolerance, samples=40,
-        initial={"arm": {"angle_deg": math.degrees(amplitude) - 90.0 - turned}}, duration=5.0,
-    )  # fmt: skip
+        body,
+        pin={"O": {"joins": ["frame", "arm.start"], "point": [0.3, -0.2]}},
+        tolerance=tolerance,
+        samples=40,
+        initial={"arm": {"angle_deg": math.degrees(amplitude) - 90.0 - turned}},
+        duration=5.0,
+    )
     result = simulate(scene)
     columns, k, w = result.columns, math.sin(amplitude / 2.0), math.sqrt(2.0 * G * 0.4 / inertia)
     sn, cn, *_ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
@@ -194,11 +255,27 @@ def test_mass_on_a_spring_in_its_guide(damping, direction):
     u = np.array([math.cos(math.radians(direction)), along])
     scene = linkage(
         {"block": {"mass": mass, "inertia": 1e-4, "points": {"eye": [0.0, 0.0]}, "centroid": [0.0, 0.0]}},
-        guide={"G": {"body": "block", "on": "frame", "point": [0.1, 0.2], "direction_deg": direction, "angle_deg": 20.0}},
-        spring={"S": {"joins": ["frame", "block.eye"], "point": [0.1, 0.2], "stiffness": stiffness, "length": free,
-                      "damping": damping}},
-        initial={"block": {"x": 0.1 + 0.36 * u[0]} if direction > -45 else {"y": 0.2 + 0.36 * u[1]}}, tolerance=1e-11,
-    )  # fmt: skip
+        guide={
+            "G": {
+                "body": "block",
+                "on": "frame",
+                "point": [0.1, 0.2],
+                "direction_deg": direction,
+                "angle_deg": 20.0,
+            }
+        },
+        spring={
+            "S": {
+                "joins": ["frame", "block.eye"],
+                "point": [0.1, 0.2],
+                "stiffness": stiffness,
+                "length": free,
+                "damping": damping,
+            }
+        },
+        initial={"block": {"x": 0.1 + 0.36 * u[0]} if direction > -45 else {"y": 0.2 + 0.36 * u[1]}},
+        tolerance=1e-11,
+    )
     columns = success(scene)
     sag, decay = -mass * G * along / stiffness, damping / (2.0 * mass)
     w, t = math.sqrt(stiffness / mass - decay**2), columns["time"]
@@ -218,9 +295,13 @@ def test_mass_on_a_spring_in_its_guide(damping, direction):
 @pytest.mark.parametrize("gravity", [0.0, G])
 def test_a_constant_torque_turns_a_rotor(gravity):
     scene = linkage(
-        {"rotor": rod(centroid=[0.0, 0.0], inertia=0.2)}, pin=pins(((0.1, 0.0), "rotor.start")), gravity=gravity,
-        drive={"body": "rotor", "torque": -1.5}, initial={"rotor": {"angle_deg": 10.0, "omega": 2.0}}, duration=3.0,
-    )  # fmt: skip
+        {"rotor": rod(centroid=[0.0, 0.0], inertia=0.2)},
+        pin=pins(((0.1, 0.0), "rotor.start")),
+        gravity=gravity,
+        drive={"body": "rotor", "torque": -1.5},
+        initial={"rotor": {"angle_deg": 10.0, "omega": 2.0}},
+        duration=3.0,
+    )
     columns, alpha = success(scene), -1.5 / 0.2
     t = columns["time"]
     np.testing.assert_allclose(
@@ -236,10 +317,13 @@ def test_a_table_of_torque_does_the_work_under_it(omega):
     """Over several turns, with corners and a jump in the table: kinetic energy is that and the start's."""
     table = [[0.0, 0.2], [90.0, 1.0], [90.001, -0.3], [200.0, -0.3], [360.0, 0.2]]
     scene = linkage(
-        {"rotor": rod(centroid=[0.0, 0.0], inertia=0.2)}, pin=pins(((0.0, 0.0), "rotor.start")), tolerance=1e-11,
-        drive={"body": "rotor", "torque_table": table}, initial={"rotor": {"angle_deg": 15.0, "omega": omega}},
+        {"rotor": rod(centroid=[0.0, 0.0], inertia=0.2)},
+        pin=pins(((0.0, 0.0), "rotor.start")),
+        tolerance=1e-11,
+        drive={"body": "rotor", "torque_table": table},
+        initial={"rotor": {"angle_deg": 15.0, "omega": omega}},
         duration=6.0,
-    )  # fmt: skip
+    )
     columns, (degrees, torques) = success(scene), np.array(table).T
     grid = np.radians(np.concatenate([degrees + 360.0 * turn for turn in range(-8, 8)]))
     steps = np.diff(grid) * 0.5 * (np.tile(torques, 16)[1:] + np.tile(torques, 16)[:-1])
@@ -253,8 +337,8 @@ def test_a_table_of_torque_does_the_work_under_it(omega):
     angle = columns["rotor.angle"]
     assert abs(angle[-1] - angle[0]) > 4.0 * math.pi
     done = work(angle) - work(angle[:1])
-    np.testing.assert_allclose(columns["energy_drive"], done, atol=1e-7, rtol=0)
-    np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + done, atol=1e-7, rtol=0)
+    np.testing.assert_allclose(columns["energy_drive"], done, atol=1e-9, rtol=0)
+    np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + done, atol=1e-9, rtol=0)
 
 
 # A four-bar of one coordinate: crank, coupler and rocker by circles, rates by the closed loop.
@@ -267,9 +351,11 @@ def four_bar(**tables):
         name: rod(a, m) for name, a, m in zip(("crank", "coupler", "rocker"), LENGTHS, MASSES, strict=True)
     }
     joined = pins(
-        ((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((GROUND, 0.0), "rocker.start"),
+        ((0.0, 0.0), "crank.start"),
+        ("crank.end", "coupler.start"),
+        ((GROUND, 0.0), "rocker.start"),
         ("coupler.end", "rocker.end"),
-    )  # fmt: skip
+    )
     guess = {"coupler": {"angle_deg": 50.0}, "rocker": {"angle_deg": 110.0}}
     return linkage(body, pin=joined, guess=guess, **tables)
 
@@ -336,8 +422,13 @@ def test_driven_four_bar_moves_as_its_circles(rpm):
     np.testing.assert_allclose(columns["drive.torque"][:513], torque, atol=1e-7, rtol=0)
     # The rocker's pin takes what the rocker's inertia and weight leave of the coupler's force
     forces = [columns[f"P{i}.reaction_{axis}"] for axis in "xy" for i in (0, 2)]
-    total = [sum(m * (columns[f"{b}.a{axis}"] + g) for b, m in zip(("crank", "coupler", "rocker"), MASSES, strict=True))
-             for axis, g in (("x", 0.0), ("y", G))]  # fmt: skip
+    total = [
+        sum(
+            m * (columns[f"{b}.a{axis}"] + g)
+            for b, m in zip(("crank", "coupler", "rocker"), MASSES, strict=True)
+        )
+        for axis, g in (("x", 0.0), ("y", G))
+    ]
     np.testing.assert_allclose([forces[0] + forces[1], forces[2] + forces[3]], total, atol=1e-9, rtol=0)
 
 
@@ -362,7 +453,7 @@ def test_four_bar_under_a_torque_moves_as_its_one_coordinate(tolerance):
     for body, angle, rate in zip(("crank", "coupler", "rocker"), np.unwrap(angles), rates[:, 2], strict=True):
         np.testing.assert_allclose(columns[f"{body}.angle"], angle, atol=1e-7 + 1e3 * tolerance, rtol=0)
         np.testing.assert_allclose(
-            columns[f"{body}.omega"], exact[1] * rate, atol=1e-6 + 1e4 * tolerance, rtol=0
+            columns[f"{body}.omega"], exact[1] * rate, atol=1e-6 + 1e5 * tolerance, rtol=0
         )
 
 
@@ -374,12 +465,28 @@ def test_quick_return_slides_along_its_rocker():
         "rocker": rod(length, 2.0, centroid=[0.3, 0.01]),
         "block": rod(0.02, 0.4, centroid=[0.0, 0.0]),
     }
-    columns = success(linkage(
-        body, pin=pins(((0.0, 0.0), "crank.start"), ((0.0, -low), "rocker.start"), ("crank.end", "block.centroid")),
-        guide={"G": {"body": "block", "on": "rocker", "point": [0.1, 0.0], "direction_deg": 0.0, "angle_deg": 15.0}},
-        drive={"body": "crank", "speed_rpm": 120.0, "cycles": 1.0}, samples=512, tolerance=1e-12,
-        initial={"crank": {"angle_deg": 20.0}}, guess={"rocker": {"angle_deg": 70.0}},
-    ))  # fmt: skip
+    columns = success(
+        linkage(
+            body,
+            pin=pins(
+                ((0.0, 0.0), "crank.start"), ((0.0, -low), "rocker.start"), ("crank.end", "block.centroid")
+            ),
+            guide={
+                "G": {
+                    "body": "block",
+                    "on": "rocker",
+                    "point": [0.1, 0.0],
+                    "direction_deg": 0.0,
+                    "angle_deg": 15.0,
+                }
+            },
+            drive={"body": "crank", "speed_rpm": 120.0, "cycles": 1.0},
+            samples=512,
+            tolerance=1e-12,
+            initial={"crank": {"angle_deg": 20.0}},
+            guess={"rocker": {"angle_deg": 70.0}},
+        )
+    )
     omega = 4.0 * math.pi
     theta = at + omega * columns["time"]
     x, y = 0.08 * np.cos(theta), 0.08 * np.sin(theta) + low
@@ -403,9 +510,14 @@ def test_quick_return_slides_along_its_rocker():
 def test_a_mass_falls_onto_its_load_and_comes_back(exponent):
     load = {"body": "mass", "surface": 0.0, "force": 300.0, "depth": 0.01, "exponent": exponent, "table": []}
     scene = linkage(
-        {"mass": rod(0.1, 2.0, centroid=[0.0, 0.0])}, guide={"G": {"body": "mass", "point": [0.0, 0.0], "direction_deg": 90.0}},
-        initial={"mass": {"y": 0.05}}, load=load, duration=0.5, tolerance=1e-11, samples=500,
-    )  # fmt: skip
+        {"mass": rod(0.1, 2.0, centroid=[0.0, 0.0])},
+        guide={"G": {"body": "mass", "point": [0.0, 0.0], "direction_deg": 90.0}},
+        initial={"mass": {"y": 0.05}},
+        load=load,
+        duration=0.5,
+        tolerance=1e-11,
+        samples=500,
+    )
     columns = success(scene)
     y, stored = columns["mass.y"], columns["energy_load"]
     depth = np.maximum(-y, 0.0)
@@ -420,8 +532,20 @@ def test_a_mass_falls_onto_its_load_and_comes_back(exponent):
         # Two falls and the longer half of a period about where the weight rests
         w, sag, fall = math.sqrt(300.0 / 0.01 / 2.0), 2.0 * G * 0.01 / 300.0, math.sqrt(0.1 / G)
         inside = 2.0 * (math.pi - math.atan(math.sqrt(0.1 * G) / (sag * w))) / w
-        assert abs(columns["time"][y.argmin()] - fall - inside / 2.0) < 1e-3
+        assert abs(columns["time"][y[:200].argmin()] - fall - inside / 2.0) < 1e-3
         np.testing.assert_allclose(np.interp(2 * fall + inside, columns["time"], y), 0.05, atol=1e-5)
+
+
+@pytest.mark.parametrize("torque", [0.0, 0.5 * G])
+def test_what_is_in_balance_stays(torque):
+    scene = linkage(
+        {"rod": rod()},
+        pin=pins(((0.0, 0.0), "rod.start")),
+        drive={"body": "rod", "torque": torque},
+        gravity=torque * 2.0,
+        initial={"rod": {"angle_deg": 0.0}},
+    )
+    np.testing.assert_allclose(success(scene)["rod.angle"], 0.0, atol=1e-9)
 
 
 def test_a_body_without_joints_is_thrown():
@@ -438,12 +562,20 @@ def test_a_body_without_joints_is_thrown():
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_drive_that_cannot_turn_ends_where_coupler_and_rocker_align(tolerance):
     body = {"crank": rod(0.3), "coupler": rod(0.2), "rocker": rod(0.25)}
-    joined = pins(((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((0.28, 0.0), "rocker.start"),
-                  ("coupler.end", "rocker.end"))  # fmt: skip
+    joined = pins(
+        ((0.0, 0.0), "crank.start"),
+        ("crank.end", "coupler.start"),
+        ((0.28, 0.0), "rocker.start"),
+        ("coupler.end", "rocker.end"),
+    )
     scene = linkage(
-        body, pin=joined, drive={"body": "crank", "speed_rpm": 30.0, "cycles": 1.0}, tolerance=tolerance,
-        initial={"crank": {"angle_deg": 40.0}}, guess={"coupler": {"angle_deg": 60.0}, "rocker": {"angle_deg": 120.0}},
-    )  # fmt: skip
+        body,
+        pin=joined,
+        drive={"body": "crank", "speed_rpm": 30.0, "cycles": 1.0},
+        tolerance=tolerance,
+        initial={"crank": {"angle_deg": 40.0}},
+        guess={"coupler": {"angle_deg": 60.0}, "rocker": {"angle_deg": 120.0}},
+    )
     result = simulate(scene)
     lock = (math.acos((0.3**2 + 0.28**2 - 0.45**2) / (2 * 0.3 * 0.28)) - math.radians(40.0)) / math.pi
     assert result.status == "singular"
@@ -454,12 +586,20 @@ def test_a_drive_that_cannot_turn_ends_where_coupler_and_rocker_align(tolerance)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_parallelogram_ends_where_it_is_flat(tolerance):
     body = {"crank": rod(0.1), "coupler": rod(0.3), "rocker": rod(0.1)}
-    joined = pins(((0.0, 0.0), "crank.start"), ("crank.end", "coupler.start"), ((0.3, 0.0), "rocker.start"),
-                  ("coupler.end", "rocker.end"))  # fmt: skip
+    joined = pins(
+        ((0.0, 0.0), "crank.start"),
+        ("crank.end", "coupler.start"),
+        ((0.3, 0.0), "rocker.start"),
+        ("coupler.end", "rocker.end"),
+    )
     scene = linkage(
-        body, pin=joined, drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0}, tolerance=tolerance,
-        initial={"crank": {"angle_deg": 36.0}}, guess={"rocker": {"angle_deg": 36.0}},
-    )  # fmt: skip
+        body,
+        pin=joined,
+        drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0},
+        tolerance=tolerance,
+        initial={"crank": {"angle_deg": 36.0}},
+        guess={"rocker": {"angle_deg": 36.0}},
+    )
     result = simulate(scene)
     assert result.status == "singular"
     assert abs(float(result.remedy.split(" = ")[1].split(" s:")[0]) - 0.4) < 1e-3
@@ -490,8 +630,14 @@ def joined_pendulums(turned=0.0, order=("upper", "lower"), swap=False):
         "lower": {"angle_deg": math.degrees(turned) - 70.0, "omega": -6.0},
     }
     return linkage(
-        {name: body[name] for name in order}, pin=table, spring={"S": spring}, initial=start, gravity=0.0, duration=2.0, tolerance=1e-12,
-    )  # fmt: skip
+        {name: body[name] for name in order},
+        pin=table,
+        spring={"S": spring},
+        initial=start,
+        gravity=0.0,
+        duration=2.0,
+        tolerance=1e-12,
+    )
 
 
 @pytest.mark.parametrize("turned", [1.0, -2.5])
@@ -536,9 +682,12 @@ def test_columns_come_in_order_and_by_groups():
         assert [*result.extrema] == names
         assert "energy" in result.provenance["invariants"]
     assert simulate.plan(scene) == {
-        "formulation": "multiplier (6 coordinates, 4 multipliers)", "bodies": ["upper", "lower"], "coordinates": 6,
-        "constraints": 4, "freedom": 2,
-    }  # fmt: skip
+        "formulation": "multiplier (6 coordinates, 4 multipliers)",
+        "bodies": ["upper", "lower"],
+        "coordinates": 6,
+        "constraints": 4,
+        "freedom": 2,
+    }
 
 
 # Refusals
@@ -546,8 +695,14 @@ def test_columns_come_in_order_and_by_groups():
 
 def parallelogram_with_three_cranks():
     body = {name: rod(0.1) for name in ("a", "b", "c")} | {"top": rod(0.4, M=[0.2, 0.0])}
-    joined = [((0.0, 0.0), "a.start"), ((0.2, 0.0), "b.start"), ((0.4, 0.0), "c.start"), ("a.end", "top.start"),
-              ("b.end", "top.M"), ("c.end", "top.end")]  # fmt: skip
+    joined = [
+        ((0.0, 0.0), "a.start"),
+        ((0.2, 0.0), "b.start"),
+        ((0.4, 0.0), "c.start"),
+        ("a.end", "top.start"),
+        ("b.end", "top.M"),
+        ("c.end", "top.end"),
+    ]
     upright = {"angle_deg": 90.0}
     return linkage(body, pin=pins(*joined), initial={"a": upright}, guess={"b": upright, "c": upright})
 
@@ -564,27 +719,72 @@ TURNING = {"body": "crank", "speed_rpm": 60.0, "cycles": 1.0}
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
-        (parallelogram_with_three_cranks(), "pin: too many constraints: 1 of 12 rows are dependent at the start"),
+        (
+            parallelogram_with_three_cranks(),
+            "pin: too many constraints: 1 of 12 rows are dependent at the start",
+        ),
         (four_bar(), "initial: this linkage needs 1 position and 1 rate, and has 0 positions and 0 rates"),
         (four_bar(initial={"crank": {"angle_deg": 1.0, "x": 0.05}}), "has 2 positions and 0 rates"),
-        (four_bar(initial={"crank": {"angle_deg": 1.0, "omega": 1.0}}, drive=TURNING),
-         "needs 1 position and 0 rates, and has 1 position and 1 rate"),
+        (
+            four_bar(initial={"crank": {"angle_deg": 1.0, "omega": 1.0}}, drive=TURNING),
+            "needs 1 position and 0 rates, and has 1 position and 1 rate",
+        ),
         (short_four_bar(), "guess: the linkage cannot be assembled"),
-        (linkage({"rotor": rod(centroid=[0.0, 0.0])}, pin=pins(((0.0, 0.0), "rotor.start")), initial={"rotor": {"x": 0.0}}),
-         "initial: the values given do not determine the start"),
-        (linkage({"rod": rod()}, pin=pins(((0.0, 0.0), "rod.start")), initial={"rod": {"angle_deg": 0.0}},
-                 spring={"S": {"joins": ["frame", "rod.end"], "point": [1.0, 0.0], "stiffness": 1.0, "length": 0.1}}),
-         "spring.S: its ends coincide"),
-        (four_bar(clearance={}), "clearance: "),
+        (
+            linkage(
+                {"rotor": rod(centroid=[0.0, 0.0])},
+                pin=pins(((0.0, 0.0), "rotor.start")),
+                initial={"rotor": {"x": 0.0}},
+            ),
+            "initial: the values given do not determine the start",
+        ),
+        (
+            linkage(
+                {"rod": rod()},
+                pin=pins(((0.0, 0.0), "rod.start")),
+                initial={"rod": {"angle_deg": 0.0}},
+                spring={
+                    "S": {"joins": ["frame", "rod.end"], "point": [1.0, 0.0], "stiffness": 1.0, "length": 0.1}
+                },
+            ),
+            "spring.S: its ends coincide",
+        ),
         (four_bar(output={"groups": ["corners"]}), "output.groups = 'corners'"),
         (four_bar(tolerance=1e-15), "solver.reference.tolerance = 1e-15 must be at least"),
-        (four_bar(solver={"reference": {"tolerance": 1e-9, "method": "BDF"}}), "solver.reference.method = 'BDF'"),
-        (four_bar(solver={"reference": {"tolerance": 1e-9, "method": "dop853", "formulation": "minimal"}}),
-         "solver.reference.formulation = 'minimal'"),
+        (
+            four_bar(solver={"reference": {"tolerance": 1e-9, "method": "BDF"}}),
+            "solver.reference.method = 'BDF'",
+        ),
+        (
+            four_bar(solver={"reference": {"tolerance": 1e-9, "method": "dop853", "formulation": "minimal"}}),
+            "solver.reference.formulation = 'minimal'",
+        ),
     ],
-)  # fmt: skip
+)
 def test_refusals(scene, message):
     for function in (simulate, simulate.check, simulate.plan):
         with pytest.raises(ValueError, match=r"^[^\n]*$") as refusal:
             function(scene)
         assert message in str(refusal.value)
+
+
+def test_a_drive_that_comes_close_to_a_lock_knows_its_work():
+    """The coupler almost aligns with the ground: peaks of the torque that no error of the motion shows."""
+    body = {"crank": rod(0.449), "coupler": rod(0.426), "rocker": rod(0.47)}
+    joined = pins(
+        ((0.0, 0.0), "crank.start"),
+        ("crank.end", "coupler.start"),
+        ((0.2506, 0.0), "rocker.start"),
+        ("coupler.end", "rocker.end"),
+    )
+    columns = success(
+        linkage(
+            body,
+            pin=joined,
+            drive={"body": "crank", "speed_rpm": 60.0, "cycles": 1.0},
+            tolerance=1e-11,
+            initial={"crank": {"angle_deg": 90.0}},
+            guess={"coupler": {"angle_deg": 0.0}, "rocker": {"angle_deg": 70.0}},
+        )
+    )
+    assert np.abs(columns["energy_residual"]).max() < 1e-7
